@@ -1,0 +1,1 @@
+"""From the drawing of a photoelastic tactile sensor to forces read from its fringes."""

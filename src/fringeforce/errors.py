@@ -1,0 +1,17 @@
+"""The package's own errors: one base, and one kind for each thing a caller can put right."""
+
+
+class FringeforceError(Exception):
+    """Base of every error that fringeforce raises on purpose."""
+
+
+class InputError(FringeforceError, ValueError):
+    """A value that was passed in cannot be used; the text names it, the limit and the remedy."""
+
+
+class DesignError(InputError):
+    """A sensor's design is incomplete, inconsistent or not physical."""
+
+
+class FileFormatError(FringeforceError, OSError):
+    """A file is missing, truncated, or not what its name promises."""

@@ -1,0 +1,1 @@
+"""Displacements and stresses of the strip; knows no light."""

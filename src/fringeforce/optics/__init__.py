@@ -1,0 +1,1 @@
+"""Stress to phase to intensity to grey levels; knows no elements."""

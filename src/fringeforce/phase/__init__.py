@@ -1,0 +1,1 @@
+"""From a frame to the phase behind it; knows arrays only."""
