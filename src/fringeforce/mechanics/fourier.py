@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import Transducer
-from fringeforce.mechanics.stress import plane_moduli
+from fringeforce.mechanics.moduli import plane_moduli
 
 Array = NDArray[np.float64]
 

@@ -1,34 +1,89 @@
-"""From strains to stresses, and to the one stress integral that the light sees."""
+"""From displacements to stresses, and to the one stress integral that the light sees."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Layer
+from fringeforce.mechanics.elasticity import Displacement
+from fringeforce.mechanics.elements import interpolation, interval
+
+Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class PlaneModuli:
-    """Stiffness of an isotropic layer in the x-z plane [Pa].
+def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
+    """Depth integral of the stress difference that the light sees, per unit tactel force.
 
-    sigma_x = c11 eps_x + c12 eps_z,  sigma_z = c12 eps_x + c11 eps_z,  tau_xz = shear gamma_xz.
+    Light runs along z and sees sigma_x - sigma_y.  In plane stress sigma_y = 0, and the integral of
+    sigma_x over the photoelastic layer is  c11 d/dx int u dz + c12 [w(-a) - w(-a-b)];  in plane
+    strain sigma_x - sigma_y = 2 shear eps_x, whose integral is  2 shear d/dx int u dz.  The depth
+    integral of u is exact for the elements.
+
+    Parameters
+    ----------
+    displacement : Displacement
+        Of the strip under unit forces.
+    x : array_like, shape (m,)
+        Where to evaluate [m].
+
+    Returns
+    -------
+    ndarray, shape (m, 2, n)
+        Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N].
     """
+    mesh, transducer = displacement.mesh, displacement.transducer
+    rows = np.searchsorted(mesh.z, -transducer.compliant.thickness * (1 + 1e-9))
+    depth = np.zeros(displacement.coefficients.shape[2])
+    for row, height in enumerate(np.diff(mesh.z)[:rows]):
+        start = row * mesh.order
+        depth[start : start + mesh.order + 1] += height * interval(mesh.order).mean
+    along = np.tensordot(depth, displacement.coefficients[0], axes=(0, 1))
+    sinking = displacement.coefficients[1, :, rows * mesh.order]
 
-    c11: float
-    c12: float
+    index, values, slopes = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
+    strain = np.einsum("mi,mi...->m...", slopes, along[index])
+    moduli = displacement.moduli(transducer.photoelastic)
+    if transducer.plane == "strain":
+        return 2 * moduli.shear * strain
+    return moduli.c11 * strain + moduli.c12 * np.einsum("mi,mi...->m...", values, sinking[index])
 
-    @property
-    def shear(self) -> float:
-        """Shear modulus [Pa]; isotropy makes it (c11 - c12) / 2 in both plane states."""
-        return (self.c11 - self.c12) / 2
 
+def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Array:
+    """Stresses on a grid, per unit tactel force.
 
-def plane_moduli(layer: Layer, plane: Literal["stress", "strain"]) -> PlaneModuli:
-    """Plane-stress or plane-strain stiffness of a layer (Timoshenko and Goodier, sections 11, 12)."""
-    e, nu = layer.youngs_modulus, layer.poissons_ratio
-    if plane == "stress":
-        c11 = e / (1 - nu**2)
-        return PlaneModuli(c11=c11, c12=nu * c11)
-    scale = e / ((1 + nu) * (1 - 2 * nu))
-    return PlaneModuli(c11=(1 - nu) * scale, c12=nu * scale)
+    Parameters
+    ----------
+    displacement : Displacement
+        Of the strip under unit forces.
+    x : array_like, shape (m,)
+        Positions along the strip [m].
+    z : array_like, shape (q,)
+        Heights [m]; the interface itself counts to the photoelastic layer.
+
+    Returns
+    -------
+    ndarray, shape (3, m, q, 2, n)
+        sigma_x, sigma_z and tau_xz [Pa/N] for normal and tangential unit forces.
+    """
+    mesh, transducer = displacement.mesh, displacement.transducer
+    heights = np.asarray(z, dtype=float)
+    index_x, value_x, slope_x = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
+    index_z, value_z, slope_z = interpolation(mesh.order, mesh.z, heights)
+    local = displacement.coefficients[:, index_x][:, :, :, index_z]
+
+    def gradient(component: int, along_x: Array, along_z: Array) -> Array:
+        return np.einsum(
+            "mi,qj,miqj...->mq...", along_x, along_z, local[component], optimize=True
+        )
+
+    strain_x = gradient(0, slope_x, value_z)
+    strain_z = gradient(1, value_x, slope_z)
+    shear_strain = gradient(0, value_x, slope_z) + gradient(1, slope_x, value_z)
+    field = np.empty((3, *strain_x.shape))
+    in_cover = heights > -transducer.compliant.thickness
+    for layer, here in ((transducer.compliant, in_cover), (transducer.photoelastic, ~in_cover)):
+        moduli = displacement.moduli(layer)
+        field[0][:, here] = moduli.c11 * strain_x[:, here] + moduli.c12 * strain_z[:, here]
+        field[1][:, here] = moduli.c12 * strain_x[:, here] + moduli.c11 * strain_z[:, here]
+        field[2][:, here] = moduli.shear * shear_strain[:, here]
+    return field

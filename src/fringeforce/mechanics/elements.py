@@ -1,0 +1,124 @@
+"""Rectangular high-order elements whose matrices are products of one-dimensional ones.
+
+On a tensor mesh every element is a rectangle, and its stiffness is built from three matrices on the
+unit interval: mass, stiffness and their mixture.  The shape functions are scikit-fem's hierarchical
+ones (integrated Legendre polynomials, Szabo and Babuska, Finite Element Analysis, section 6.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import ElementLineP1, ElementLineP2, ElementLinePp
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefLine
+
+Array = NDArray[np.float64]
+
+
+def shape_functions(order: int, s: Array) -> tuple[Array, Array]:
+    """Hierarchical shape functions and their derivatives on the unit interval.
+
+    Parameters
+    ----------
+    order : int
+        Polynomial order, 1 or higher.
+    s : ndarray, shape (m,)
+        Coordinates in [0, 1].
+
+    Returns
+    -------
+    values, derivatives : ndarray, shape (order + 1, m)
+        Ordered from left to right: the left vertex, the order - 1 bubbles, the right vertex.
+    """
+    element = {1: ElementLineP1, 2: ElementLineP2}.get(order, lambda: ElementLinePp(order))()
+    pairs = [element.lbasis(s[None], i) for i in (0, *range(2, order + 1), 1)]
+    values, derivatives = zip(*pairs, strict=True)
+    return np.array([np.broadcast_to(v, s.shape) for v in values]), np.array(
+        [np.broadcast_to(d[0], s.shape) for d in derivatives]
+    )
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Integrals of the shape functions over the unit interval; f is a shape, f' its derivative."""
+
+    mass: Array  #: int f_i f_j, shape (order + 1, order + 1)
+    stiffness: Array  #: int f_i' f_j'
+    mixed: Array  #: int f_i' f_j
+    mean: Array  #: int f_i, shape (order + 1,)
+
+
+@cache
+def interval(order: int) -> Interval:
+    """The matrices of one order, integrated exactly."""
+    points, weights = get_quadrature(RefLine, 2 * order)
+    value, slope = shape_functions(order, points[0])
+    return Interval(
+        mass=(value * weights) @ value.T,
+        stiffness=(slope * weights) @ slope.T,
+        mixed=(slope * weights) @ value.T,
+        mean=value @ weights,
+    )
+
+
+def element_stiffness(order: int, hx: Array, hz: Array, c11: Array, c12: Array) -> Array:
+    """Stiffness per unit width of rectangular elements: the weak form of plane elasticity.
+
+    The energy is  c11 (eps_x^2 + eps_z^2) / 2 + c12 eps_x eps_z + shear gamma_xz^2 / 2, with
+    eps_x = du/dx, eps_z = dw/dz and gamma_xz = du/dz + dw/dx.
+
+    Parameters
+    ----------
+    order : int
+        Polynomial order in both directions.
+    hx, hz, c11, c12 : ndarray, shape (e,)
+        Width and height [m] and moduli [Pa] of every element.
+
+    Returns
+    -------
+    ndarray, shape (e, 2 m, 2 m) with m = (order + 1)^2
+        Unknowns run over (component u or w, shape along x, shape along z).
+    """
+    line, m = interval(order), (order + 1) ** 2
+    shear = (c11 - c12) / 2
+    along_x = np.kron(line.stiffness, line.mass)
+    along_z = np.kron(line.mass, line.stiffness)
+    cross = np.kron(line.mixed, line.mixed.T)
+    aspect = (hz / hx)[:, None, None]
+    stiff, coupling, shear = (c[:, None, None] for c in (c11, c12, shear))
+    k = np.empty((len(hx), 2, m, 2, m))
+    k[:, 0, :, 0] = stiff * aspect * along_x + shear / aspect * along_z
+    k[:, 1, :, 1] = stiff / aspect * along_z + shear * aspect * along_x
+    k[:, 0, :, 1] = coupling * cross + shear * cross.T
+    k[:, 1, :, 0] = k[:, 0, :, 1].transpose(0, 2, 1)
+    return k.reshape(len(hx), 2 * m, 2 * m)
+
+
+def interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Array, Array]:
+    """Values and slopes of the shapes that are alive at each point of a line of elements.
+
+    Parameters
+    ----------
+    order : int
+        Polynomial order.
+    breaks : ndarray, shape (e + 1,)
+        Element boundaries, ascending [m].
+    points : ndarray, shape (m,)
+        Where to evaluate [m]; a point on a boundary counts to the element on its left.
+
+    Returns
+    -------
+    index : ndarray of int, shape (m, order + 1)
+        Unknowns of the line that carry each point.
+    values, slopes : ndarray, shape (m, order + 1)
+        Their shape functions and derivatives [1/m].
+    """
+    element = np.clip(np.searchsorted(breaks, points, side="left") - 1, 0, len(breaks) - 2)
+    width = np.diff(breaks)[element]
+    values, slopes = shape_functions(order, (points - breaks[element]) / width)
+    index = element[:, None] * order + np.arange(order + 1)
+    return index, values.T, slopes.T / width[:, None]

@@ -1,0 +1,34 @@
+"""Plane elasticity of one isotropic layer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fringeforce.design import Layer
+
+
+@dataclass(frozen=True)
+class PlaneModuli:
+    """Stiffness of an isotropic layer in the x-z plane [Pa].
+
+    sigma_x = c11 eps_x + c12 eps_z,  sigma_z = c12 eps_x + c11 eps_z,  tau_xz = shear gamma_xz.
+    """
+
+    c11: float
+    c12: float
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus [Pa]; isotropy makes it (c11 - c12) / 2 in both plane states."""
+        return (self.c11 - self.c12) / 2
+
+
+def plane_moduli(layer: Layer, plane: Literal["stress", "strain"]) -> PlaneModuli:
+    """Plane-stress or plane-strain stiffness (Timoshenko and Goodier, sections 11 and 12)."""
+    e, nu = layer.youngs_modulus, layer.poissons_ratio
+    if plane == "stress":
+        c11 = e / (1 - nu**2)
+        return PlaneModuli(c11=c11, c12=nu * c11)
+    scale = e / ((1 + nu) * (1 - 2 * nu))
+    return PlaneModuli(c11=(1 - nu) * scale, c12=nu * scale)

@@ -1,0 +1,217 @@
+"""Direct solution of a tensor mesh, column of elements by column of elements.
+
+Three eliminations, each exact: the inside of every element, then the rungs between the elements of
+a column, which leaves a block-tridiagonal system for the vertical mesh lines.  Columns of equal
+width share one matrix, and a strip with evenly spaced tactels has few distinct widths, so almost
+all of the cost is the block Cholesky factorisation of the lines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+
+from fringeforce.mechanics.elements import element_stiffness
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class _Numbering:
+    """Where the unknowns of an element and of a column stand in flat order.
+
+    A column holds (2 components, order + 1 along x, order * rows + 1 along z) unknowns.
+    """
+
+    order: int
+    rows: int
+
+    @cached_property
+    def grid(self) -> Index:
+        shape = (2, self.order + 1, self.order * self.rows + 1)
+        return np.arange(np.prod(shape)).reshape(shape)
+
+    @cached_property
+    def inside(self) -> Index:
+        """Unknowns inside one element, in the element's own numbering."""
+        local = np.arange(2 * (self.order + 1) ** 2).reshape(2, self.order + 1, self.order + 1)
+        return local[:, 1:-1, 1:-1].ravel()
+
+    @cached_property
+    def around(self) -> Index:
+        """Unknowns on the boundary of one element, in the element's own numbering."""
+        return np.setdiff1d(np.arange(2 * (self.order + 1) ** 2), self.inside)
+
+    @cached_property
+    def elements(self) -> Index:
+        """Column unknowns of each element, shape (rows, 2 (order + 1)^2)."""
+        p = self.order
+        return np.array([self.grid[:, :, r * p : (r + 1) * p + 1].ravel() for r in range(self.rows)])
+
+    @cached_property
+    def lines(self) -> Index:
+        """Column unknowns on the left and the right mesh line above the base, shape (2, line)."""
+        return np.array([self.grid[:, i, 1:].ravel() for i in (0, -1)])
+
+    @cached_property
+    def rungs(self) -> Index:
+        """Column unknowns on the horizontal edges above the base."""
+        return self.grid[:, 1:-1, self.order :: self.order].ravel()
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column of elements reduced to its two mesh lines, and the way back inside."""
+
+    stiffness: Array  # (2 line, 2 line)
+    rungs: Array  # (rungs, 2 line): rung displacements per line displacement
+    inside: Array  # (rows, inside, around): inner displacements per boundary displacement
+
+
+def _eliminated(stiffness: Array, keep: Index, drop: Index) -> tuple[Array, Array]:
+    """Schur complement on `keep`, and displacements of `drop` per displacement of `keep`."""
+    coupling = stiffness[..., drop[:, None], keep]
+    recovery = -np.linalg.solve(stiffness[..., drop[:, None], drop], coupling)
+    kept = stiffness[..., keep[:, None], keep]
+    return kept + np.swapaxes(coupling, -1, -2) @ recovery, recovery
+
+
+def _columns(
+    numbering: _Numbering, widths: Array, heights: Array, c11: Array, c12: Array
+) -> list[_Column]:
+    rows, tall = len(heights), len(widths)
+    elements = element_stiffness(
+        numbering.order,
+        np.repeat(widths, rows),
+        *(np.tile(values, tall) for values in (heights, c11, c12)),
+    )
+    shells, inside = _eliminated(elements, numbering.around, numbering.inside)
+    return [
+        _assembled(numbering, shells[c * rows : (c + 1) * rows], inside[c * rows : (c + 1) * rows])
+        for c in range(tall)
+    ]
+
+
+def _assembled(numbering: _Numbering, shells: Array, inside: Array) -> _Column:
+    stiffness = np.zeros((numbering.grid.size,) * 2)
+    for shell, unknowns in zip(shells, numbering.elements[:, numbering.around], strict=True):
+        stiffness[np.ix_(unknowns, unknowns)] += shell
+    reduced, rungs = _eliminated(stiffness, numbering.lines.ravel(), numbering.rungs)
+    return _Column(reduced, rungs, inside)
+
+
+@dataclass(frozen=True)
+class TensorSystem:
+    """A factorised strip, ready for any number of loads on its mesh lines.
+
+    Its base is bonded.  `held` marks the unknowns of the mesh lines that are zero besides.
+    """
+
+    numbering: _Numbering
+    columns: list[_Column]
+    kind: Index  # (columns,): which of the distinct columns stands where
+    held: NDArray[np.bool_]  # (lines, unknowns of a line)
+    diagonal: list[Array]  # lower Cholesky factors
+    lower: list[Array]  # the blocks to the left of them
+
+    def solve(self, loads: Array) -> Array:
+        """Displacements for forces on the mesh lines.
+
+        Parameters
+        ----------
+        loads : ndarray, shape (lines, 2, order * rows, cases)
+            Nodal forces per unit width on the mesh lines, base excluded [N/m].
+
+        Returns
+        -------
+        ndarray, shape (2, order * columns + 1, order * rows + 1, cases)
+            Coefficients of u and w on the tensor grid of shape functions [m].
+        """
+        lines = self._line_displacements(loads.reshape(len(loads), -1, loads.shape[-1]))
+        order, cases = self.numbering.order, loads.shape[-1]
+        result = np.zeros((2, order * len(self.kind) + 1, self.numbering.grid.shape[2], cases))
+        for c, kind in enumerate(self.kind):
+            column = self._inside(self.columns[kind], lines[c : c + 2])
+            result[:, c * order : (c + 1) * order + 1] = column
+        return result
+
+    def _line_displacements(self, loads: Array) -> Array:
+        values = np.where(self.held[..., None], 0.0, loads)
+        for i, (factor, lower) in enumerate(zip(self.diagonal, self.lower, strict=True)):
+            if i:
+                values[i] -= lower @ values[i - 1]
+            values[i] = solve_triangular(factor, values[i], lower=True, check_finite=False)
+        for i in reversed(range(len(values))):
+            if i + 1 < len(values):
+                values[i] -= self.lower[i + 1].T @ values[i + 1]
+            values[i] = solve_triangular(
+                self.diagonal[i], values[i], lower=True, trans=1, check_finite=False
+            )
+        return values
+
+    def _inside(self, column: _Column, pair: Array) -> Array:
+        numbering, cases = self.numbering, pair.shape[-1]
+        flat = np.zeros((numbering.grid.size, cases))
+        flat[numbering.lines.ravel()] = pair.reshape(-1, cases)
+        flat[numbering.rungs] = column.rungs @ pair.reshape(-1, cases)
+        around = flat[numbering.elements[:, numbering.around]]
+        flat[numbering.elements[:, numbering.inside]] = column.inside @ around
+        return flat.reshape(*numbering.grid.shape, cases)
+
+
+def factorise(
+    order: int, widths: Array, heights: Array, c11: Array, c12: Array, held: NDArray[np.bool_]
+) -> TensorSystem:
+    """Factorise the stiffness of a strip once, for all loads.
+
+    Parameters
+    ----------
+    order : int
+        Polynomial order of the elements.
+    widths : ndarray, shape (columns,)
+        Widths of the columns of elements [m].
+    heights, c11, c12 : ndarray, shape (rows,)
+        Heights [m] and moduli [Pa] of the rows, from the bonded base upwards.
+    held : ndarray of bool, shape (columns + 1, 2, order * rows)
+        Unknowns of the mesh lines above the base that are held at zero.
+    """
+    numbering = _Numbering(order, len(heights))
+    # widths that differ by rounding alone are one kind of column
+    _, first, kind = np.unique(
+        np.round(widths / widths.max(), 12), return_index=True, return_inverse=True
+    )
+    columns = _columns(numbering, widths[first], heights, c11, c12)
+    held = held.reshape(len(held), -1)
+    diagonal, lower = _block_cholesky([columns[k].stiffness for k in kind], held)
+    return TensorSystem(numbering, columns, kind, held, diagonal, lower)
+
+
+def _block_cholesky(
+    stiffness: list[Array], held: NDArray[np.bool_]
+) -> tuple[list[Array], list[Array]]:
+    """Factor the block-tridiagonal system that the columns leave on the mesh lines."""
+    line = held.shape[1]
+    zero = np.zeros((line, line))
+    diagonal: list[Array] = []
+    lower: list[Array] = []
+    for i, fixed in enumerate(held):
+        left = stiffness[i - 1] if i else None
+        right = stiffness[i] if i < len(stiffness) else None
+        block = (zero if left is None else left[line:, line:]) + (
+            zero if right is None else right[:line, :line]
+        )
+        off = zero if left is None else left[line:, :line].copy()
+        if i:
+            off[fixed] = 0.0
+            off[:, held[i - 1]] = 0.0
+            off = solve_triangular(diagonal[-1], off.T, lower=True, check_finite=False).T
+        block[fixed], block[:, fixed] = 0.0, 0.0
+        block[fixed, fixed] = 1.0
+        diagonal.append(cholesky(block - off @ off.T, lower=True, check_finite=False))
+        lower.append(off)
+    return diagonal, lower
