@@ -65,7 +65,7 @@ def interval(order: int) -> Interval:
     )
 
 
-def element_stiffness(order: int, hx: Array, hz: Array, c11: Array, c12: Array) -> Array:
+def element_stiffness(order: int, aspect: Array, c11: Array, c12: Array) -> Array:
     """Stiffness per unit width of rectangular elements: the weak form of plane elasticity.
 
     The energy is  c11 (eps_x^2 + eps_z^2) / 2 + c12 eps_x eps_z + shear gamma_xz^2 / 2, with
@@ -75,8 +75,8 @@ def element_stiffness(order: int, hx: Array, hz: Array, c11: Array, c12: Array) 
     ----------
     order : int
         Polynomial order in both directions.
-    hx, hz, c11, c12 : ndarray, shape (e,)
-        Width and height [m] and moduli [Pa] of every element.
+    aspect, c11, c12 : ndarray, shape (e,)
+        Height over width, on which alone the geometry acts, and moduli [Pa] of every element.
 
     Returns
     -------
@@ -88,14 +88,13 @@ def element_stiffness(order: int, hx: Array, hz: Array, c11: Array, c12: Array) 
     along_x = np.kron(line.stiffness, line.mass)
     along_z = np.kron(line.mass, line.stiffness)
     cross = np.kron(line.mixed, line.mixed.T)
-    aspect = (hz / hx)[:, None, None]
-    stiff, coupling, shear = (c[:, None, None] for c in (c11, c12, shear))
-    k = np.empty((len(hx), 2, m, 2, m))
+    aspect, stiff, coupling, shear = (c[:, None, None] for c in (aspect, c11, c12, shear))
+    k = np.empty((len(c11), 2, m, 2, m))
     k[:, 0, :, 0] = stiff * aspect * along_x + shear / aspect * along_z
     k[:, 1, :, 1] = stiff / aspect * along_z + shear * aspect * along_x
     k[:, 0, :, 1] = coupling * cross + shear * cross.T
     k[:, 1, :, 0] = k[:, 0, :, 1].transpose(0, 2, 1)
-    return k.reshape(len(hx), 2 * m, 2 * m)
+    return k.reshape(len(c11), 2 * m, 2 * m)
 
 
 def interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Array, Array]:

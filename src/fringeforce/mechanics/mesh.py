@@ -19,18 +19,18 @@ from fringeforce.errors import InputError
 
 Array = NDArray[np.float64]
 
-ORDER = 8
+ORDER = 7
 """Polynomial order of the default mesh."""
 
 # First element and growth beside a line load, in cover thicknesses, along the strip and into it.
-LOAD_X, GROWTH_X = 1.0, 2.0
-LOAD_Z, GROWTH_Z = 0.3, 2.4
-# First element below the interface, in cover thicknesses, where no corner asks for a smaller one.
-BELOW = 2.0
-# First element and growth beside a singular corner.
-CORNER, CORNER_GROWTH = 0.01, 6.0
+LOAD_X, GROWTH_X = 0.8, 2.0
+LOAD_Z, GROWTH_Z = 0.2, 2.4
+# First element below the interface, in cover thicknesses, and growth from there to the base.
+BELOW, GROWTH_BELOW = 1.2, 3.0
+# First element, in thicknesses of the whole strip, and growth beside a singular corner.
+CORNER, CORNER_GROWTH = 0.01, 10.0
 # Largest element, in thicknesses of the whole strip.
-LARGEST = 1.0
+LARGEST = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,19 +119,20 @@ def strip_mesh(transducer: Transducer, positions: ArrayLike, order: int = ORDER)
         Polynomial order of the elements.
     """
     a, b = transducer.compliant.thickness, transducer.photoelastic.thickness
-    free = transducer.edges == "free"
-    half, largest = transducer.length / 2, LARGEST * (a + b)
-    load = _Progression(LOAD_X * a, GROWTH_X, largest)
-    edge = _Progression(CORNER * a if free else largest, CORNER_GROWTH, largest)
+    half, depth = transducer.length / 2, a + b
+    corner = CORNER * depth if transducer.edges == "free" else np.inf
+
+    load = _Progression(LOAD_X * a, GROWTH_X, LARGEST * depth)
+    edge = _Progression(corner, CORNER_GROWTH, LARGEST * depth)
     marks = np.concatenate([[-half], np.asarray(positions, dtype=float), [half]])
     ends = [edge, *[load] * (len(marks) - 2), edge]
     widths = [
         _subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(marks)) if gap > 0
     ]
     surface = _Progression(LOAD_Z * a, GROWTH_Z, a)
-    below = _Progression(CORNER * a if free else BELOW * a, CORNER_GROWTH if free else GROWTH_Z, b)
-    above = _Progression(CORNER * a if free else a, CORNER_GROWTH, a)
-    base = _Progression(CORNER * a if free else b, CORNER_GROWTH, b)
+    above = _Progression(corner, CORNER_GROWTH, a)
+    below = _Progression(min(corner, BELOW * a), GROWTH_BELOW, b)
+    base = _Progression(corner, CORNER_GROWTH, b)
     heights = [_subdivision(b, base, below), _subdivision(a, above, surface)]
     x = np.cumsum(np.concatenate([[-half], *widths]))
     z = np.cumsum(np.concatenate([[-a - b], *heights]))

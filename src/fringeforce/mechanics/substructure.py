@@ -13,19 +13,24 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cholesky
+from scipy.linalg.lapack import dtrtrs
 
 from fringeforce.mechanics.elements import element_stiffness
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+ROUNDING = 11
+"""Digits to which the logarithms of two sizes must agree to count as equal."""
+
 
 @dataclass(frozen=True)
 class _Numbering:
     """Where the unknowns of an element and of a column stand in flat order.
 
-    A column holds (2 components, order + 1 along x, order * rows + 1 along z) unknowns.
+    A column holds (2 components, order + 1 along x, order * rows + 1 along z) unknowns.  Its frame,
+    numbered apart, are those on the boundaries of its elements.
     """
 
     order: int
@@ -54,14 +59,23 @@ class _Numbering:
         return np.array([self.grid[:, :, r * p : (r + 1) * p + 1].ravel() for r in range(self.rows)])
 
     @cached_property
+    def frame(self) -> Index:
+        """Column unknowns on the boundaries of the elements, ascending."""
+        return np.unique(self.elements[:, self.around])
+
+    @cached_property
     def lines(self) -> Index:
-        """Column unknowns on the left and the right mesh line above the base, shape (2, line)."""
-        return np.array([self.grid[:, i, 1:].ravel() for i in (0, -1)])
+        """Column unknowns on the left, then on the right mesh line, above the base."""
+        return self.grid[:, [0, -1], 1:].transpose(1, 0, 2).ravel()
 
     @cached_property
     def rungs(self) -> Index:
         """Column unknowns on the horizontal edges above the base."""
         return self.grid[:, 1:-1, self.order :: self.order].ravel()
+
+    def in_frame(self, unknowns: Index) -> Index:
+        """Column unknowns in the frame's own numbering."""
+        return np.searchsorted(self.frame, unknowns)
 
 
 @dataclass(frozen=True)
@@ -84,25 +98,30 @@ def _eliminated(stiffness: Array, keep: Index, drop: Index) -> tuple[Array, Arra
 def _columns(
     numbering: _Numbering, widths: Array, heights: Array, c11: Array, c12: Array
 ) -> list[_Column]:
-    rows, tall = len(heights), len(widths)
-    elements = element_stiffness(
-        numbering.order,
-        np.repeat(widths, rows),
-        *(np.tile(values, tall) for values in (heights, c11, c12)),
+    """Columns of the given widths; an element's stiffness depends on its shape, not its size."""
+    aspect = (heights / widths[:, None]).ravel()
+    moduli = np.tile([c11, c12], len(widths))
+    _, first, kind = np.unique(
+        np.vstack([np.log(aspect).round(ROUNDING), moduli]),
+        axis=1,
+        return_index=True,
+        return_inverse=True,
     )
+    elements = element_stiffness(numbering.order, aspect[first], *moduli[:, first])
     shells, inside = _eliminated(elements, numbering.around, numbering.inside)
     return [
-        _assembled(numbering, shells[c * rows : (c + 1) * rows], inside[c * rows : (c + 1) * rows])
-        for c in range(tall)
+        _assembled(numbering, shells[row_kinds], inside[row_kinds])
+        for row_kinds in kind.reshape(len(widths), len(heights))
     ]
 
 
 def _assembled(numbering: _Numbering, shells: Array, inside: Array) -> _Column:
-    stiffness = np.zeros((numbering.grid.size,) * 2)
-    for shell, unknowns in zip(shells, numbering.elements[:, numbering.around], strict=True):
-        stiffness[np.ix_(unknowns, unknowns)] += shell
-    reduced, rungs = _eliminated(stiffness, numbering.lines.ravel(), numbering.rungs)
-    return _Column(reduced, rungs, inside)
+    stiffness = np.zeros((numbering.frame.size,) * 2)
+    around = numbering.in_frame(numbering.elements[:, numbering.around])
+    for shell, unknowns in zip(shells, around, strict=True):
+        stiffness[unknowns[:, None], unknowns] += shell
+    lines, rungs = (numbering.in_frame(part) for part in (numbering.lines, numbering.rungs))
+    return _Column(*_eliminated(stiffness, lines, rungs), inside)
 
 
 @dataclass(frozen=True)
@@ -145,19 +164,17 @@ class TensorSystem:
         for i, (factor, lower) in enumerate(zip(self.diagonal, self.lower, strict=True)):
             if i:
                 values[i] -= lower @ values[i - 1]
-            values[i] = solve_triangular(factor, values[i], lower=True, check_finite=False)
+            values[i] = _forward(factor, values[i])
         for i in reversed(range(len(values))):
             if i + 1 < len(values):
                 values[i] -= self.lower[i + 1].T @ values[i + 1]
-            values[i] = solve_triangular(
-                self.diagonal[i], values[i], lower=True, trans=1, check_finite=False
-            )
+            values[i] = _backward(self.diagonal[i], values[i])
         return values
 
     def _inside(self, column: _Column, pair: Array) -> Array:
         numbering, cases = self.numbering, pair.shape[-1]
         flat = np.zeros((numbering.grid.size, cases))
-        flat[numbering.lines.ravel()] = pair.reshape(-1, cases)
+        flat[numbering.lines] = pair.reshape(-1, cases)
         flat[numbering.rungs] = column.rungs @ pair.reshape(-1, cases)
         around = flat[numbering.elements[:, numbering.around]]
         flat[numbering.elements[:, numbering.inside]] = column.inside @ around
@@ -181,9 +198,8 @@ def factorise(
         Unknowns of the mesh lines above the base that are held at zero.
     """
     numbering = _Numbering(order, len(heights))
-    # widths that differ by rounding alone are one kind of column
     _, first, kind = np.unique(
-        np.round(widths / widths.max(), 12), return_index=True, return_inverse=True
+        np.log(widths).round(ROUNDING), return_index=True, return_inverse=True
     )
     columns = _columns(numbering, widths[first], heights, c11, c12)
     held = held.reshape(len(held), -1)
@@ -196,22 +212,30 @@ def _block_cholesky(
 ) -> tuple[list[Array], list[Array]]:
     """Factor the block-tridiagonal system that the columns leave on the mesh lines."""
     line = held.shape[1]
-    zero = np.zeros((line, line))
+    nothing = np.zeros((2 * line, 2 * line))
     diagonal: list[Array] = []
     lower: list[Array] = []
-    for i, fixed in enumerate(held):
-        left = stiffness[i - 1] if i else None
-        right = stiffness[i] if i < len(stiffness) else None
-        block = (zero if left is None else left[line:, line:]) + (
-            zero if right is None else right[:line, :line]
-        )
-        off = zero if left is None else left[line:, :line].copy()
-        if i:
-            off[fixed] = 0.0
-            off[:, held[i - 1]] = 0.0
-            off = solve_triangular(diagonal[-1], off.T, lower=True, check_finite=False).T
+    for i, (left, right) in enumerate(
+        zip([nothing, *stiffness], [*stiffness, nothing], strict=True)
+    ):
+        block = left[line:, line:] + right[:line, :line]
+        off = left[line:, :line].copy()
+        fixed = held[i]
+        off[fixed] = 0.0
         block[fixed], block[:, fixed] = 0.0, 0.0
         block[fixed, fixed] = 1.0
-        diagonal.append(cholesky(block - off @ off.T, lower=True, check_finite=False))
+        if i:
+            off[:, held[i - 1]] = 0.0
+            off = _forward(diagonal[-1], off.T).T
+            block -= off @ off.T
+        diagonal.append(cholesky(block, lower=True, check_finite=False))
         lower.append(off)
     return diagonal, lower
+
+
+def _forward(factor: Array, values: Array) -> Array:
+    return dtrtrs(factor, values, lower=1)[0]
+
+
+def _backward(factor: Array, values: Array) -> Array:
+    return dtrtrs(factor, values, lower=1, trans=1)[0]

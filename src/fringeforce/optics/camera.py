@@ -1,0 +1,67 @@
+"""From light to grey levels, equation (13) of the paper."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.design import Camera
+from fringeforce.errors import InputError
+
+Rng = int | np.random.Generator | None
+
+
+def grey_levels(camera: Camera, intensity: ArrayLike) -> NDArray[np.float64]:
+    """Grey levels before noise and rounding, A I + I_o.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its amplitude A and offset I_o are in grey levels.
+    intensity : array_like, any shape
+        Normalised intensity, 0 to 1.
+    """
+    return camera.amplitude * np.asarray(intensity, dtype=float) + camera.offset
+
+
+def expose(camera: Camera, intensity: ArrayLike, rng: Rng = None) -> NDArray[np.unsignedinteger]:
+    """Frames as the camera delivers them, equation (13).
+
+    Parameters
+    ----------
+    camera : Camera
+        Amplitude, offset, noise and number of bits.
+    intensity : array_like, shape (..., n_pixels)
+        Normalised intensity, 0 to 1; leading axes are a batch.
+    rng : int, numpy.random.Generator or None
+        Source of the noise: a seed, a generator that goes on from where it is, or None for fresh
+        noise.
+
+    Returns
+    -------
+    ndarray, same shape
+        Rounded to the nearest integer and clipped to the converter's range; uint8 up to 8 bits,
+        uint16 above.
+
+    Raises
+    ------
+    InputError
+        If the intensity is not finite.
+    """
+    levels = grey_levels(camera, intensity)
+    if not np.isfinite(levels).all():
+        raise InputError(
+            "The intensity holds values that are not finite, which no camera can expose; "
+            "check the forces or the phase it was computed from."
+        )
+    noisy = levels + _noise(camera, levels.shape, np.random.default_rng(rng))
+    dtype = np.uint8 if camera.bits <= 8 else np.uint16
+    return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
+
+
+def _noise(
+    camera: Camera, shape: tuple[int, ...], generator: np.random.Generator
+) -> NDArray[np.float64]:
+    if camera.noise_model == "gaussian":
+        return generator.normal(0.0, camera.noise, shape)
+    return generator.uniform(-camera.noise, camera.noise, shape)
