@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
 from numpy.typing import NDArray
 from skfem import ElementLineP1, ElementLineP2, ElementLinePp
 from skfem.quadrature import get_quadrature
@@ -116,8 +117,39 @@ def interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Arra
     values, slopes : ndarray, shape (m, order + 1)
         Their shape functions and derivatives [1/m].
     """
-    element = np.clip(np.searchsorted(breaks, points, side="left") - 1, 0, len(breaks) - 2)
-    width = np.diff(breaks)[element]
-    values, slopes = shape_functions(order, (points - breaks[element]) / width)
+    element, fraction = _located(breaks, points)
+    values, slopes = shape_functions(order, fraction)
     index = element[:, None] * order + np.arange(order + 1)
-    return index, values.T, slopes.T / width[:, None]
+    return index, values.T, slopes.T / np.diff(breaks)[element, None]
+
+
+def gauss_interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Array]:
+    """Weights that carry values at each element's Gauss points to any point.
+
+    Parameters
+    ----------
+    order : int
+        Gauss points in every element; they define a polynomial of degree order - 1.
+    breaks : ndarray, shape (e + 1,)
+        Element boundaries, ascending [m].
+    points : ndarray, shape (m,)
+        Where to evaluate [m].
+
+    Returns
+    -------
+    index : ndarray of int, shape (m, order)
+        Gauss points, counted through all elements, that carry each point.
+    weights : ndarray, shape (m, order)
+        Their weights.
+    """
+    element, fraction = _located(breaks, points)
+    gauss = leggauss(order)[0]
+    at_gauss = legvander(gauss, order - 1)
+    weights = legvander(2 * fraction - 1, order - 1) @ np.linalg.inv(at_gauss)
+    return element[:, None] * order + np.arange(order), weights
+
+
+def _located(breaks: Array, points: Array) -> tuple[NDArray[np.intp], Array]:
+    """Element of each point and its place within, 0 to 1; a boundary counts to the left element."""
+    element = np.clip(np.searchsorted(breaks, points, side="left") - 1, 0, len(breaks) - 2)
+    return element, (points - breaks[element]) / np.diff(breaks)[element]

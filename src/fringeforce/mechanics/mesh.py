@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import Transducer
@@ -67,7 +68,7 @@ class Mesh:
         Stresses converge one order faster there than elsewhere (Barlow, Int. J. Numer. Methods
         Eng. 10, 1976).
         """
-        points = (np.polynomial.legendre.leggauss(self.order)[0] + 1) / 2
+        points = (leggauss(self.order)[0] + 1) / 2
         return (self.x[:-1, None] + np.diff(self.x)[:, None] * points).ravel()
 
     def refined(self, factor: int) -> Mesh:
@@ -137,6 +138,44 @@ def strip_mesh(transducer: Transducer, positions: ArrayLike, order: int = ORDER)
     x = np.cumsum(np.concatenate([[-half], *widths]))
     z = np.cumsum(np.concatenate([[-a - b], *heights]))
     return Mesh(_snapped(x, marks), _snapped(z, np.array([-a - b, -a, 0.0])), order)
+
+
+def paper_mesh(transducer: Transducer, positions: ArrayLike) -> Mesh:
+    """The subdivision of the paper: 201 x 25 nodes, bilinear, half of the columns under the tactels.
+
+    Section II gives the numbers of nodes and that the middle is finer; where exactly the nodes lay
+    is not printed, so they are spread evenly within each part.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip.
+    positions : array_like, shape (n,)
+        Where the tactels' line loads act, evenly spaced and ascending [m]; at most 101 of them.
+    """
+    columns, rows = 200, 24
+    a, b = transducer.compliant.thickness, transducer.photoelastic.thickness
+    tactels = np.asarray(positions, dtype=float)
+    gaps = len(tactels) - 1
+    if gaps > columns // 2:
+        raise InputError(
+            f"The paper's mesh has room for 101 tactels, not {len(tactels)}; use the default mesh."
+        )
+    inner = gaps * (columns // 2 // max(gaps, 1))
+    left = (columns - inner) // 2
+    half = transducer.length / 2
+    x = np.concatenate(
+        [
+            np.linspace(-half, tactels[0], left + 1)[:-1],
+            np.linspace(tactels[0], tactels[-1], inner + 1) if gaps else tactels,
+            np.linspace(tactels[-1], half, columns - inner - left + 1)[1:],
+        ]
+    )
+    clear = min(max(round(rows * b / (a + b)), 1), rows - 1)
+    z = np.concatenate(
+        [np.linspace(-a - b, -a, clear + 1)[:-1], np.linspace(-a, 0.0, rows - clear + 1)]
+    )
+    return Mesh(_snapped(x, tactels), z, order=1)
 
 
 def _snapped(breaks: Array, marks: Array) -> Array:

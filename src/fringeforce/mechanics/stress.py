@@ -72,9 +72,7 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
     local = displacement.coefficients[:, index_x][:, :, :, index_z]
 
     def gradient(component: int, along_x: Array, along_z: Array) -> Array:
-        return np.einsum(
-            "mi,qj,miqj...->mq...", along_x, along_z, local[component], optimize=True
-        )
+        return np.einsum("mi,qj,miqj...->mq...", along_x, along_z, local[component], optimize=True)
 
     strain_x = gradient(0, slope_x, value_z)
     strain_z = gradient(1, value_x, slope_z)

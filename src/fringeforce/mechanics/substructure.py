@@ -56,7 +56,9 @@ class _Numbering:
     def elements(self) -> Index:
         """Column unknowns of each element, shape (rows, 2 (order + 1)^2)."""
         p = self.order
-        return np.array([self.grid[:, :, r * p : (r + 1) * p + 1].ravel() for r in range(self.rows)])
+        return np.array(
+            [self.grid[:, :, r * p : (r + 1) * p + 1].ravel() for r in range(self.rows)]
+        )
 
     @cached_property
     def frame(self) -> Index:

@@ -1,0 +1,53 @@
+"""Design files: TOML to plain values, and a design back to TOML."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from fringeforce.errors import DesignError
+from fringeforce.quantities import spell_quantity
+
+
+def toml_values(text: str, source: str) -> dict[str, Any]:
+    """Plain nested values of a TOML text; DesignError with the line if it is not TOML."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise DesignError(f"{source} is not a TOML file: {error}.") from None
+
+
+def toml_text(design: BaseModel) -> str:
+    """The text of a design file whose values read back to the very same floats."""
+    return "\n".join(_lines(design, "")).lstrip() + "\n"
+
+
+def _lines(part: BaseModel, path: str) -> Iterator[str]:
+    if path:
+        yield f"\n[{path}]"
+    children: list[tuple[str, BaseModel]] = []
+    for key, info in type(part).model_fields.items():
+        value = getattr(part, key)
+        if isinstance(value, BaseModel):
+            children.append((f"{path}.{key}" if path else key, value))
+        else:
+            yield f"{key} = {_spelled(value, info)}"
+    for child_path, child in children:
+        yield from _lines(child, child_path)
+
+
+def _spelled(value: Any, info: FieldInfo) -> str:
+    unit = (
+        (info.json_schema_extra or {}).get("unit")
+        if isinstance(info.json_schema_extra, dict)
+        else None
+    )
+    if isinstance(unit, str):
+        return json.dumps(spell_quantity(value, unit))
+    # a JSON string is a TOML basic string; repr of a float is one too
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -1,0 +1,226 @@
+"""The characterised sensor: one influence matrix, and everything that it predicts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.design import Sensor
+from fringeforce.errors import InputError
+from fringeforce.mechanics.elasticity import unit_displacements
+from fringeforce.mechanics.elements import gauss_interpolation
+from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
+from fringeforce.mechanics.stress import integrated_stress
+from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+from fringeforce.optics.polariscope import intensity
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SensorModel:
+    """What one sensor does to forces, equation (10.a) of the paper.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The design it belongs to.
+    breaks : ndarray, shape (e + 1,)
+        Boundaries of the elements along the strip [m].
+    psi : ndarray, shape (M, 2, n)
+        Influence matrix at the stations [rad/N]: [:, 0] for normal, [:, 1] for tangential forces.
+    provenance : mapping
+        How it came about, in words and numbers.
+    """
+
+    sensor: Sensor
+    breaks: Array
+    psi: Array
+    provenance: Mapping[str, str | int] = field(default_factory=dict)
+
+    @property
+    def x(self) -> Array:
+        """Stations along the strip, the Gauss points of its elements, shape (M,) [m]."""
+        return Mesh(self.breaks, np.empty(0), self._order).stations
+
+    @property
+    def _order(self) -> int:
+        return len(self.psi) // (len(self.breaks) - 1)
+
+    def influence(self, x: ArrayLike) -> Array:
+        """Influence matrix at any place, as accurate as the elements are.
+
+        Parameters
+        ----------
+        x : array_like, shape (m,)
+            Positions along the strip [m].
+
+        Returns
+        -------
+        ndarray, shape (m, 2, n)
+            Phase lead per force [rad/N].
+
+        Raises
+        ------
+        InputError
+            If a position lies outside the strip.
+        """
+        points = np.atleast_1d(np.asarray(x, dtype=float))
+        half = self.sensor.transducer.length / 2
+        inside = np.abs(points) <= half * (1 + 1e-12)
+        if not inside.all():
+            raise InputError(
+                f"x = {points[~inside][0]:g} m lies outside the strip, which ends at "
+                f"+-{half:g} m; positions are in metres from its centre."
+            )
+        index, weights = gauss_interpolation(self._order, self.breaks, points)
+        return np.einsum("mi,mi...->m...", weights, self.psi[index])
+
+    @cached_property
+    def pixel_influence(self) -> Array:
+        """Influence matrix at the camera's pixels, shape (n_pixels, 2, n) [rad/N]."""
+        return self.influence(self.sensor.pixel_positions)
+
+    def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
+        """Phase lead under given forces, equation (10.a).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., 2, n)
+            Normal (pressing) and tangential (towards +x) force of every tactel [N].
+        x : array_like, shape (m,), optional
+            Positions along the strip [m]; the camera's pixels if not given.
+
+        Returns
+        -------
+        ndarray, shape (..., m) or (..., n_pixels)
+            Phase lead [rad].
+        """
+        influence = self.pixel_influence if x is None else self.influence(x)
+        loads = self._checked(forces)
+        flat = loads.reshape(*loads.shape[:-2], -1)
+        return flat @ influence.reshape(len(influence), -1).T
+
+    def intensity(self, forces: ArrayLike) -> Array:
+        """Normalised intensity at the camera's pixels, equation (11), shape (..., n_pixels)."""
+        return intensity(self.phase(forces))
+
+    def expose(
+        self, forces: ArrayLike, rng: camera_optics.Rng = None
+    ) -> NDArray[np.unsignedinteger]:
+        """Frames that the camera would deliver, equation (13).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., 2, n)
+            Normal and tangential force of every tactel [N].
+        rng : int, numpy.random.Generator or None
+            Source of the noise.
+
+        Returns
+        -------
+        ndarray, shape (..., n_pixels)
+            Grey levels, uint8 up to 8 bits and uint16 above.
+        """
+        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to an HDF5 file, all of it or nothing."""
+        from fringeforce.files import save_model
+
+        save_model(self, path)
+
+    def _checked(self, forces: ArrayLike) -> Array:
+        loads = np.asarray(forces, dtype=float)
+        expected = (2, self.sensor.tactels.count)
+        if loads.shape[-2:] != expected:
+            raise InputError(
+                f"Forces of shape {loads.shape} do not fit this sensor; its {expected[1]} tactels "
+                f"need (..., 2, {expected[1]}): normal forces first, then tangential ones."
+            )
+        return loads
+
+
+def characterize(sensor: Sensor, mesh: Mesh | Literal["paper"] | None = None) -> SensorModel:
+    """Reduce a design to its influence matrix, with finite elements (Section III of the paper).
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    mesh : Mesh or "paper", optional
+        The elements; those that the design asks for if not given.
+
+    Returns
+    -------
+    SensorModel
+        On the default mesh its influence matrix is within 1e-4 of the exact one.
+    """
+    transducer, positions = sensor.transducer, sensor.tactels.positions
+    if mesh is None:
+        mesh = strip_mesh(transducer, positions)
+    elif isinstance(mesh, str):
+        mesh = named_mesh(mesh, sensor)
+    displacement = unit_displacements(transducer, positions, mesh)
+    constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
+    return SensorModel(
+        sensor=sensor,
+        breaks=mesh.x,
+        psi=phase_lead(integrated_stress(displacement, mesh.stations), constant),
+        provenance={
+            "method": "finite elements",
+            "order": mesh.order,
+            "columns": len(mesh.x) - 1,
+            "rows": len(mesh.z) - 1,
+            "unknowns": mesh.unknowns,
+        },
+    )
+
+
+def named_mesh(name: str, sensor: Sensor) -> Mesh:
+    """A mesh by its name: "paper" for the 201 x 25 nodes of the paper, "default" for our own."""
+    build = {"default": strip_mesh, "paper": paper_mesh}.get(name)
+    if build is None:
+        raise InputError(f"There is no mesh called {name!r}; choose 'default' or 'paper'.")
+    return build(sensor.transducer, sensor.tactels.positions)
+
+
+def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> Array:
+    """Forces from magnitudes and angles, as the paper states them.
+
+    Parameters
+    ----------
+    magnitude : array_like, scalar or shape (n,)
+        Force on each tactel [N].
+    angle : array_like, scalar or shape (n,)
+        From the surface normal, towards +x [degrees].
+    n : int, optional
+        Number of tactels, when magnitude and angle are the same for all.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        Normal and tangential forces [N].
+
+    Examples
+    --------
+    >>> polar(2.0, angle=30, n=3).round(3)
+    array([[1.732, 1.732, 1.732],
+           [1.   , 1.   , 1.   ]])
+    """
+    size, alpha = np.broadcast_arrays(np.asarray(magnitude, float), np.radians(angle))
+    forces = np.stack([size * np.cos(alpha), size * np.sin(alpha)])
+    if forces.ndim == 1:
+        if n is None:
+            raise InputError("One magnitude and one angle say nothing of how many tactels; give n.")
+        return np.repeat(forces[:, None], n, axis=1)
+    if n not in (None, forces.shape[1]):
+        raise InputError(f"n = {n}, but magnitude and angle are given for {forces.shape[1]}.")
+    return forces

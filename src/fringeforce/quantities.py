@@ -1,0 +1,67 @@
+"""Physical quantities as people write them, turned into SI floats and back."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+EXAMPLES = {"meter": '"0.5 mm"', "pascal": '"11 MPa"'}
+_PLEASANT = {"meter": ("mm", "um", "nm", "m"), "pascal": ("MPa", "kPa", "Pa")}
+
+
+@cache
+def _registry() -> UnitRegistry:
+    from pint import UnitRegistry  # takes a third of a second, so only where a unit is read
+
+    return UnitRegistry(cache_folder=None)
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """Read a quantity such as "0.5 mm" in a unit's SI base.
+
+    Parameters
+    ----------
+    text : str
+        A number and a unit, in any spelling that pint knows.
+    unit : str
+        The SI unit that the quantity must be convertible to, "meter" or "pascal".
+
+    Returns
+    -------
+    float
+        The value in that unit.
+
+    Raises
+    ------
+    ValueError
+        If the text is no quantity of that dimension; the message says what is.
+    """
+    from pint.errors import PintError
+
+    example = EXAMPLES[unit]
+    try:
+        quantity = _registry().Quantity(text)
+        dimensionless = quantity.dimensionless
+        value = math.nan if dimensionless else float(quantity.to(unit).magnitude)
+    except (PintError, ArithmeticError, AssertionError, TypeError, ValueError):
+        raise ValueError(
+            f"is not a quantity in {unit}s; write a number and a unit, as in {example}"
+        ) from None
+    if dimensionless:
+        raise ValueError(f"has no unit; write one, as in {example}")
+    return value
+
+
+def spell_quantity(value: float, unit: str) -> str:
+    """Write an SI value in a pleasant unit such that it reads back to the same float."""
+    candidates = []
+    for name in _PLEASANT[unit]:
+        for number in (f"{_registry().Quantity(value, unit).to(name).magnitude:.12g}", repr(value)):
+            text = f"{number} {name}"
+            if parse_quantity(text, unit) == value:
+                candidates.append(text)
+    return min(candidates, key=len)
