@@ -1,1 +1,47 @@
 """From the drawing of a photoelastic tactile sensor to forces read from its fringes."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fringeforce.design import Sensor, load_sensor
+    from fringeforce.errors import FringeforceError
+    from fringeforce.files import load_model
+    from fringeforce.model import SensorModel, characterize, polar
+
+__all__ = [
+    "FringeforceError",
+    "Sensor",
+    "SensorModel",
+    "characterize",
+    "load_model",
+    "load_sensor",
+    "polar",
+]
+
+_HOME = {
+    "FringeforceError": "errors",
+    "Sensor": "design",
+    "SensorModel": "model",
+    "characterize": "model",
+    "load_model": "files",
+    "load_sensor": "design",
+    "polar": "model",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name's module on its first use, so that `import fringeforce` is instant."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("fringeforce")
+    if name not in _HOME:
+        raise AttributeError(f"module 'fringeforce' has no attribute {name!r}")
+    return getattr(import_module(f"fringeforce.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

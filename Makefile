@@ -1,0 +1,30 @@
+# Every target sets up its own environment; a machine needs python3 and make.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: demo test bench dist clean
+
+demo: .venv/ready
+	$(BIN)/fringeforce reproduce saad --out demo
+
+test: .venv/ready
+	$(BIN)/python -m pytest -n 2
+
+bench: .venv/ready
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
+	for script in benchmarks/*.py; do $(BIN)/python $$script || exit 1; done
+
+dist: .venv/ready
+	$(BIN)/python -m pip install --quiet -c constraints.txt build
+	$(BIN)/python -m build
+
+clean:
+	rm -rf .venv demo dist build
+
+.venv/ready: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	    { echo "fringeforce needs Python 3.11 or newer; set PYTHON=python3.x"; exit 1; }
+	@$(PYTHON) -m venv .venv || \
+	    { echo "python3 cannot make environments here; on Debian: apt-get install python3-venv"; exit 1; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@touch $@

@@ -1,0 +1,241 @@
+"""HDF5 files: models and frames, written whole or not at all, readable by xarray.
+
+Every dimension is a named scale and every quantity carries its unit, so that
+``xarray.open_dataset(path, engine="h5netcdf")`` shows the same arrays with labels.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.design import parse_sensor
+from fringeforce.errors import FileFormatError, InputError
+from fringeforce.model import SensorModel
+
+if TYPE_CHECKING:
+    PathLike = str | os.PathLike[str]
+
+FORMAT_VERSION = 1
+COMPONENTS = ("normal", "tangential")
+LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
+
+
+def save_model(model: SensorModel, path: PathLike) -> None:
+    """Write a model: influence matrix, stations, design text, versions and provenance."""
+    sensor = model.sensor
+    with _new_file(path, "model") as file:
+        file.attrs["design"] = sensor.to_toml()
+        file.attrs["provenance"] = json.dumps(dict(model.provenance))
+        _write(file, "x", model.x, ("x",), "m", "stations along the strip")
+        _write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+        _write(file, "tactel", sensor.tactels.positions, ("tactel",), "m", "places of the tactels")
+        _write(file, "breaks", model.breaks, ("breaks",), "m", "boundaries of the elements")
+        _write(file, "psi", model.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
+
+
+def load_model(path: PathLike) -> SensorModel:
+    """Read a model that `SensorModel.save` wrote.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, truncated, of another kind, or damaged.
+    """
+    with _existing_file(path, "model") as file:
+        model = SensorModel(
+            sensor=parse_sensor(_text(file, "design"), source=f"The design inside {path}"),
+            breaks=_read(file, "breaks"),
+            psi=_read(file, "psi"),
+            provenance=json.loads(_text(file, "provenance")),
+        )
+    expected = (2, model.sensor.tactels.count)
+    columns = len(model.breaks) - 1
+    if model.psi.shape[1:] != expected or columns < 1 or len(model.psi) % columns:
+        raise FileFormatError(
+            f"{path} is damaged: an influence matrix of shape {model.psi.shape} does not fit "
+            f"{columns} elements and {expected[1]} tactels. Characterise the design again."
+        )
+    return model
+
+
+def save_frames(
+    path: PathLike, frames: ArrayLike, x: ArrayLike, forces: ArrayLike | None = None
+) -> None:
+    """Write frames, and the forces behind them where they are known.
+
+    Parameters
+    ----------
+    path : path
+        Of the HDF5 file.
+    frames : array_like, shape (k, n_pixels)
+        Grey levels.
+    x : array_like, shape (n_pixels,)
+        Places of the pixels [m].
+    forces : array_like, shape (k, 2, n), optional
+        Normal and tangential forces [N].
+    """
+    images = np.asarray(frames)
+    with _new_file(path, "frames") as file:
+        _write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
+        _write(file, "x", np.asarray(x, dtype=float), ("x",), "m", "places of the pixels")
+        _write(file, "grey", images, ("frame", "x"), None, "grey levels")
+        if forces is not None:
+            loads = np.asarray(forces, dtype=float)
+            tactels = np.arange(1, loads.shape[2] + 1)
+            _write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            _write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+            _write(file, "forces", loads, ("frame", "component", "tactel"), "N", "applied forces")
+
+
+def load_frames(path: PathLike) -> NDArray[Any]:
+    """Read frames from HDF5, .npy, PNG or TIFF; the rows of an image are frames.
+
+    Parameters
+    ----------
+    path : path
+        The file; its ending says what it is (.h5, .hdf5, .npy, .png, .tif, .tiff).
+
+    Returns
+    -------
+    ndarray, shape (k, n_pixels)
+        Grey levels as stored.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, damaged, or of a kind that is not read.
+    """
+    ending = Path(path).suffix.lower()
+    if ending in (".h5", ".hdf5", ".nc"):
+        with _existing_file(path, "frames") as file:
+            return _read(file, "grey")
+    readers = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
+    if ending not in readers:
+        raise FileFormatError(
+            f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {ending!r}."
+        )
+    try:
+        frames = np.atleast_2d(readers[ending](path))
+    except (OSError, ValueError, EOFError, SyntaxError) as error:
+        raise FileFormatError(f"{path} cannot be read as {ending} frames: {error}.") from None
+    if frames.ndim != 2 or frames.dtype.kind not in "uif":
+        raise FileFormatError(
+            f"{path} holds {frames.dtype} of shape {frames.shape}; frames are grey levels of shape "
+            "(frames, pixels)."
+        )
+    return frames
+
+
+def _load_npy(path: PathLike) -> NDArray[Any]:
+    return np.load(path, allow_pickle=False)
+
+
+def _load_png(path: PathLike) -> NDArray[Any]:
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def _load_tiff(path: PathLike) -> NDArray[Any]:
+    from tifffile import imread
+
+    return imread(path)
+
+
+@contextmanager
+def _new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file that takes its name only once it is complete."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    os.close(handle)
+    try:
+        with h5py.File(name, "w", track_order=True) as file:
+            file.attrs["format"] = f"fringeforce-{kind}"
+            file.attrs["format_version"] = FORMAT_VERSION
+            file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+            file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
+            yield file
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current
+
+
+@contextmanager
+def _existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    try:
+        with h5py.File(path, "r") as file:
+            found = file.attrs.get("format", "a foreign HDF5 file")
+            if found != f"fringeforce-{kind}":
+                raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
+            newest = int(file.attrs.get("format_version", 0))
+            if newest > FORMAT_VERSION:
+                raise FileFormatError(
+                    f"{path} has format version {newest}; this fringeforce reads up to "
+                    f"{FORMAT_VERSION}. Update fringeforce."
+                )
+            yield file
+    except FileFormatError:
+        raise
+    except FileNotFoundError:
+        raise FileFormatError(f"There is no file {path}.") from None
+    except (OSError, KeyError, ValueError, RuntimeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(
+            f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
+            "truncated or of another kind; write it again."
+        ) from None
+
+
+def _write(
+    file: h5py.File,
+    name: str,
+    values: Any,
+    dimensions: tuple[str, ...],
+    unit: str | None,
+    meaning: str,
+) -> None:
+    data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
+    compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
+    dataset = file.create_dataset(name, data=data, **compress)
+    dataset.attrs["long_name"] = meaning
+    if unit:
+        dataset.attrs["units"] = unit
+    if dimensions == (name,):
+        dataset.make_scale(name)
+        return
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(file[dimension])
+
+
+def _read(file: h5py.File, name: str) -> NDArray[Any]:
+    dataset = file[name]
+    assert isinstance(dataset, h5py.Dataset)
+    return dataset[()]
+
+
+def _text(file: h5py.File, name: str) -> str:
+    return str(file.attrs[name])

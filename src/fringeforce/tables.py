@@ -1,0 +1,106 @@
+"""Forces as CSV, one row for each tactel of each frame."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.errors import FileFormatError
+
+CARTESIAN = ("normal_N", "tangential_N")
+POLAR = ("magnitude_N", "angle_deg")
+
+
+def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float64]:
+    """Read loads: columns frame, tactel and either normal_N, tangential_N or magnitude_N, angle_deg.
+
+    Parameters
+    ----------
+    path : path
+        Of the CSV file.  Frames count from 0 and tactels from 1, leftmost first; tactels that a
+        frame does not name are not loaded.  Without a frame column all rows are one frame.
+    tactels : int
+        Number of tactels of the sensor.
+
+    Returns
+    -------
+    ndarray, shape (k, 2, tactels)
+        Normal and tangential forces [N].
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing or a row cannot be used; the message names its line.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            columns = _force_columns(path, reader.fieldnames or ())
+            rows = list(_rows(path, reader, columns, tactels))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        raise FileFormatError(f"{path} cannot be read as a table of forces: {error}.") from None
+    if not rows:
+        raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
+    forces = np.zeros((max(frame for frame, *_ in rows) + 1, 2, tactels))
+    for frame, tactel, normal, tangential in rows:
+        forces[frame, :, tactel] = normal, tangential
+    return forces
+
+
+def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
+    """Write loads as `load_forces` reads them; forces have the shape (k, 2, n) [N]."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["frame", "tactel", *CARTESIAN])
+        for frame, load in enumerate(np.asarray(forces, dtype=float)):
+            for tactel, (normal, tangential) in enumerate(load.T, start=1):
+                writer.writerow([frame, tactel, repr(float(normal)), repr(float(tangential))])
+
+
+def _force_columns(path: str | os.PathLike[str], names: ArrayLike) -> tuple[str, str]:
+    present = [str(name) for name in np.asarray(names).tolist()]
+    for columns in (CARTESIAN, POLAR):
+        if "tactel" in present and set(columns) <= set(present):
+            return columns
+    raise FileFormatError(
+        f"{Path(path).name} has the columns {', '.join(present) or '(none)'}; a table of forces "
+        f"needs tactel with {' and '.join(CARTESIAN)} or with {' and '.join(POLAR)}."
+    )
+
+
+def _rows(
+    path: str | os.PathLike[str],
+    reader: csv.DictReader[str],
+    columns: tuple[str, str],
+    tactels: int,
+) -> Iterator[tuple[int, int, float, float]]:
+    seen: set[tuple[int, int]] = set()
+    for row in reader:
+        where = f"{Path(path).name}, line {reader.line_num}"
+        try:
+            frame, tactel = int(row.get("frame") or 0), int(row["tactel"])
+            first, second = (float(row[column]) for column in columns)
+        except (TypeError, ValueError):
+            raise FileFormatError(f"{where}: {dict(row)} is not a row of numbers.") from None
+        if not 1 <= tactel <= tactels or frame < 0:
+            raise FileFormatError(
+                f"{where}: frame {frame}, tactel {tactel}; frames count from 0 and this sensor's "
+                f"tactels from 1 to {tactels}."
+            )
+        if (frame, tactel) in seen:
+            raise FileFormatError(f"{where}: tactel {tactel} of frame {frame} is given twice.")
+        if not (math.isfinite(first) and math.isfinite(second)):
+            raise FileFormatError(f"{where}: forces must be finite, not {first:g} and {second:g}.")
+        seen.add((frame, tactel))
+        if columns == POLAR:
+            angle = math.radians(second)
+            first, second = first * math.cos(angle), first * math.sin(angle)
+        yield frame, tactel - 1, first, second
