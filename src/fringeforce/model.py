@@ -80,8 +80,8 @@ class SensorModel:
                 f"x = {points[~inside][0]:g} m lies outside the strip, which ends at "
                 f"+-{half:g} m; positions are in metres from its centre."
             )
-        index, weights = gauss_interpolation(self._order, self.breaks, points)
-        return np.einsum("mi,mi...->m...", weights, self.psi[index])
+        stations = gauss_interpolation(self._order, self.breaks, points)
+        return (stations @ self.psi.reshape(len(self.psi), -1)).reshape(-1, *self.psi.shape[1:])
 
     @cached_property
     def pixel_influence(self) -> Array:

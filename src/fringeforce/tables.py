@@ -18,7 +18,7 @@ POLAR = ("magnitude_N", "angle_deg")
 
 
 def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float64]:
-    """Read loads: columns frame, tactel and either normal_N, tangential_N or magnitude_N, angle_deg.
+    """Read loads: frame, tactel and either normal_N, tangential_N or magnitude_N, angle_deg.
 
     Parameters
     ----------

@@ -100,7 +100,8 @@ def _present(values: Any, location: tuple[int | str, ...]) -> list[str]:
 def _model_at(model: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel]:
     for key in location:
         annotation = model.model_fields[str(key)].annotation
-        assert isinstance(annotation, type) and issubclass(annotation, BaseModel)
+        assert isinstance(annotation, type)
+        assert issubclass(annotation, BaseModel)
         model = annotation
     return model
 

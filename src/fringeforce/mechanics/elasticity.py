@@ -27,7 +27,8 @@ class Displacement:
     mesh : Mesh
         Where the shape functions live.
     coefficients : ndarray, shape (2, order * columns + 1, order * rows + 1, 2, n)
-        Of u and w [m/N], for normal and tangential unit forces on each of the n tactels.
+        Of u and w [m/N], for normal and tangential unit forces on each of the n tactels; without
+        the last two axes [m] for one load.
     """
 
     transducer: Transducer
@@ -37,6 +38,11 @@ class Displacement:
     def moduli(self, layer: Layer) -> PlaneModuli:
         """Stiffness of one of the strip's layers in its plane state."""
         return plane_moduli(layer, self.transducer.plane)
+
+    def superposed(self, forces: ArrayLike) -> Displacement:
+        """Displacement under one load, forces of shape (2, n) [N]."""
+        coefficients = np.tensordot(self.coefficients, np.asarray(forces, dtype=float), axes=2)
+        return Displacement(self.transducer, self.mesh, coefficients)
 
 
 def unit_displacements(transducer: Transducer, positions: ArrayLike, mesh: Mesh) -> Displacement:

@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from skfem import ElementLineP1, ElementLineP2, ElementLinePp
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
@@ -98,8 +99,8 @@ def element_stiffness(order: int, aspect: Array, c11: Array, c12: Array) -> Arra
     return k.reshape(len(c11), 2 * m, 2 * m)
 
 
-def interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Array, Array]:
-    """Values and slopes of the shapes that are alive at each point of a line of elements.
+def interpolation(order: int, breaks: Array, points: Array) -> tuple[csr_array, csr_array]:
+    """Values and slopes of a line of elements, as matrices on its coefficients.
 
     Parameters
     ----------
@@ -112,19 +113,20 @@ def interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Arra
 
     Returns
     -------
-    index : ndarray of int, shape (m, order + 1)
-        Unknowns of the line that carry each point.
-    values, slopes : ndarray, shape (m, order + 1)
-        Their shape functions and derivatives [1/m].
+    values, slopes : sparse array, shape (m, order * e + 1)
+        Applied to coefficients they give the function and its derivative [1/m].
     """
     element, fraction = _located(breaks, points)
     values, slopes = shape_functions(order, fraction)
-    index = element[:, None] * order + np.arange(order + 1)
-    return index, values.T, slopes.T / np.diff(breaks)[element, None]
+    first, unknowns = element * order, order * (len(breaks) - 1) + 1
+    return (
+        _banded(first, values.T, unknowns),
+        _banded(first, slopes.T / np.diff(breaks)[element, None], unknowns),
+    )
 
 
-def gauss_interpolation(order: int, breaks: Array, points: Array) -> tuple[Array, Array]:
-    """Weights that carry values at each element's Gauss points to any point.
+def gauss_interpolation(order: int, breaks: Array, points: Array) -> csr_array:
+    """Carry values at each element's Gauss points to any point, by polynomials.
 
     Parameters
     ----------
@@ -137,16 +139,21 @@ def gauss_interpolation(order: int, breaks: Array, points: Array) -> tuple[Array
 
     Returns
     -------
-    index : ndarray of int, shape (m, order)
-        Gauss points, counted through all elements, that carry each point.
-    weights : ndarray, shape (m, order)
-        Their weights.
+    sparse array, shape (m, order * e)
+        Applied to values at the Gauss points of all elements it gives those at the points.
     """
     element, fraction = _located(breaks, points)
-    gauss = leggauss(order)[0]
-    at_gauss = legvander(gauss, order - 1)
+    at_gauss = legvander(leggauss(order)[0], order - 1)
     weights = legvander(2 * fraction - 1, order - 1) @ np.linalg.inv(at_gauss)
-    return element[:, None] * order + np.arange(order), weights
+    return _banded(element * order, weights, order * (len(breaks) - 1))
+
+
+def _banded(first: NDArray[np.intp], weights: Array, columns: int) -> csr_array:
+    """Sparse matrix whose row i holds weights[i] from column first[i] on."""
+    rows, width = weights.shape
+    index = first[:, None] + np.arange(width)
+    starts = np.arange(0, rows * width + 1, width)
+    return csr_array((weights.ravel(), index.ravel(), starts), shape=(rows, columns))
 
 
 def _located(breaks: Array, points: Array) -> tuple[NDArray[np.intp], Array]:

@@ -141,7 +141,7 @@ def strip_mesh(transducer: Transducer, positions: ArrayLike, order: int = ORDER)
 
 
 def paper_mesh(transducer: Transducer, positions: ArrayLike) -> Mesh:
-    """The subdivision of the paper: 201 x 25 nodes, bilinear, half of the columns under the tactels.
+    """The subdivision of the paper: 201 x 25 bilinear nodes, half of the columns under the tactels.
 
     Section II gives the numbers of nodes and that the middle is finer; where exactly the nodes lay
     is not printed, so they are spread evenly within each part.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
 
 from fringeforce.mechanics.elasticity import Displacement
 from fringeforce.mechanics.elements import interpolation, interval
@@ -40,12 +41,12 @@ def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
     along = np.tensordot(depth, displacement.coefficients[0], axes=(0, 1))
     sinking = displacement.coefficients[1, :, rows * mesh.order]
 
-    index, values, slopes = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
-    strain = np.einsum("mi,mi...->m...", slopes, along[index])
+    values, slopes = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
+    strain = _along(slopes, along)
     moduli = displacement.moduli(transducer.photoelastic)
     if transducer.plane == "strain":
         return 2 * moduli.shear * strain
-    return moduli.c11 * strain + moduli.c12 * np.einsum("mi,mi...->m...", values, sinking[index])
+    return moduli.c11 * strain + moduli.c12 * _along(values, sinking)
 
 
 def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Array:
@@ -63,16 +64,17 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
     Returns
     -------
     ndarray, shape (3, m, q, 2, n)
-        sigma_x, sigma_z and tau_xz [Pa/N] for normal and tangential unit forces.
+        sigma_x, sigma_z and tau_xz [Pa/N] for normal and tangential unit forces; (3, m, q) [Pa] for
+        a superposed displacement.
     """
     mesh, transducer = displacement.mesh, displacement.transducer
     heights = np.asarray(z, dtype=float)
-    index_x, value_x, slope_x = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
-    index_z, value_z, slope_z = interpolation(mesh.order, mesh.z, heights)
-    local = displacement.coefficients[:, index_x][:, :, :, index_z]
+    value_x, slope_x = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
+    value_z, slope_z = interpolation(mesh.order, mesh.z, heights)
 
-    def gradient(component: int, along_x: Array, along_z: Array) -> Array:
-        return np.einsum("mi,qj,miqj...->mq...", along_x, along_z, local[component], optimize=True)
+    def gradient(component: int, along_x: csr_array, along_z: csr_array) -> Array:
+        lines = _along(along_x, displacement.coefficients[component])
+        return np.moveaxis(_along(along_z, np.moveaxis(lines, 1, 0)), 0, 1)
 
     strain_x = gradient(0, slope_x, value_z)
     strain_z = gradient(1, value_x, slope_z)
@@ -85,3 +87,8 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
         field[1][:, here] = moduli.c12 * strain_x[:, here] + moduli.c11 * strain_z[:, here]
         field[2][:, here] = moduli.shear * shear_strain[:, here]
     return field
+
+
+def _along(matrix: csr_array, values: Array) -> Array:
+    """A matrix applied to the first axis of an array of any dimension."""
+    return (matrix @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:])

@@ -1,0 +1,131 @@
+"""The figures of the reproduction, in the order of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fringeforce import plot
+from fringeforce.mechanics.mesh import paper_mesh, strip_mesh
+from fringeforce.optics.photoelasticity import phase_lead
+from fringeforce.reproduction import CASES, DEPTHS, Example, mesh_errors, rectangle_rule
+
+
+def _draw_mesh(example: Example, ax: Axes) -> None:
+    strip, tactels = example.sensor.transducer, example.sensor.tactels.positions
+    plot.mesh(ax, strip_mesh(strip, tactels), -strip.compliant.thickness, tactels)
+
+
+def _draw_paper_mesh(example: Example, ax: Axes) -> None:
+    strip, tactels = example.sensor.transducer, example.sensor.tactels.positions
+    plot.mesh(ax, paper_mesh(strip, tactels), -strip.compliant.thickness, tactels)
+
+
+def _draw_stress(edges: str) -> Callable[[Example, Axes], None]:
+    def draw(example: Example, ax: Axes) -> None:
+        sigma_x = example.stresses(edges, example.x, -np.array(DEPTHS))[0]
+        labels = [f"{depth * 1e3:g} mm deep" for depth in DEPTHS]
+        profiles = dict(zip(labels, sigma_x.T / 1e6, strict=True))
+        plot.curves(ax, example.x, profiles, r"$\sigma_x$ [MPa]")
+
+    return draw
+
+
+def _draw_phase(example: Example, ax: Axes) -> None:
+    plot.curves(
+        ax, example.x, {CASES[edges]: example.phase(edges) for edges in CASES}, "phase lead p [rad]"
+    )
+
+
+def _draw_columns(example: Example, ax: Axes) -> None:
+    psi = example.models["free"].influence(example.x)
+    columns = {
+        r"$0.4\,\mathrm{N}\ \cdot\ ^N\psi_1$": 0.4 * psi[:, 0, 0],
+        r"$0.2\,\mathrm{N}\ \cdot\ ^T\psi_1$": 0.2 * psi[:, 1, 0],
+    }
+    plot.curves(ax, example.x, columns, "phase lead [rad]")
+
+
+def _draw_intensity(example: Example, ax: Axes) -> None:
+    model = example.models["free"]
+    light = model.intensity(example.forces)
+    plot.curves(ax, model.sensor.pixel_positions, {"": light}, "intensity I")
+
+
+def _draw_frame(example: Example, ax: Axes) -> None:
+    model = example.models["free"]
+    frame = model.expose(example.forces, rng=0)
+    plot.curves(ax, model.sensor.pixel_positions, {"": frame}, "grey level", linewidth=0.6)
+
+
+def _draw_fringes(example: Example, ax: Axes) -> None:
+    sensor = example.sensor
+    light = example.models["free"].intensity(example.forces)
+    wavelength = sensor.polariscope.wavelength
+    plot.fringes(ax, sensor.pixel_positions, light, sensor.transducer.width, wavelength)
+
+
+def _draw_readings(example: Example, ax: Axes) -> None:
+    curves = {}
+    depth = np.linspace(0, 1, 241)
+    strip = example.sensor.transducer
+    z = -strip.compliant.thickness - strip.photoelastic.thickness * depth
+    for edges, case in CASES.items():
+        tau = example.stresses(edges, example.x, z)[2]
+        integral = np.trapezoid(tau, -z, axis=1)
+        curves[rf"$\tau_{{xz}}$ taken for $\sigma_x$, {case}"] = phase_lead(
+            integral, example.constant
+        )
+        curves[rf"$\sigma_x$, {case}"] = example.phase(edges)
+    plot.curves(ax, example.x, curves, "phase lead [rad]")
+
+
+def _draw_quadrature(example: Example, ax: Axes) -> None:
+    exact, rule = rectangle_rule(example)
+    plot.curves(
+        ax, example.x, {"consistent integral": exact, "equation (3)": rule}, "phase lead [rad]"
+    )
+
+
+def _draw_convergence(example: Example, ax: Axes) -> None:
+    labels, unknowns, errors = zip(*mesh_errors(example), strict=True)
+    plot.convergence(ax, unknowns, errors, labels)
+
+
+WIDE, LOW = (8.0, 3.6), (8.0, 2.0)
+FIGURES = (
+    ("figure-2-mesh", _draw_mesh, LOW, "Figure 2: the mesh",
+     "Elements grow away from the line loads (triangles) and from the corners where a free edge "
+     "meets the base or the interface. Few elements of high order do what thousands of linear ones "
+     "cannot."),
+    ("figure-2-paper-mesh", _draw_paper_mesh, LOW, "Figure 2: the paper's own subdivision",
+     "201 x 25 nodes, finer in the middle; available as characterize(sensor, mesh='paper')."),
+    ("figure-4-stress-case-1", _draw_stress("free"), WIDE,
+     "Figure 4: stress profiles, Case 1",
+     "sigma_x under 1 N at 10 degrees on every tactel. It vanishes at the free edges, and the "
+     "ripple of the single tactels fades with depth."),
+    ("figure-5-stress-case-2", _draw_stress("roller"), WIDE,
+     "Figure 5: stress profiles, Case 2", "The same load between rollers: the edges carry stress."),
+    ("figure-6-phase", _draw_phase, WIDE, "Figure 6: phase lead, both cases",
+     "The edges differ; the middle does not."),
+    ("figure-7-columns", _draw_columns, WIDE, "Figure 7: two columns of the influence matrix",
+     "Phase lead for 0.4 N normal and 0.2 N tangential on the leftmost tactel, Case 1."),
+    ("figure-8-intensity", _draw_intensity, WIDE, "Figure 8: intensity, Case 1",
+     "What an ideal camera would see of Figure 6: equation (11)."),
+    ("figure-9-frame", _draw_frame, WIDE, "Figure 9: the noisy frame, Case 1",
+     "What the camera of the paper delivers: equation (13)."),
+    ("fringes", _draw_fringes, LOW, "The fringes",
+     "The strip as an eye behind the polariscope sees it."),
+    ("readings-of-sigma-x", _draw_readings, WIDE, "Two readings of 'shear stress along x'",
+     "Read literally, the paper's sigma_x would be the shear stress tau_xz. That vanishes at the "
+     "edges in both cases, so it cannot be what the paper's figures show; the normal stress along "
+     "x can. The literal reading is drawn for comparison only."),
+    ("equation-3", _draw_quadrature, WIDE, "Equation (3) as a quadrature",
+     "The sum over nodes, both ends at full weight, against the integral that is consistent with "
+     "the elements, on the paper's mesh."),
+    ("convergence", _draw_convergence, WIDE, "Convergence to the exact solution",
+     "Relative error of the influence matrix (worst column) for roller edges, where an exact "
+     "solution exists."),
+)  # fmt: skip

@@ -1,0 +1,155 @@
+"""Figures: each function draws on axes that it is given and changes nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.mechanics.mesh import Mesh
+
+MILLI = 1e3
+SURFACE, SHADE = "#4a7fb5", "#d8d8d8"
+STYLE: Mapping[str, Any] = {
+    "axes.grid": True,
+    "axes.prop_cycle": mpl.rcsetup.cycler(
+        # Okabe and Ito's colours, told apart by colour-blind readers
+        color=["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]
+    ),
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "figure.constrained_layout.use": True,
+    "font.size": 10,
+    "grid.color": "#e6e6e6",
+    "legend.frameon": False,
+    "savefig.dpi": 130,
+}
+
+
+@contextmanager
+def figure(width: float = 8.0, height: float = 3.6) -> Iterator[tuple[Figure, Axes]]:
+    """A figure with one pair of axes in the package's style; the size is in inches."""
+    with mpl.rc_context(dict(STYLE)):
+        canvas = Figure(figsize=(width, height))
+        yield canvas, canvas.add_subplot()
+
+
+def curves(
+    ax: Axes, x: ArrayLike, values: Mapping[str, ArrayLike], ylabel: str, **style: Any
+) -> None:
+    """Labelled curves over the position along the strip.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    x : array_like, shape (m,)
+        Positions [m].
+    values : mapping of str to array_like, shape (m,)
+        Curves by their label.
+    ylabel : str
+        Quantity and unit.
+    **style
+        For every line.
+    """
+    position = np.asarray(x) * MILLI
+    for label, value in values.items():
+        ax.plot(position, value, label=label, **style)
+    ax.set(xlabel="x [mm]", ylabel=ylabel, xlim=(position[0], position[-1]))
+    if len(values) > 1:
+        ax.legend()
+
+
+def mesh(ax: Axes, elements: Mesh, interface: float, tactels: ArrayLike) -> None:
+    """The elements of a strip, its layers and its tactels.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    elements : Mesh
+        The mesh.
+    interface : float
+        Height of the interface [m].
+    tactels : array_like, shape (n,)
+        Where the line loads act [m].
+    """
+    x, z = elements.x * MILLI, elements.z * MILLI
+    ax.axhspan(interface * MILLI, 0, color="#f3e6d8", zorder=0)
+    ax.axhspan(z[0], interface * MILLI, color="#e3eef7", zorder=0)
+    ax.vlines(x, z[0], z[-1], color="#555555", linewidth=0.4)
+    ax.hlines(z, x[0], x[-1], color="#555555", linewidth=0.4)
+    ax.plot(np.asarray(tactels) * MILLI, np.full(np.shape(tactels), 0.25), "v", color="#d55e00")
+    ax.hlines(z[0] - 0.08, x[0], x[-1], color="black", linewidth=3)
+    ax.set(xlabel="x [mm]", ylabel="z [mm]", aspect="equal")
+    ax.grid(visible=False)
+
+
+def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, wavelength: float) -> None:
+    """The strip as an eye behind the polariscope sees it, in the colour of the light.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    x : array_like, shape (m,)
+        Positions [m].
+    intensity : array_like, shape (m,)
+        Normalised intensity.
+    width : float
+        Of the strip [m].
+    wavelength : float
+        Of the light [m].
+    """
+    position = np.asarray(x) * MILLI
+    light = np.asarray(intensity)[None, :, None] * light_colour(wavelength)
+    half = width * MILLI / 2
+    extent = (position[0], position[-1], -half, half)
+    # screens are not linear: the exponent turns light into the signal that shows it
+    ax.imshow(light ** (1 / 2.2), extent=extent, aspect="auto", interpolation="bilinear")
+    ax.set(xlabel="x [mm]", ylabel="y [mm]")
+    ax.grid(visible=False)
+
+
+def light_colour(wavelength: float) -> NDArray[np.float64]:
+    """Linear RGB of monochromatic light, brightest channel one, shape (3,).
+
+    Gaussian fits to the CIE 1931 colour matching functions by Wyman, Sloan and Shirley, J. Comput.
+    Graph. Tech. 2 (2), 2013; the wavelength is in metres.
+    """
+    nm = wavelength * 1e9
+
+    def lobe(height: float, centre: float, left: float, right: float) -> float:
+        slope = left if nm < centre else right
+        return height * np.exp(-0.5 * ((nm - centre) * slope) ** 2)
+
+    xyz = np.array(
+        [
+            lobe(1.056, 599.8, 1 / 37.9, 1 / 31.0)
+            + lobe(0.362, 442.0, 1 / 16.0, 1 / 26.7)
+            + lobe(-0.065, 501.1, 1 / 20.4, 1 / 26.2),
+            lobe(0.821, 568.8, 1 / 46.9, 1 / 40.5) + lobe(0.286, 530.9, 1 / 16.3, 1 / 31.1),
+            lobe(1.217, 437.0, 1 / 11.8, 1 / 36.0) + lobe(0.681, 459.0, 1 / 26.0, 1 / 13.8),
+        ]
+    )
+    to_rgb = np.array(
+        [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
+    )
+    rgb = np.clip(to_rgb @ xyz, 0, None)
+    return rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
+
+
+def convergence(
+    ax: Axes, unknowns: Sequence[ArrayLike], errors: Sequence[ArrayLike], labels: Sequence[str]
+) -> None:
+    """Errors over the number of unknowns, both logarithmic, a line for each family of meshes."""
+    for n, error, label in zip(unknowns, errors, labels, strict=True):
+        ax.loglog(n, error, "o-", label=label)
+    ax.set(xlabel="unknowns", ylabel="relative error of the influence matrix")
+    ax.legend()
