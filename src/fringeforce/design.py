@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +47,10 @@ def _quantity(unit: str) -> Any:
     ]
 
 
-Length = _quantity("meter")
-Pressure = _quantity("pascal")
+if TYPE_CHECKING:
+    Length = Pressure = float
+else:
+    Length, Pressure = _quantity("meter"), _quantity("pascal")
 Finite = Annotated[float, AllowInfNan(False), Strict()]
 Count = Annotated[int, Strict(), Field(ge=1)]
 
@@ -97,7 +99,7 @@ class Tactels(_Part):
     @property
     def positions(self) -> NDArray[np.float64]:
         """Places of the tactels along x, shape (count,) [m]."""
-        return (np.arange(self.count) - (self.count - 1) / 2) * self.pitch
+        return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
 
 class Polariscope(_Part):
@@ -267,3 +269,32 @@ def shipped_designs() -> dict[str, Path]:
     # beside the modules in an installed package, at the top of a source tree
     folder = next(f for f in (here / "designs", here.parents[1] / "designs") if f.is_dir())
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def new_design(path: str | os.PathLike[str], like: str = "saad", overwrite: bool = False) -> None:
+    """Write a commented design file to start from.
+
+    Parameters
+    ----------
+    path : path
+        Where to write.
+    like : str
+        The shipped design to copy, comments and all.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    DesignError
+        If there is no such design, the file exists, or it cannot be written.
+    """
+    shipped = shipped_designs()
+    if like not in shipped:
+        raise DesignError(f"There is no shipped design {like!r}; {suggestion(like, list(shipped))}")
+    try:
+        with open(path, "w" if overwrite else "x", encoding="utf-8") as file:
+            file.write(shipped[like].read_text(encoding="utf-8"))
+    except FileExistsError:
+        raise DesignError(f"{path} exists already and is kept; overwrite it on purpose.") from None
+    except OSError as error:
+        raise DesignError(f"{path} cannot be written: {error.strerror}.") from None

@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +17,9 @@ from fringeforce.mechanics.mesh import Mesh
 
 MILLI = 1e3
 SURFACE, SHADE = "#4a7fb5", "#d8d8d8"
-STYLE: Mapping[str, Any] = {
+STYLE: Any = {
     "axes.grid": True,
-    "axes.prop_cycle": mpl.rcsetup.cycler(
+    "axes.prop_cycle": cycler(
         # Okabe and Ito's colours, told apart by colour-blind readers
         color=["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]
     ),
@@ -35,7 +36,7 @@ STYLE: Mapping[str, Any] = {
 @contextmanager
 def figure(width: float = 8.0, height: float = 3.6) -> Iterator[tuple[Figure, Axes]]:
     """A figure with one pair of axes in the package's style; the size is in inches."""
-    with mpl.rc_context(dict(STYLE)):
+    with mpl.rc_context(STYLE):
         canvas = Figure(figsize=(width, height))
         yield canvas, canvas.add_subplot()
 
@@ -87,7 +88,7 @@ def mesh(ax: Axes, elements: Mesh, interface: float, tactels: ArrayLike) -> None
     ax.hlines(z, x[0], x[-1], color="#555555", linewidth=0.4)
     ax.plot(np.asarray(tactels) * MILLI, np.full(np.shape(tactels), 0.25), "v", color="#d55e00")
     ax.hlines(z[0] - 0.08, x[0], x[-1], color="black", linewidth=3)
-    ax.set(xlabel="x [mm]", ylabel="z [mm]", aspect="equal")
+    ax.set(xlabel="x [mm]", ylabel="z [mm]", aspect="equal", xlim=(x[0], x[-1]))
     ax.grid(visible=False)
 
 

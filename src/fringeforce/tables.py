@@ -46,7 +46,8 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float6
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         if isinstance(error, FileFormatError):
             raise
-        raise FileFormatError(f"{path} cannot be read as a table of forces: {error}.") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise FileFormatError(f"{path} cannot be read as a table of forces: {reason}.") from None
     if not rows:
         raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
     forces = np.zeros((max(frame for frame, *_ in rows) + 1, 2, tactels))

@@ -92,13 +92,14 @@ def _coefficients(layers: tuple[_Layer, _Layer], alpha: Array) -> Array:
     tractions = np.zeros((8, 2))
     tractions[0, 0] = -1.0
     tractions[1, 1] = 1.0
-    return np.linalg.solve(system, np.broadcast_to(tractions, (len(alpha), 8, 2)))
+    solution = np.linalg.solve(system, np.broadcast_to(tractions, (len(alpha), 8, 2)))
+    return np.asarray(solution, dtype=np.float64)
 
 
 def _harmonics(transducer: Transducer, positions: ArrayLike, terms: int) -> tuple[Array, Array]:
     """Wave numbers, shape (terms,), and line-load amplitudes per newton, shape (terms, 2, n)."""
     length, width = transducer.length, transducer.width
-    alpha = np.arange(1, terms + 1) * np.pi / length
+    alpha = np.arange(1, terms + 1, dtype=np.float64) * np.pi / length
     phase = np.outer(alpha, np.asarray(positions) + length / 2)
     return alpha, 2 / (length * width) * np.stack([np.cos(phase), np.sin(phase)], axis=1)
 

@@ -38,7 +38,7 @@ def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
     for row, height in enumerate(np.diff(mesh.z)[:rows]):
         start = row * mesh.order
         depth[start : start + mesh.order + 1] += height * interval(mesh.order).mean
-    along = np.tensordot(depth, displacement.coefficients[0], axes=(0, 1))
+    along = np.einsum("z,xz...->x...", depth, displacement.coefficients[0])
     sinking = displacement.coefficients[1, :, rows * mesh.order]
 
     values, slopes = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky
-from scipy.linalg.lapack import dtrtrs
+from scipy.linalg.lapack import dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
 from fringeforce.mechanics.elements import element_stiffness
 
@@ -92,7 +92,8 @@ class _Column:
 def _eliminated(stiffness: Array, keep: Index, drop: Index) -> tuple[Array, Array]:
     """Schur complement on `keep`, and displacements of `drop` per displacement of `keep`."""
     coupling = stiffness[..., drop[:, None], keep]
-    recovery = -np.linalg.solve(stiffness[..., drop[:, None], drop], coupling)
+    solved = np.linalg.solve(stiffness[..., drop[:, None], drop], coupling)
+    recovery = -np.asarray(solved, dtype=np.float64)
     kept = stiffness[..., keep[:, None], keep]
     return kept + np.swapaxes(coupling, -1, -2) @ recovery, recovery
 

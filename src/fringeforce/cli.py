@@ -1,0 +1,143 @@
+"""The command line: every command is one library call with a file on either side."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="fringeforce",
+    help="Turn the drawing of a photoelastic tactile sensor into a force instrument.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
+)
+
+Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
+Model = Annotated[Path, typer.Argument(help="Model file that `characterize` wrote.")]
+
+
+def main() -> None:
+    """Run the command line; bad input ends with status 2 and what to do about it."""
+    from fringeforce.errors import FringeforceError
+
+    try:
+        app()
+    except FringeforceError as error:
+        print(f"fringeforce: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+@app.callback(invoke_without_command=True)
+def _version(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        import fringeforce
+
+        print(fringeforce.__version__)
+
+
+@app.command()
+def new(
+    path: Annotated[Path, typer.Argument(help="Design file to write.")] = Path("sensor.toml"),
+    like: Annotated[str, typer.Option(help="Shipped design to start from.")] = "saad",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+) -> None:
+    """Write a commented design file to start from."""
+    from fringeforce.design import new_design
+
+    new_design(path, like, overwrite=force)
+    print(f"{path}: edit it, then run  fringeforce characterize {path} -o model.h5")
+
+
+@app.command()
+def characterize(
+    design: Design,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    mesh: Annotated[
+        str, typer.Option(help="'default', or 'paper' for the 201 x 25 linear nodes of the paper.")
+    ] = "default",
+) -> None:
+    """Reduce a design to its influence matrix, with finite elements."""
+    from fringeforce.design import load_sensor
+    from fringeforce.model import characterize, named_mesh
+
+    sensor = load_sensor(design)
+    model = characterize(sensor, named_mesh(mesh, sensor))
+    model.save(output)
+    print(
+        f"{output}: {sensor.name}; {len(model.x)} stations, {model.provenance['unknowns']} unknowns"
+    )
+
+
+@app.command()
+def show(
+    model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
+) -> None:
+    """Summarise a sensor: sizes, sensitivity, conditioning, fringe density, strain."""
+    from fringeforce.design import load_sensor
+    from fringeforce.files import load_model
+    from fringeforce.model import characterize
+    from fringeforce.summary import summary
+
+    found = load_model(model) if _is_hdf5(model) else characterize(load_sensor(model))
+    facts = summary(found)
+    width = max(len(name) for name, _ in facts)
+    print(found.sensor.name)
+    for name, value in facts:
+        print(f"  {name:<{width}}  {value}")
+
+
+@app.command()
+def simulate(
+    model: Model,
+    forces: Annotated[Path, typer.Argument(help="CSV of loads: frame, tactel, normal_N, ...")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Frames file to write (HDF5).")],
+    seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
+) -> None:
+    """Expose frames as the sensor's camera would deliver them."""
+    from fringeforce.files import load_model, save_frames
+    from fringeforce.tables import load_forces
+
+    sensor_model = load_model(model)
+    loads = load_forces(forces, sensor_model.sensor.tactels.count)
+    frames = sensor_model.expose(loads, rng=seed)
+    save_frames(output, frames, sensor_model.sensor.pixel_positions, loads)
+    print(f"{output}: {len(frames)} frames of {frames.shape[1]} pixels")
+
+
+@app.command()
+def reproduce(
+    design: Design = "saad",
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for the pictures and the page.")
+    ] = Path("demo"),
+) -> None:
+    """Reproduce the paper's figures and statements as one page."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    from fringeforce.design import load_sensor
+    from fringeforce.report import reproduce
+
+    sensor = load_sensor(design)
+    columns = TextColumn("{task.description:<52}"), BarColumn(), MofNCompleteColumn()
+    with Progress(*columns) as progress:
+        task = progress.add_task("Characterising")
+
+        def advance(title: str, number: int, count: int) -> None:
+            progress.update(task, description=title, completed=number, total=count)
+
+        page = reproduce(sensor, out, advance)
+    print(f"Open {page} in a browser.")
+
+
+def _is_hdf5(path: str) -> bool:
+    from h5py import is_hdf5
+
+    return Path(path).suffix.lower() in (".h5", ".hdf5", ".nc") or is_hdf5(path)

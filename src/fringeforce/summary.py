@@ -1,0 +1,85 @@
+"""What a designer wants to know of a sensor at one glance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fringeforce.design import Layer
+from fringeforce.model import SensorModel, polar
+from fringeforce.optics.photoelasticity import stress_optic_constant
+
+
+def fringe_density(model: SensorModel) -> float:
+    """Fringes per pixel under 1 N at 10 degrees on every tactel, where they are densest.
+
+    Intensity repeats when the phase advances by 2 pi, so a camera resolves up to half a fringe per
+    pixel (Nyquist).
+    """
+    phase = model.phase(polar(1.0, angle=10, n=model.sensor.tactels.count))
+    return float(np.abs(np.diff(phase)).max(initial=0.0) / (2 * np.pi))
+
+
+def surface_strain(model: SensorModel) -> float:
+    """Strain of the cover under 1 N spread over one pitch, as a fraction (linear elasticity)."""
+    sensor = model.sensor
+    area = sensor.tactels.pitch * sensor.transducer.width
+    return 1.0 / area / sensor.transducer.compliant.youngs_modulus
+
+
+def summary(model: SensorModel) -> list[tuple[str, str]]:
+    """Names and values, in the order of a person's questions.
+
+    Parameters
+    ----------
+    model : SensorModel
+        The characterised sensor.
+
+    Returns
+    -------
+    list of (str, str)
+        Each a quantity and its value with unit.
+    """
+    sensor = model.sensor
+    strip, camera = sensor.transducer, sensor.camera
+    constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
+    peaks = np.abs(model.pixel_influence).max(axis=0)
+    psi = model.pixel_influence.reshape(camera.pixels, -1)
+    density = fringe_density(model)
+    strain = surface_strain(model)
+    pixel = _mm(strip.length / camera.pixels)
+    return [
+        (
+            "strip",
+            f"{_mm(strip.length)} x {_mm(strip.width)}, {strip.edges} edges, plane {strip.plane}",
+        ),
+        ("compliant layer", _layer(strip.compliant)),
+        ("photoelastic layer", _layer(strip.photoelastic)),
+        ("tactels", f"{sensor.tactels.count} at a pitch of {_mm(sensor.tactels.pitch)}"),
+        ("camera", f"{camera.pixels} pixels of {pixel}, {camera.bits} bits"),
+        ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
+        (
+            "peak phase per newton",
+            f"{peaks[0].max():.3g} rad normal, {peaks[1].max():.3g} rad tangential",
+        ),
+        ("condition number of psi", f"{np.linalg.cond(psi):.4g} at the pixels"),
+        (
+            "fringe density at 1 N, 10 degrees on all",
+            f"{density:.3g} fringes per pixel; Nyquist's 0.5 is reached at {0.5 / density:.3g} N",
+        ),
+        (
+            "strain of the cover at 1 N",
+            f"{strain:.2%} over one pitch; linear theory strays beyond 10 %, at {0.1 / strain:.3g} N",
+        ),
+        ("elements", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
+    ]
+
+
+def _mm(value: float) -> str:
+    return f"{value * 1e3:.4g} mm"
+
+
+def _layer(layer: Layer) -> str:
+    return (
+        f"{_mm(layer.thickness)}, E = {layer.youngs_modulus / 1e6:.4g} MPa, "
+        f"nu = {layer.poissons_ratio:.4g}"
+    )
