@@ -68,7 +68,7 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
         ),
         (
             "strain of the cover at 1 N",
-            f"{strain:.2%} over one pitch; linear theory strays beyond 10 %, at {0.1 / strain:.3g} N",
+            f"{strain:.2%} over one pitch; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
         ),
         ("elements", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
     ]

@@ -1,0 +1,86 @@
+"""The house rules, kept by machines."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+BIN = Path(sys.executable).parent
+SOURCES = sorted(
+    path
+    for folder in ("src", "tests", "benchmarks", "examples")
+    for path in (ROOT / folder).rglob("*.py")
+)
+TEXTS = [
+    *SOURCES,
+    *(ROOT / "designs").glob("*.toml"),
+    *(ROOT / "docs").rglob("*.md"),
+    *(path for path in ROOT.iterdir() if path.is_file()),
+]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["ruff", "check"],
+        ["ruff", "format", "--check"],
+        ["pyright"],
+        ["lint-imports"],
+        ["codespell"],
+    ],
+    ids=" ".join,
+)
+def test_the_tools_of_the_house_find_nothing(command: list[str]) -> None:
+    run = subprocess.run(
+        [BIN / command[0], *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_file_is_longer_than_a_sitting(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+
+
+def test_no_text_names_a_machine_or_a_package_index() -> None:
+    foreign = re.compile(
+        r"(?<![\w.])/(?:home|work|root|Users)/\w|https?://[^\s\"']*(?:pypi|pythonhosted|npmjs)"
+    )
+    mine = Path(__file__)
+    found = {
+        str(path.relative_to(ROOT)): match[0]
+        for path in TEXTS
+        if path != mine
+        for match in [foreign.search(path.read_text(encoding="utf-8"))]
+        if match
+    }
+    assert not found
+
+
+def test_importing_the_package_loads_no_library() -> None:
+    code = (
+        "import sys, fringeforce; "
+        "print([name for name in ('numpy', 'scipy', 'pydantic', 'pint', 'numba') "
+        "if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+def test_help_loads_no_numerical_library() -> None:
+    code = (
+        "import sys; from fringeforce.cli import app; "
+        "print([name for name in ('numpy', 'scipy', 'pydantic', 'pint', 'numba') "
+        "if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+def test_every_public_name_exists_and_says_what_it_is() -> None:
+    import fringeforce
+
+    assert all(getattr(fringeforce, name).__doc__ for name in fringeforce.__all__)

@@ -1,0 +1,86 @@
+"""The command line: files in, files out, one line when the input is bad."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce.files import load_frames
+
+COMMANDS = ["new", "characterize", "show", "simulate", "reproduce"]
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [str(Path(sys.executable).parent / "fringeforce"), *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("place")
+    assert run("new", "s.toml", cwd=folder).returncode == 0
+    assert run("characterize", "s.toml", "-o", "m.h5", cwd=folder).returncode == 0
+    return folder
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, tmp_path: Path) -> None:
+    result = run(command, "-h", cwd=tmp_path)
+    assert result.returncode == 0
+    assert "Usage" in result.stdout
+
+
+def test_a_new_design_is_the_shipped_one_with_its_comments(place: Path) -> None:
+    assert ff.load_sensor(place / "s.toml") == ff.load_sensor("saad")
+    assert "# nu_1" in (place / "s.toml").read_text()
+
+
+def test_a_new_design_overwrites_nothing_by_accident(place: Path) -> None:
+    before = (place / "s.toml").read_text()
+    assert run("new", "s.toml", "--like", "thin-cover", cwd=place).returncode == 2
+    assert (place / "s.toml").read_text() == before
+
+
+def test_simulated_frames_are_those_of_the_library(place: Path) -> None:
+    (place / "f.csv").write_text("tactel,magnitude_N,angle_deg\n6,1,10\n")
+    result = run("simulate", "m.h5", "f.csv", "-o", "f.h5", "--seed", "3", cwd=place)
+    assert result.returncode == 0, result.stderr
+    model = ff.load_model(place / "m.h5")
+    forces = np.zeros((1, 2, 11))
+    forces[0, :, 5] = ff.polar(1.0, 10, n=1)[:, 0]
+    np.testing.assert_array_equal(load_frames(place / "f.h5"), model.expose(forces, rng=3))
+
+
+@pytest.mark.parametrize("target", ["m.h5", "s.toml", "saad"])
+def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
+    result = run("show", target, cwd=place)
+    assert result.returncode == 0, result.stderr
+    for words in ("K_t", "0.006409", "condition number", "119.7", "Nyquist", "strain"):
+        assert words in result.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["show", "nope"],
+        ["show", "nope.h5"],
+        ["characterize", "saad", "-o", "no-such-folder/m.h5"],
+        ["characterize", "saad", "-o", "m2.h5", "--mesh", "fine"],
+        ["simulate", "m.h5", "nope.csv", "-o", "f.h5"],
+        ["simulate", "s.toml", "s.toml", "-o", "f.h5"],
+        ["new", "no-such-folder/s.toml"],
+        ["reproduce", "saad", "--out", "m.h5"],
+    ],
+    ids=" ".join,
+)
+def test_bad_input_ends_with_status_2_and_no_traceback(place: Path, arguments: list[str]) -> None:
+    before = {path: path.read_bytes() for path in place.iterdir()}
+    result = run(*arguments, cwd=place)
+    assert result.returncode == 2
+    assert "Traceback" not in result.stderr
+    assert result.stderr.startswith("fringeforce: ")
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert {path: path.read_bytes() for path in place.iterdir()} == before

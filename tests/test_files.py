@@ -1,0 +1,128 @@
+"""Files are whole or absent, and other programs can read them."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import tifffile
+import xarray
+from PIL import Image
+
+import fringeforce as ff
+from fringeforce import files
+
+
+@pytest.fixture
+def saved(model: ff.SensorModel, tmp_path: Path) -> Path:
+    path = tmp_path / "m.h5"
+    model.save(path)
+    return path
+
+
+def test_a_model_comes_back_as_it_was(model: ff.SensorModel, saved: Path) -> None:
+    back = ff.load_model(saved)
+    assert back.sensor == model.sensor
+    assert back.provenance == model.provenance
+    np.testing.assert_array_equal(back.psi, model.psi)
+    np.testing.assert_array_equal(back.pixel_influence, model.pixel_influence)
+
+
+def test_xarray_shows_a_model_with_labels_and_units(model: ff.SensorModel, saved: Path) -> None:
+    with xarray.open_dataset(saved, engine="h5netcdf") as dataset:
+        assert dataset["psi"].dims == ("x", "component", "tactel")
+        assert dataset["psi"].attrs["units"] == "rad/N"
+        assert list(dataset["component"].values) == ["normal", "tangential"]
+        np.testing.assert_allclose(dataset["tactel"], model.sensor.tactels.positions)
+        np.testing.assert_allclose(dataset["psi"], model.psi)
+
+
+def test_xarray_shows_frames_beside_their_forces(model: ff.SensorModel, tmp_path: Path) -> None:
+    forces = np.stack([ff.polar(1.0, 10, n=11), ff.polar(2.0, -5, n=11)])
+    frames = model.expose(forces, rng=0)
+    files.save_frames(tmp_path / "f.h5", frames, model.sensor.pixel_positions, forces)
+    with xarray.open_dataset(tmp_path / "f.h5", engine="h5netcdf") as dataset:
+        assert dataset["grey"].dims == ("frame", "x")
+        np.testing.assert_array_equal(dataset["grey"], frames)
+        np.testing.assert_allclose(dataset["forces"], forces)
+
+
+@pytest.mark.parametrize("ending", [".h5", ".npy", ".png", ".tiff"])
+def test_frames_come_back_from_every_kind_of_file(
+    model: ff.SensorModel, tmp_path: Path, ending: str
+) -> None:
+    frames = model.expose(np.stack([ff.polar(1.0, 10, n=11)] * 3), rng=0)
+    path = tmp_path / f"frames{ending}"
+    if ending == ".h5":
+        files.save_frames(path, frames, model.sensor.pixel_positions)
+    elif ending == ".npy":
+        np.save(path, frames)
+    elif ending == ".png":
+        Image.fromarray(frames).save(path)
+    else:
+        tifffile.imwrite(path, frames.astype(np.uint16))
+    np.testing.assert_array_equal(files.load_frames(path), frames)
+
+
+@pytest.mark.parametrize("kept", [0.1, 0.5, 0.9, 0.999])
+def test_a_truncated_model_is_refused(saved: Path, kept: float) -> None:
+    whole = saved.read_bytes()
+    saved.write_bytes(whole[: int(kept * len(whole))])
+    with pytest.raises(ff.FringeforceError, match=r"m\.h5.*truncated"):
+        ff.load_model(saved)
+
+
+def test_a_foreign_file_is_refused(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["psi"] = np.zeros(3)
+    with pytest.raises(ff.FringeforceError, match="foreign"):
+        ff.load_model(tmp_path / "other.h5")
+    (tmp_path / "text.h5").write_text("no HDF5 at all")
+    with pytest.raises(ff.FringeforceError, match=r"text\.h5"):
+        ff.load_model(tmp_path / "text.h5")
+    with pytest.raises(ff.FringeforceError, match="There is no file"):
+        ff.load_model(tmp_path / "missing.h5")
+
+
+def test_a_file_of_a_newer_format_asks_for_an_update(saved: Path) -> None:
+    with h5py.File(saved, "a") as file:
+        file.attrs["format_version"] = 99
+    with pytest.raises(ff.FringeforceError, match=r"99.*Update"):
+        ff.load_model(saved)
+
+
+def test_frames_are_not_taken_for_a_model(model: ff.SensorModel, tmp_path: Path) -> None:
+    files.save_frames(tmp_path / "f.h5", np.zeros((1, 2048)), model.sensor.pixel_positions)
+    with pytest.raises(ff.FringeforceError, match="frames"):
+        ff.load_model(tmp_path / "f.h5")
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_scrap(
+    model: ff.SensorModel, saved: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = saved.read_bytes()
+
+    def fail(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(files, "_write", fail)
+    with pytest.raises(OSError, match="disk full"):
+        model.save(saved)
+    assert saved.read_bytes() == before
+    assert [path.name for path in saved.parent.iterdir()] == ["m.h5"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.bmp", b"", "not from '.bmp'"),
+        ("a.png", b"nothing", "cannot be read"),
+        ("a.npy", b"nothing", "cannot be read"),
+    ],
+)
+def test_frames_of_another_kind_are_refused(
+    tmp_path: Path, name: str, content: bytes, words: str
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ff.FringeforceError, match=words):
+        files.load_frames(tmp_path / name)

@@ -1,0 +1,49 @@
+"""Tables of forces that people write."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis.extra.numpy import arrays
+from hypothesis.strategies import floats
+
+import fringeforce as ff
+from fringeforce.tables import load_forces, save_forces
+
+
+@given(arrays(np.float64, (3, 2, 4), elements=floats(-100, 100)))
+def test_forces_come_back_bit_by_bit(tmp_path_factory: pytest.TempPathFactory, forces) -> None:
+    path = tmp_path_factory.mktemp("t") / "f.csv"
+    save_forces(path, forces)
+    np.testing.assert_array_equal(load_forces(path, 4), forces)
+
+
+def test_polar_columns_and_absent_tactels_are_understood(tmp_path: Path) -> None:
+    path = tmp_path / "f.csv"
+    path.write_text("frame, tactel, magnitude_N, angle_deg\n0, 2, 2, 30\n2, 1, 1, 0\n")
+    forces = load_forces(path, 3)
+    assert forces.shape == (3, 2, 3)
+    np.testing.assert_allclose(forces[0, :, 1], [np.sqrt(3), 1.0])
+    np.testing.assert_allclose(forces[2, :, 0], [1, 0])
+    assert np.count_nonzero(forces) == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("tactel,normal\n1,2\n", ["normal_N", "magnitude_N"]),
+        ("tactel,normal_N,tangential_N\n9,1,0\n", ["line 2", "tactel 9", "1 to 4"]),
+        ("tactel,normal_N,tangential_N\n1,one,0\n", ["line 2", "one"]),
+        ("tactel,normal_N,tangential_N\n1,nan,0\n", ["line 2", "finite"]),
+        ("tactel,normal_N,tangential_N\n1,1,0\n1,2,0\n", ["line 3", "twice"]),
+        ("tactel,normal_N,tangential_N\n", ["no loads"]),
+        ("", ["(none)"]),
+    ],
+)
+def test_a_wrong_row_is_named_by_its_line(tmp_path: Path, text: str, words: list[str]) -> None:
+    path = tmp_path / "f.csv"
+    path.write_text(text)
+    with pytest.raises(ff.FringeforceError) as caught:
+        load_forces(path, 4)
+    assert all(word in str(caught.value) for word in words)
