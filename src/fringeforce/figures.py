@@ -13,6 +13,19 @@ from fringeforce.optics.photoelasticity import phase_lead
 from fringeforce.reproduction import CASES, DEPTHS, Example, mesh_errors, rectangle_rule
 
 
+def _draw_overview(example: Example, ax: Axes) -> None:
+    sensor, model = example.sensor, example.models["free"]
+    x = sensor.pixel_positions
+    ax.axis("off")
+    rows = ((0, 0.62, 1, 0.38), (0, 0.28, 1, 0.3), (0, 0, 1, 0.2))
+    loaded, curve, light = (ax.inset_axes(row) for row in rows)
+    plot.strip(loaded, sensor.transducer, sensor.tactels.positions, example.forces)
+    plot.curves(curve, x, {"": model.phase(example.forces)}, "phase [rad]")
+    curve.set(xlabel="", xticklabels=[])
+    wavelength = sensor.polariscope.wavelength
+    plot.fringes(light, x, model.intensity(example.forces), sensor.transducer.width, wavelength)
+
+
 def _draw_mesh(example: Example, ax: Axes) -> None:
     strip, tactels = example.sensor.transducer, example.sensor.tactels.positions
     plot.mesh(ax, strip_mesh(strip, tactels), -strip.compliant.thickness, tactels)
@@ -60,13 +73,6 @@ def _draw_frame(example: Example, ax: Axes) -> None:
     plot.curves(ax, model.sensor.pixel_positions, {"": frame}, "grey level", linewidth=0.6)
 
 
-def _draw_fringes(example: Example, ax: Axes) -> None:
-    sensor = example.sensor
-    light = example.models["free"].intensity(example.forces)
-    wavelength = sensor.polariscope.wavelength
-    plot.fringes(ax, sensor.pixel_positions, light, sensor.transducer.width, wavelength)
-
-
 def _draw_readings(example: Example, ax: Axes) -> None:
     curves = {}
     depth = np.linspace(0, 1, 241)
@@ -94,8 +100,11 @@ def _draw_convergence(example: Example, ax: Axes) -> None:
     plot.convergence(ax, unknowns, errors, labels)
 
 
-WIDE, LOW = (8.0, 3.6), (8.0, 2.0)
+WIDE, LOW, TALL = (8.0, 3.6), (8.0, 2.0), (8.0, 4.6)
 FIGURES = (
+    ("overview", _draw_overview, TALL, "From forces to fringes",
+     "1 N at 10 degrees on every tactel, the phase lead that it causes, and what an eye behind the "
+     "polariscope sees."),
     ("figure-2-mesh", _draw_mesh, LOW, "Figure 2: the mesh",
      "Elements grow away from the line loads (triangles) and from the corners where a free edge "
      "meets the base or the interface. Few elements of high order do what thousands of linear ones "
@@ -116,8 +125,6 @@ FIGURES = (
      "What an ideal camera would see of Figure 6: equation (11)."),
     ("figure-9-frame", _draw_frame, WIDE, "Figure 9: the noisy frame, Case 1",
      "What the camera of the paper delivers: equation (13)."),
-    ("fringes", _draw_fringes, LOW, "The fringes",
-     "The strip as an eye behind the polariscope sees it."),
     ("readings-of-sigma-x", _draw_readings, WIDE, "Two readings of 'shear stress along x'",
      "Read literally, the paper's sigma_x would be the shear stress tau_xz. That vanishes at the "
      "edges in both cases, so it cannot be what the paper's figures show; the normal stress along "

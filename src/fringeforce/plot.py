@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.design import Transducer
 from fringeforce.mechanics.mesh import Mesh
 
 MILLI = 1e3
@@ -90,6 +91,40 @@ def mesh(ax: Axes, elements: Mesh, interface: float, tactels: ArrayLike) -> None
     ax.hlines(z[0] - 0.08, x[0], x[-1], color="black", linewidth=3)
     ax.set(xlabel="x [mm]", ylabel="z [mm]", aspect="equal", xlim=(x[0], x[-1]))
     ax.grid(visible=False)
+
+
+def strip(ax: Axes, transducer: Transducer, tactels: ArrayLike, forces: ArrayLike) -> None:
+    """The layers of a strip and the forces on its skin, as arrows along which they push.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    transducer : Transducer
+        The strip.
+    tactels : array_like, shape (n,)
+        Where the forces act [m].
+    forces : array_like, shape (2, n)
+        Normal and tangential forces [N].
+    """
+    half = transducer.length / 2 * MILLI
+    top, bottom = transducer.compliant.thickness * MILLI, transducer.photoelastic.thickness * MILLI
+    ax.axhspan(-top, 0, color="#f3e6d8")
+    ax.axhspan(-top - bottom, -top, color="#e3eef7")
+    ax.axhspan(-top - bottom - 0.4, -top - bottom, color="#777777")
+    normal, tangential = np.asarray(forces, dtype=float)
+    longest = max(np.hypot(normal, tangential).max(initial=0.0), 1e-12)
+    arrows = np.array([tangential, -normal]) / longest * 2.2
+    place = np.asarray(tactels) * MILLI
+    tails = place - arrows[0], -arrows[1]
+    ax.quiver(
+        *tails, *arrows, angles="xy", scale_units="xy", scale=1, width=0.0025, color="#d55e00"
+    )
+    ax.text(-half + 0.2, -top / 2, "compliant", va="center", fontsize=7)
+    ax.text(-half + 0.2, -top - bottom / 2, "photoelastic", va="center", fontsize=8)
+    ax.set(xlim=(-half, half), ylim=(-top - bottom - 0.4, 2.6), yticks=[], xticks=[])
+    ax.grid(visible=False)
+    ax.spines[:].set_visible(False)
 
 
 def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, wavelength: float) -> None:
