@@ -27,11 +27,11 @@ TEXTS = [
     [
         ["ruff", "check"],
         ["ruff", "format", "--check"],
-        ["pyright"],
+        ["pyright", "--pythonpath", sys.executable],
         ["lint-imports"],
         ["codespell"],
     ],
-    ids=" ".join,
+    ids=lambda command: command[0],
 )
 def test_the_tools_of_the_house_find_nothing(command: list[str]) -> None:
     run = subprocess.run(
