@@ -10,11 +10,16 @@ if TYPE_CHECKING:
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
     from fringeforce.model import SensorModel, characterize, polar
+    from fringeforce.reader import Reader
+    from fringeforce.reading import Reading, Status
 
 __all__ = [
     "FringeforceError",
+    "Reader",
+    "Reading",
     "Sensor",
     "SensorModel",
+    "Status",
     "characterize",
     "load_model",
     "load_sensor",
@@ -23,6 +28,9 @@ __all__ = [
 
 _HOME = {
     "FringeforceError": "errors",
+    "Reader": "reader",
+    "Reading": "reading",
+    "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",
     "characterize": "model",

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,10 @@ from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import intensity
+
+if TYPE_CHECKING:
+    from fringeforce.reader import Reader
+    from fringeforce.reading import Reading
 
 Array = NDArray[np.float64]
 
@@ -130,6 +134,16 @@ class SensorModel:
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
         return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+
+    def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
+        """Forces from one frame, without any earlier state; see `fringeforce.Reader.read`."""
+        return self._reader.read(frame, mask)
+
+    @cached_property
+    def _reader(self) -> Reader:
+        from fringeforce.reader import Reader
+
+        return Reader(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to an HDF5 file, all of it or nothing."""

@@ -59,6 +59,15 @@ def expose(camera: Camera, intensity: ArrayLike, rng: Rng = None) -> NDArray[np.
     return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
 
 
+def noise_variance(camera: Camera) -> float:
+    """Variance of one pixel's grey level, noise and rounding together [squared grey levels].
+
+    A uniform noise of half width h has h^2/3, rounding to whole levels adds 1/12.
+    """
+    noise = camera.noise**2
+    return (noise if camera.noise_model == "gaussian" else noise / 3) + 1 / 12
+
+
 def _noise(
     camera: Camera, shape: tuple[int, ...], generator: np.random.Generator
 ) -> NDArray[np.float64]:

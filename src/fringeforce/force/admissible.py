@@ -1,0 +1,45 @@
+"""Loads that a dry contact can exert: it pushes, and friction limits what it drags."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+Array = NDArray[np.float64]
+
+
+def admissible(
+    loads: Array, information: Array, friction: float
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Likeliest loads with N >= 0 and |T| <= friction N on every tactel.
+
+    The loads of each tactel are written as a sum of the two edges of its friction cone with
+    amounts that are not negative, which makes it a non-negative least-squares problem.
+
+    Parameters
+    ----------
+    loads : ndarray, shape (2n,)
+        Most likely loads without limits, normal ones first [N].
+    information : ndarray, shape (2n, 2n)
+        Their inverse covariance [1/N^2].
+    friction : float
+        Coefficient of friction.
+
+    Returns
+    -------
+    loads : ndarray, shape (2n,)
+        Most likely loads within the limits [N].
+    active : ndarray of bool, shape (n,)
+        Tactels whose loads the limits have changed.
+    """
+    n = len(loads) // 2
+    unit = np.eye(n)
+    edges = np.block([[unit, unit], [friction * unit, -friction * unit]])
+    root = np.linalg.cholesky(information).T
+    amounts, _ = nnls(root @ edges, root @ loads)
+    limited = edges @ amounts
+    normal, tangential = loads.reshape(2, n)
+    slack = 1e-9 * max(np.abs(loads).max(), 1e-12)
+    active = (normal < -slack) | (np.abs(tangential) > friction * normal + slack)
+    return limited, active

@@ -1,0 +1,124 @@
+"""How well a frame can determine loads: Fisher information, covariance, the Cramer-Rao bound."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.force.likelihood import Response
+
+Array = NDArray[np.float64]
+
+COARSE = 8
+"""Every so many pixels enter the search for the variance at which information is flat."""
+
+
+def fisher_information(
+    phase: Array, influence: Array, response: Response, phase_variance: Array | float = 0.0
+) -> Array:
+    """Information on the loads in one frame.
+
+    The expected square of the grey level's slope, A^2/4 sin^2 p, taken over a phase that is itself
+    uncertain: E[sin^2 p] = (1 - exp(-2 v) cos 2p) / 2 for a Gaussian of variance v.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase [rad].
+    influence : ndarray, shape (P, m)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    phase_variance : ndarray, shape (P,), or float
+        Variance v of the phase [rad^2]; none for Fisher's own definition.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+        Information [1/N^2].
+    """
+    square = (1 - np.exp(-2 * np.asarray(phase_variance)) * np.cos(2 * phase)) / 2
+    scaled = influence * (response.amplitude / 2 * np.sqrt(square / response.variance))[:, None]
+    return scaled.T @ scaled
+
+
+def phase_information(phase: Array, response: Response) -> Array:
+    """Inverse variance of the phase of single pixels, bounded by noise where the slope vanishes.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase [rad].
+    response : Response
+        Of the camera.
+
+    Returns
+    -------
+    ndarray, shape (P,)
+        Information [1/rad^2].
+    """
+    floor = response.amplitude * np.sqrt(response.variance) / 2
+    return (response.slope(phase) ** 2 + floor) / response.variance
+
+
+def cramer_rao_bound(phase: Array, influence: Array, response: Response) -> Array:
+    """Smallest standard deviations that an unbiased reading of one frame can have, shape (m,) [N].
+
+    Infinite where the frame does not change with a load to first order, as at zero load.
+    """
+    information = fisher_information(phase, influence, response)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        try:
+            variances = np.diag(np.linalg.inv(information))
+        except np.linalg.LinAlgError:
+            return np.full(len(information), np.inf)
+        return np.where(variances > 0, np.sqrt(np.maximum(variances, 0)), np.inf)
+
+
+def covariance(phase: Array, influence: Array, response: Response, rounds: int = 20) -> Array:
+    """Covariance of loads read from one frame, also where intensity is flat in the phase.
+
+    At a multiple of pi the slope of the intensity vanishes and Fisher's information with it, but
+    the curvature still bounds the phase.  The phase's own variance enters the information, and both
+    are made to agree; away from such places this is the inverse of Fisher's information.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase at the estimate [rad].
+    influence : ndarray, shape (P, m)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    rounds : int
+        Largest number of rounds until both agree.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+        Covariance [N^2].
+    """
+    coarse = slice(None, None, COARSE)
+    some_phase, some = phase[coarse], influence[coarse]
+    variance = np.full(len(some), np.sqrt(response.variance) / response.amplitude)
+    result = np.full((influence.shape[1],) * 2, np.inf)
+    for _ in range(rounds):
+        before = np.diag(result)
+        result = _inverse(COARSE * fisher_information(some_phase, some, response, variance))
+        # the geometric mean settles at once where information is proportional to the variance
+        variance = np.sqrt(variance * _phase_variance(some, result))
+        if (np.abs(np.diag(result) - before) < 0.02 * np.diag(result)).all():
+            break
+    everywhere = _phase_variance(influence, result)
+    return _inverse(fisher_information(phase, influence, response, everywhere))
+
+
+def _phase_variance(influence: Array, loads: Array) -> Array:
+    """Variance of the phase at every pixel, given the covariance of the loads."""
+    return np.asarray(((influence @ loads) * influence).sum(axis=1), dtype=np.float64)
+
+
+def _inverse(information: Array) -> Array:
+    """Inverse of an information matrix, bounded where a load leaves no trace at all."""
+    ridge = 1e-12 * np.trace(information) + 1e-300
+    return np.asarray(np.linalg.inv(information + np.diag(np.full(len(information), ridge))))

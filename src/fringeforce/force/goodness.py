@@ -1,0 +1,49 @@
+"""Whether what is left of a frame looks like noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+GROUP = 16
+"""Neighbouring pixels that are summed to find a misfit that noise would average away."""
+DEVIATIONS = 6.0
+"""Standard deviations of pure noise beyond which a misfit is real."""
+
+
+def reduced_chi_square(residuals: Array, unknowns: int) -> float:
+    """Mean square of the residuals per degree of freedom; one for pure noise.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (P,)
+        Residuals in units of the noise.
+    unknowns : int
+        Loads that were fitted.
+    """
+    return float(residuals @ residuals) / max(len(residuals) - unknowns, 1)
+
+
+def is_noise(residuals: Array, unknowns: int) -> bool:
+    """Whether residuals are as small and as unordered as noise.
+
+    Two tests: their mean square, and the mean square of sums over neighbouring pixels.  A wrong
+    model leaves waves that are far longer than a pixel, and the second test sees them when they are
+    still small against the noise of one pixel.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (P,)
+        Residuals in units of the noise, in the order of the pixels.
+    unknowns : int
+        Loads that were fitted.
+    """
+    groups = len(residuals) // GROUP
+    sums = residuals[: groups * GROUP].reshape(groups, GROUP).sum(axis=1) / np.sqrt(GROUP)
+    return all(
+        float(values @ values) < freedom + DEVIATIONS * np.sqrt(2 * freedom)
+        for values in (residuals, sums)
+        for freedom in (max(len(values) - unknowns, 1),)
+    )

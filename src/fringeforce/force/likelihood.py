@@ -1,0 +1,84 @@
+"""How likely grey levels are, given the phase: noise, rounding and clipping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Response:
+    """From phase to grey levels, equation (13), and what the converter hides.
+
+    Attributes
+    ----------
+    amplitude, offset : float
+        A and I_o, grey levels.
+    variance : float
+        Of one pixel, noise and rounding together, squared grey levels.
+    floor, ceiling : float
+        Grey levels at or beyond which a pixel only says 'this dark' or 'this bright'; infinite
+        where the converter clips nothing.
+    """
+
+    amplitude: float
+    offset: float
+    variance: float
+    floor: float = -np.inf
+    ceiling: float = np.inf
+
+    def level(self, phase: Array) -> Array:
+        """Expected grey level before clipping."""
+        return self.amplitude * np.sin(phase / 2) ** 2 + self.offset
+
+    def slope(self, phase: Array) -> Array:
+        """Derivative of the grey level by the phase."""
+        return self.amplitude / 2 * np.sin(phase)
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """A frame against expected grey levels, pixel by pixel, in units of the noise.
+
+    Attributes
+    ----------
+    loss : float
+        Twice the negative logarithm of the likelihood, less a constant.
+    slope : ndarray, shape (P,)
+        Half the derivative of the loss by the expected level: the residual, for ordinary pixels.
+    weight : ndarray, shape (P,)
+        Half the second derivative: one, for ordinary pixels.
+    """
+
+    loss: float
+    slope: Array
+    weight: Array
+
+
+def misfit(frame: Array, level: Array, response: Response) -> Misfit:
+    """Compare a frame with expected grey levels.
+
+    A clipped pixel has the likelihood that noise carries it past the limit (Tobin, Econometrica 26,
+    24-36, 1958); all others are Gaussian with the variance of noise and rounding.
+    """
+    sigma = np.sqrt(response.variance)
+    slope = (level - frame) / sigma
+    loss, weight = float(slope @ slope), np.ones_like(slope)
+    for hidden, sign, limit in (
+        (frame <= response.floor, -1.0, response.floor + 0.5),
+        (frame >= response.ceiling, 1.0, response.ceiling - 0.5),
+    ):
+        if not hidden.any():
+            continue
+        beyond = sign * (level[hidden] - limit) / sigma
+        log_chance = log_ndtr(beyond)
+        hazard = np.exp(-0.5 * beyond**2 - log_chance) / np.sqrt(2 * np.pi)
+        loss += float(-2 * log_chance.sum() - slope[hidden] @ slope[hidden])
+        slope[hidden] = -sign * hazard
+        weight[hidden] = hazard * (hazard + beyond)
+    return Misfit(loss, slope, weight)

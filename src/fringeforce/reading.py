@@ -1,0 +1,114 @@
+"""What a frame says: forces, how sure they are, and a verdict to act on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Status(Enum):
+    """The verdict on a reading; `advice` says what to do."""
+
+    OK = "OK"
+    NO_CONTACT = "NO_CONTACT"
+    AMBIGUOUS = "AMBIGUOUS"
+    MODEL_MISMATCH = "MODEL_MISMATCH"
+    SATURATED = "SATURATED"
+    FRINGES_TOO_DENSE = "FRINGES_TOO_DENSE"
+    BAD_FRAME = "BAD_FRAME"
+
+    @property
+    def advice(self) -> str:
+        """What to do."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Status.OK: "Use the forces with their deviations.",
+    Status.NO_CONTACT: "Nothing touches the sensor, as far as this frame can tell.",
+    Status.AMBIGUOUS: "Two loads explain this frame within its noise; both are in the reading. "
+    "Use what you know of the contact to choose, or read again under a slightly different load.",
+    Status.MODEL_MISMATCH: "No load explains this frame. Check that the camera looks at this "
+    "sensor, its gain, offset and alignment; calibrate if they are right.",
+    Status.SATURATED: "Bright fringes exceed the converter's range. Shorten the exposure or lower "
+    "the gain.",
+    Status.FRINGES_TOO_DENSE: "Fringes are finer than the pixels resolve. Reduce the load, or use "
+    "more pixels, a stiffer cover or a longer wavelength.",
+    Status.BAD_FRAME: "The frame cannot be used. Check the camera and the connection.",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """Forces from one frame.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (2, n)
+        Normal and tangential force of every tactel [N]; not a number for a bad frame.
+    covariance : ndarray, shape (2n, 2n)
+        Of the forces, normal ones first [N^2].
+    phase : ndarray, shape (n_pixels,)
+        Phase lead that the forces cause [rad].
+    chi2 : float
+        Reduced chi-square; near one if the model explains the frame.
+    status : Status
+        The verdict.
+    detail : str
+        What exactly is the matter, where there is more to say than the advice.
+    alternatives : ndarray, shape (k, 2, n)
+        Other forces that explain an ambiguous frame as well [N].
+    limited : ndarray of bool, shape (n,)
+        Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
+    """
+
+    forces: Array
+    covariance: Array
+    phase: Array
+    chi2: float
+    status: Status
+    detail: str
+    alternatives: Array
+    limited: NDArray[np.bool_]
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of the forces, shape (2, n) [N]."""
+        return np.sqrt(np.diag(self.covariance)).reshape(2, -1)
+
+    @property
+    def advice(self) -> str:
+        """What to do, in words."""
+        return f"{self.detail} {self.status.advice}".strip()
+
+    @property
+    def magnitude(self) -> Array:
+        """Magnitude of the force on every tactel, shape (n,) [N]."""
+        return np.hypot(*self.forces)
+
+    @property
+    def angle(self) -> Array:
+        """Angle from the surface normal towards +x, shape (n,) [degrees]."""
+        return np.degrees(np.arctan2(self.forces[1], self.forces[0]))
+
+    @property
+    def magnitude_std(self) -> Array:
+        """Standard deviation of the magnitude to first order, shape (n,) [N]."""
+        return self._propagated(self.forces / np.maximum(self.magnitude, 1e-300))
+
+    @property
+    def angle_std(self) -> Array:
+        """Standard deviation of the angle to first order, at most 180, shape (n,) [degrees]."""
+        normal, tangential = self.forces
+        gradient = np.stack([-tangential, normal]) / np.maximum(self.magnitude, 1e-300) ** 2
+        return np.minimum(np.degrees(self._propagated(gradient)), 180.0)
+
+    def _propagated(self, gradient: Array) -> Array:
+        n = gradient.shape[1]
+        pairs = self.covariance.reshape(2, n, 2, n).diagonal(axis1=1, axis2=3)
+        return np.sqrt(np.einsum("in,ijn,jn->n", gradient, pairs, gradient))
