@@ -9,9 +9,7 @@ from scipy.optimize import nnls
 Array = NDArray[np.float64]
 
 
-def admissible(
-    loads: Array, information: Array, friction: float
-) -> tuple[Array, NDArray[np.bool_]]:
+def admissible(loads: Array, covariance: Array, friction: float) -> tuple[Array, NDArray[np.bool_]]:
     """Likeliest loads with N >= 0 and |T| <= friction N on every tactel.
 
     The loads of each tactel are written as a sum of the two edges of its friction cone with
@@ -21,8 +19,8 @@ def admissible(
     ----------
     loads : ndarray, shape (2n,)
         Most likely loads without limits, normal ones first [N].
-    information : ndarray, shape (2n, 2n)
-        Their inverse covariance [1/N^2].
+    covariance : ndarray, shape (2n, 2n)
+        Their covariance [N^2].
     friction : float
         Coefficient of friction.
 
@@ -36,7 +34,7 @@ def admissible(
     n = len(loads) // 2
     unit = np.eye(n)
     edges = np.block([[unit, unit], [friction * unit, -friction * unit]])
-    root = np.linalg.cholesky(information).T
+    root = np.linalg.cholesky(np.linalg.inv(covariance)).T
     amounts, _ = nnls(root @ edges, root @ loads)
     limited = edges @ amounts
     normal, tangential = loads.reshape(2, n)

@@ -121,4 +121,5 @@ def _phase_variance(influence: Array, loads: Array) -> Array:
 def _inverse(information: Array) -> Array:
     """Inverse of an information matrix, bounded where a load leaves no trace at all."""
     ridge = 1e-12 * np.trace(information) + 1e-300
-    return np.asarray(np.linalg.inv(information + np.diag(np.full(len(information), ridge))))
+    inverse = np.linalg.inv(information + np.diag(np.full(len(information), ridge)))
+    return np.asarray(inverse, dtype=np.float64)
