@@ -57,7 +57,7 @@ def phase_information(phase: Array, response: Response) -> Array:
     ndarray, shape (P,)
         Information [1/rad^2].
     """
-    floor = response.amplitude * np.sqrt(response.variance) / 2
+    floor = response.amplitude * np.sqrt(response.variance) / 64
     return (response.slope(phase) ** 2 + floor) / response.variance
 
 

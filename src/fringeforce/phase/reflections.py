@@ -6,8 +6,6 @@ two such places it may be the mirror image of what was found.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,9 +23,9 @@ SHIFT = 30.0
 def reflections(phase: Array, influence: Array, information: Array) -> Array:
     """Changes of the loads that mirror a stretch of the phase at a multiple of pi.
 
-    Every stretch between two neighbouring places (or next but one) where the phase meets the same
-    multiple of pi is mirrored, and the change of the loads that follows it best is found by
-    least squares; sin^2 p, and with it the information, is the same on both sides of the mirror.
+    Every stretch between two places where the phase meets the same multiple of pi is mirrored, and
+    the change of the loads that follows it best is found by least squares; sin^2 p, and with it the
+    information, is the same on both sides of the mirror.  An end of the frame may be either place.
 
     Parameters
     ----------
@@ -44,32 +42,55 @@ def reflections(phase: Array, influence: Array, information: Array) -> Array:
         Changes of the loads, the likeliest first.
     """
     places = _contacts(phase)
-    stretches = [*pairwise(places), *zip(places, places[2:], strict=False)]
+    first, last, mirror = _stretches(phase, places)
+    # sums over the pixels up to each place, of which every stretch is a difference
+    powers = information[:, None] * phase[:, None] ** np.arange(3)
+    moments = _running(powers, places)
+    pulls = (
+        _running(influence * powers[:, :1], places),
+        _running(influence * powers[:, 1:2], places),
+    )
+    weight, mean, square = (moments[last] - moments[first]).T
+    wanted = 4 * (mirror**2 * weight - 2 * mirror * mean + square)
+    level, slope = (pull[last] - pull[first] for pull in pulls)
     root = np.linalg.cholesky(_normal_matrix(influence, information))
-    found = []
-    for start, stop in stretches:
-        inside = slice(start, stop + 1)
-        mirror = np.pi * np.rint((phase[start] + phase[stop]) / TURN)
-        if abs(phase[start] - mirror) > TOUCH or abs(phase[stop] - mirror) > TOUCH:
-            if start > 0 and stop < len(phase) - 1:
-                continue
-            mirror = np.pi * np.rint((phase[stop] if start == 0 else phase[start]) / np.pi)
-        wanted = 2 * (mirror - phase[inside])
-        pull = influence[inside].T @ (information[inside] * wanted)
-        half = np.linalg.solve(root, pull)
-        loss = information[inside] @ wanted**2 - half @ half
-        if loss < LOSS and half @ half > SHIFT:
-            found.append((loss, np.linalg.solve(root.T, half)))
-    found.sort(key=lambda item: item[0])
-    return np.reshape([change for _, change in found], (-1, influence.shape[1]))
+    half = np.linalg.solve(root, 2 * (mirror[:, None] * level - slope).T)
+    shift = (half**2).sum(axis=0)
+    loss = wanted - shift
+    likely = np.nonzero((loss < LOSS) & (shift > SHIFT))[0]
+    likely = likely[np.argsort(loss[likely])]
+    changes = np.linalg.solve(root.T, half[:, likely])
+    return np.asarray(changes.T, dtype=np.float64)
 
 
-def _contacts(phase: Array) -> list[int]:
+def _contacts(phase: Array) -> NDArray[np.intp]:
     """Pixels where the phase meets a multiple of pi or turns near it, and both ends."""
     distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
     lowest = (distance[1:-1] <= distance[:-2]) & (distance[1:-1] < distance[2:])
     inner = np.nonzero(lowest & (distance[1:-1] < TOUCH))[0] + 1
-    return [0, *inner.tolist(), len(phase) - 1]
+    return np.concatenate([[0], inner, [len(phase)]])
+
+
+def _stretches(
+    phase: Array, places: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Pairs of places at the same multiple of pi, and that multiple [rad].
+
+    The whole frame is no stretch: its mirror image is the same load with the other sign.
+    """
+    multiple = np.rint(phase[np.minimum(places, len(phase) - 1)] / np.pi)
+    first, last = np.triu_indices(len(places), k=1)
+    starts, ends = first == 0, last == len(places) - 1
+    known = np.where(starts, multiple[last], multiple[first])
+    fits = (multiple[first] == multiple[last]) | starts | ends
+    fits &= ~(starts & ends)
+    return first[fits], last[fits], np.pi * known[fits]
+
+
+def _running(values: Array, places: NDArray[np.intp]) -> Array:
+    """Sums of the rows of `values` before each place."""
+    sums = np.add.reduceat(values, places[:-1], axis=0)
+    return np.concatenate([np.zeros_like(sums[:1]), np.cumsum(sums, axis=0)])
 
 
 def _normal_matrix(influence: Array, information: Array) -> Array:

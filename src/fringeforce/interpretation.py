@@ -1,0 +1,234 @@
+"""From grey levels to the loads that explain them: search, climb, look around, judge.
+
+Arrays only: a frame, an influence matrix and the camera's response.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.force.bounds import covariance, phase_information
+from fringeforce.force.estimate import Estimate, maximum_likelihood
+from fringeforce.force.goodness import is_noise
+from fringeforce.force.likelihood import Response, misfit
+from fringeforce.phase.folding import phase_pace
+from fringeforce.phase.reflections import reflections
+from fringeforce.phase.tracking import explanations
+from fringeforce.reading import Status
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+CANDIDATES = 6
+"""Distinct interpretations of one search that are climbed to the top."""
+SAME_BASIN, SAME_START, SAME_TOP = 0.5, 0.1, 0.02
+"""Phases nowhere farther apart are one: of the search, of mirror images, of climbs [rad]."""
+EXPLORED, IMAGES = 6, 8
+"""Explanations whose mirror images are tried in turn, and how many of each."""
+RIVAL = 16.0
+"""Twice the log-likelihood by which an explanation must beat another to rule it out."""
+SPREAD = 3.0
+"""Rivals that widen no deviation by more than this are one explanation, less sure."""
+CONTACT = 6.0
+"""Standard deviations of pure noise by which an explanation must beat silence."""
+OUTLIER, OUTLIERS = 5.0, 0.03
+"""Residual that makes a pixel suspect, and the share of pixels that may be."""
+SATURATION = 0.1
+"""Share of pixels at full scale that tells of saturation."""
+DENSE = 1.3
+"""Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Interpretation:
+    """Loads that explain a frame, and the verdict.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (2n,)
+        The likeliest loads, normal ones first [N].
+    covariance : ndarray, shape (2n, 2n)
+        Of the loads [N^2].
+    residuals : ndarray, shape (p,)
+        What is left of the used pixels, in units of the noise.
+    status : Status
+        The verdict.
+    rivals : list of ndarray, shape (2n,)
+        Other loads that explain the frame as well.
+    """
+
+    loads: Array
+    covariance: Array
+    residuals: Array
+    status: Status
+    rivals: list[Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The pixels of one frame that are used, and what they can show."""
+
+    frame: Array
+    influence: Array
+    response: Response
+
+    def climbed(self, start: Array) -> Estimate:
+        """Top of the likelihood that a start leads to."""
+        return maximum_likelihood(self.frame, self.influence, self.response, start)
+
+    def covariance(self, estimate: Estimate) -> Array:
+        """Covariance of an estimate."""
+        return covariance(estimate.phase, self.influence, self.response)
+
+    def images(self, estimate: Estimate) -> Array:
+        """Mirror images of an explanation, the likeliest first."""
+        information = phase_information(estimate.phase, self.response)
+        changes = reflections(estimate.phase, self.influence, information)
+        return estimate.loads + changes[:IMAGES]
+
+
+def interpret(
+    levels: Array, used: Mask, influence: Array, response: Response, full_scale: int
+) -> Interpretation:
+    """Explain a frame without any earlier state.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (P,)
+        Grey levels.
+    used : ndarray of bool, shape (P,)
+        Pixels to use.
+    influence : ndarray, shape (P, 2n)
+        Influence matrix, normal forces first [rad/N].
+    response : Response
+        Of the camera.
+    full_scale : int
+        Largest grey level of the converter.
+    """
+    pixels = np.arange(len(levels))
+    filled = levels if used.all() else np.interp(pixels, pixels[used], levels[used])
+    intensity = (filled - response.offset) / response.amplitude
+    variance = response.variance / response.amplitude**2
+    scene = Scene(levels[used], influence[used], response)
+    tops: list[Estimate] = []
+    for starts in explanations(intensity, variance, influence):
+        tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)
+        fitting = [e for e in tops if is_noise(e.misfit.slope, len(e.loads))]
+        if fitting:
+            return _judged(scene, fitting)
+        sound = _sound_pixels(tops[0], len(levels))
+        if sound is not None:
+            rest = Scene(scene.frame[sound], scene.influence[sound], response)
+            top = rest.climbed(tops[0].loads)
+            if is_noise(top.misfit.slope, len(top.loads)):
+                return _judged(rest, [top])
+    status = Status.MODEL_MISMATCH
+    if np.mean(levels >= full_scale) > SATURATION:
+        status = Status.SATURATED
+    elif phase_pace(intensity, variance).max() > DENSE:
+        status = Status.FRINGES_TOO_DENSE
+    best = _pushing(tops[0])
+    return Interpretation(best.loads, scene.covariance(best), best.misfit.slope, status, [])
+
+
+def _climbed(scene: Scene, starts: Array) -> list[Estimate]:
+    """Tops of the likelihood that distinct starts lead to."""
+    found: list[Estimate] = []
+    for start in starts:
+        phase = scene.influence @ start
+        if any(_gap(phase, e.phase) < SAME_BASIN for e in found):
+            continue
+        top = scene.climbed(start)
+        if not any(_gap(top.phase, e.phase) < SAME_BASIN for e in found):
+            found.append(top)
+        if len(found) == CANDIDATES:
+            break
+    return found
+
+
+def _sound_pixels(best: Estimate, pixels: int) -> Mask | None:
+    """All pixels but a few that alone spoil a fit, if there are such."""
+    sound = np.abs(best.misfit.slope) < OUTLIER
+    return sound if 0 < np.count_nonzero(~sound) <= OUTLIERS * pixels else None
+
+
+def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
+    """Weigh an explanation that fits against silence and against its rivals."""
+    best = fitting[0]
+    unknowns = len(best.loads)
+    silence = misfit(scene.frame, scene.response.level(np.zeros(len(scene.frame))), scene.response)
+    if silence.loss - best.misfit.loss < unknowns + CONTACT * np.sqrt(2 * unknowns):
+        # a load and its negative are equally likely, and neither shows: their mean is none
+        nothing = Estimate(np.zeros(unknowns), np.zeros(len(scene.frame)), silence)
+        spread = scene.covariance(nothing)
+        return Interpretation(nothing.loads, spread, silence.slope, Status.NO_CONTACT, [])
+    tops = _with_neighbours(scene, fitting)
+    spread = scene.covariance(tops[0])
+    deviations = np.sqrt(np.diag(spread))
+    losses = np.array([e.misfit.loss + _pull(e.loads, deviations) for e in tops])
+    order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
+    best, loads = tops[order[0]], np.array([tops[i].loads for i in order])
+    chance = np.exp((losses.min() - losses[order]) / 2)
+    pushes = np.repeat([1.0, 0.0], unknowns // 2)
+    if best.loads @ pushes < 3 * np.sqrt(pushes @ spread @ pushes):
+        # the pushes are too weak to tell a load from its negative
+        loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
+    mean, whole = _mixture(loads, chance / chance.sum(), spread)
+    if (np.diag(whole) < (SPREAD * deviations) ** 2).all():
+        return Interpretation(mean, whole, best.misfit.slope, Status.OK, [])
+    rivals = list(loads[1:])
+    return Interpretation(best.loads, spread, best.misfit.slope, Status.AMBIGUOUS, rivals)
+
+
+def _with_neighbours(scene: Scene, found: list[Estimate]) -> list[Estimate]:
+    """All explanations around those found, the best first, each pushing.
+
+    From every explanation within reach of the best one, its mirror images are tried in turn.
+    """
+    tops = list(found)
+    tried = [e.phase for e in tops]
+    explored: list[Estimate] = []
+    while len(explored) < EXPLORED:
+        limit = tops[0].misfit.loss + RIVAL
+        fresh = [e for e in tops if e.misfit.loss < limit and e not in explored]
+        if not fresh:
+            break
+        explored.append(fresh[0])
+        for start in scene.images(fresh[0]):
+            phase = scene.influence @ start
+            if any(_gap(phase, other) < SAME_START for other in tried):
+                continue
+            tried.append(phase)
+            top = scene.climbed(start)
+            if all(_gap(top.phase, e.phase) > SAME_TOP for e in tops):
+                tops.append(top)
+        tops.sort(key=lambda e: e.misfit.loss)
+    return [_pushing(e) for e in tops]
+
+
+def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:
+    """Mean and covariance of several explanations, each with the same covariance of its own."""
+    mean = chance @ loads
+    apart = loads - mean
+    return mean, spread + (apart * chance[:, None]).T @ apart
+
+
+def _gap(first: Array, second: Array) -> float:
+    """Largest distance of two phases, of which each is known up to its sign [rad]."""
+    return float(min(np.abs(first - second).max(), np.abs(first + second).max()))
+
+
+def _pushing(estimate: Estimate) -> Estimate:
+    """The one of a load and its negative that pushes: both give the same frame."""
+    if estimate.loads[: len(estimate.loads) // 2].sum() >= 0:
+        return estimate
+    return Estimate(-estimate.loads, -estimate.phase, estimate.misfit)
+
+
+def _pull(loads: Array, deviations: Array) -> float:
+    """Loss of an explanation for normal forces that pull, which no contact does."""
+    n = len(loads) // 2
+    return float((np.minimum(loads[:n] / deviations[:n], 0) ** 2).sum())
