@@ -126,14 +126,20 @@ def sensor_of(trial: Trial) -> ff.Sensor:
 
 
 def misshapen(model: ff.SensorModel, error: float, rng: np.random.Generator) -> ff.SensorModel:
-    """The model with every column's shape off by a smooth random factor of the given size."""
-    x = model.x / (model.sensor.tactels.pitch * 2)
+    """The model with every column's shape off by a smooth random factor of the given size.
+
+    The factor has waves of 3 to 12 pitches and leaves the column's size as it is, because a
+    column's scale is the force's, which no frame can reveal.
+    """
+    x = model.x / model.sensor.tactels.pitch
+    turns = 2 * np.pi / np.array([12.0, 6.0, 3.0])[:, None] * x
     waves = rng.normal(size=(2, 3, *model.psi.shape[1:]))
-    turns = np.array([0.5, 1.0, 2.0])[:, None] * x
     factor = np.einsum("kx,kcn->xcn", np.cos(turns), waves[0])
     factor += np.einsum("kx,kcn->xcn", np.sin(turns), waves[1])
-    factor -= factor.mean(axis=0)  # a common factor is scale, which no frame can reveal
-    return replace(model, psi=model.psi * (1 + error * factor / factor.std(axis=0)))
+    weight = np.gradient(model.x)[:, None, None] * model.psi**2
+    factor -= (factor * weight).sum(axis=0) / weight.sum(axis=0)
+    size = np.sqrt((factor**2 * weight).sum(axis=0) / weight.sum(axis=0))
+    return replace(model, psi=model.psi * (1 + error * factor / size))
 
 
 def spoilt(trial: Trial, frame: Array, full: int, rng: np.random.Generator) -> Array:

@@ -14,6 +14,7 @@ from fringeforce.force.bounds import covariance, phase_information
 from fringeforce.force.estimate import Estimate, maximum_likelihood
 from fringeforce.force.goodness import is_noise
 from fringeforce.force.likelihood import Response, misfit
+from fringeforce.force.shape import ShapeError, shape_error
 from fringeforce.phase.folding import phase_pace
 from fringeforce.phase.reflections import reflections
 from fringeforce.phase.tracking import explanations
@@ -26,14 +27,18 @@ CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
 SAME_BASIN, SAME_START, SAME_TOP = 0.5, 0.1, 0.02
 """Phases nowhere farther apart are one: of the search, of mirror images, of climbs [rad]."""
-EXPLORED, IMAGES = 6, 8
+EXPLORED, IMAGES = 6, 16
 """Explanations whose mirror images are tried in turn, and how many of each."""
 RIVAL = 16.0
 """Twice the log-likelihood by which an explanation must beat another to rule it out."""
 SPREAD = 3.0
 """Rivals that widen no deviation by more than this are one explanation, less sure."""
+ANCHOR = 1.5
+"""Phase that a frame must reach for its signs to hang together where not all was tried [rad]."""
 CONTACT = 6.0
 """Standard deviations of pure noise by which an explanation must beat silence."""
+DOUBTFUL, IMPOSSIBLE = 0.05, 1e-5
+"""Chances of a misfit below which it widens the deviations, and below which the model is wrong."""
 OUTLIER, OUTLIERS = 5.0, 0.03
 """Residual that makes a pixel suspect, and the share of pixels that may be."""
 SATURATION = 0.1
@@ -74,6 +79,7 @@ class Scene:
     frame: Array
     influence: Array
     response: Response
+    model_error: float
 
     def climbed(self, start: Array) -> Estimate:
         """Top of the likelihood that a start leads to."""
@@ -83,6 +89,12 @@ class Scene:
         """Covariance of an estimate."""
         return covariance(estimate.phase, self.influence, self.response)
 
+    def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
+        """What the frame says of errors of shape of the influence matrix."""
+        slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
+        residuals = estimate.misfit.slope
+        return shape_error(residuals, slope, self.influence, estimate.loads, spread)
+
     def images(self, estimate: Estimate) -> Array:
         """Mirror images of an explanation, the likeliest first."""
         information = phase_information(estimate.phase, self.response)
@@ -91,7 +103,12 @@ class Scene:
 
 
 def interpret(
-    levels: Array, used: Mask, influence: Array, response: Response, full_scale: int
+    levels: Array,
+    used: Mask,
+    influence: Array,
+    response: Response,
+    full_scale: int,
+    model_error: float = 0.0,
 ) -> Interpretation:
     """Explain a frame without any earlier state.
 
@@ -107,12 +124,14 @@ def interpret(
         Of the camera.
     full_scale : int
         Largest grey level of the converter.
+    model_error : float
+        Relative size of the influence matrix's errors of shape, where it is known.
     """
     pixels = np.arange(len(levels))
     filled = levels if used.all() else np.interp(pixels, pixels[used], levels[used])
     intensity = (filled - response.offset) / response.amplitude
     variance = response.variance / response.amplitude**2
-    scene = Scene(levels[used], influence[used], response)
+    scene = Scene(levels[used], influence[used], response, model_error)
     tops: list[Estimate] = []
     for starts in explanations(intensity, variance, influence):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)
@@ -121,7 +140,7 @@ def interpret(
             return _judged(scene, fitting)
         sound = _sound_pixels(tops[0], len(levels))
         if sound is not None:
-            rest = Scene(scene.frame[sound], scene.influence[sound], response)
+            rest = Scene(scene.frame[sound], scene.influence[sound], response, model_error)
             top = rest.climbed(tops[0].loads)
             if is_noise(top.misfit.slope, len(top.loads)):
                 return _judged(rest, [top])
@@ -165,7 +184,7 @@ def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
         nothing = Estimate(np.zeros(unknowns), np.zeros(len(scene.frame)), silence)
         spread = scene.covariance(nothing)
         return Interpretation(nothing.loads, spread, silence.slope, Status.NO_CONTACT, [])
-    tops = _with_neighbours(scene, fitting)
+    tops, complete = _with_neighbours(scene, fitting)
     spread = scene.covariance(tops[0])
     deviations = np.sqrt(np.diag(spread))
     losses = np.array([e.misfit.loss + _pull(e.loads, deviations) for e in tops])
@@ -177,27 +196,37 @@ def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
         # the pushes are too weak to tell a load from its negative
         loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
     mean, whole = _mixture(loads, chance / chance.sum(), spread)
-    if (np.diag(whole) < (SPREAD * deviations) ** 2).all():
-        return Interpretation(mean, whole, best.misfit.slope, Status.OK, [])
-    rivals = list(loads[1:])
-    return Interpretation(best.loads, spread, best.misfit.slope, Status.AMBIGUOUS, rivals)
+    wrong = scene.shape_error(best, spread)
+    size = max(wrong.size if wrong.chance < DOUBTFUL else 0.0, scene.model_error)
+    anchored = complete or np.abs(best.phase).max() > ANCHOR
+    status, rivals = Status.OK, []
+    if not anchored or (np.diag(whole) > (SPREAD * deviations) ** 2).any():
+        mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
+    if wrong.chance < IMPOSSIBLE and not scene.model_error:
+        status = Status.MODEL_MISMATCH
+    whole = whole + size**2 * wrong.bias
+    return Interpretation(mean, whole, best.misfit.slope, status, rivals)
 
 
-def _with_neighbours(scene: Scene, found: list[Estimate]) -> list[Estimate]:
-    """All explanations around those found, the best first, each pushing.
+def _with_neighbours(scene: Scene, found: list[Estimate]) -> tuple[list[Estimate], bool]:
+    """Explanations around those found, the best first, each pushing, and whether that is all.
 
     From every explanation within reach of the best one, its mirror images are tried in turn.
     """
     tops = list(found)
     tried = [e.phase for e in tops]
     explored: list[Estimate] = []
-    while len(explored) < EXPLORED:
-        limit = tops[0].misfit.loss + RIVAL
-        fresh = [e for e in tops if e.misfit.loss < limit and e not in explored]
-        if not fresh:
+    while fresh := [
+        e for e in tops if e.misfit.loss < tops[0].misfit.loss + RIVAL and e not in explored
+    ]:
+        if len(explored) == EXPLORED:
             break
-        explored.append(fresh[0])
-        for start in scene.images(fresh[0]):
+        # the one least like those that were explored shows most that is new
+        chosen = max(
+            fresh, key=lambda e: min((_gap(e.phase, o.phase) for o in explored), default=0)
+        )
+        explored.append(chosen)
+        for start in scene.images(chosen):
             phase = scene.influence @ start
             if any(_gap(phase, other) < SAME_START for other in tried):
                 continue
@@ -206,7 +235,7 @@ def _with_neighbours(scene: Scene, found: list[Estimate]) -> list[Estimate]:
             if all(_gap(top.phase, e.phase) > SAME_TOP for e in tops):
                 tops.append(top)
         tops.sort(key=lambda e: e.misfit.loss)
-    return [_pushing(e) for e in tops]
+    return [_pushing(e) for e in tops], not fresh
 
 
 def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:

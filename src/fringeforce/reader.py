@@ -32,15 +32,24 @@ class Reader:
         The characterised sensor.
     friction : float or None
         If given, forces are limited to N >= 0 and |T| <= friction N.
+    model_error : float
+        Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
+        sensor that was characterised from its drawing and never calibrated; it widens the
+        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH.
     """
 
     model: SensorModel
     friction: float | None = None
+    model_error: float = 0.0
 
     def __post_init__(self) -> None:
         if self.friction is not None and not self.friction > 0:
             raise InputError(
                 f"friction = {self.friction}: must be greater than 0; leave it out for no limits."
+            )
+        if not 0 <= self.model_error < 1:
+            raise InputError(
+                f"model_error = {self.model_error}: must be from 0 to below 1, such as 0.03."
             )
 
     @cached_property
@@ -83,7 +92,10 @@ class Reader:
             return self._bad(problem)
         sound = used & ~_dead(levels, self.response)
         full_scale = self.model.sensor.camera.full_scale
-        return self._stated(interpret(levels, sound, self.influence, self.response, full_scale))
+        found = interpret(
+            levels, sound, self.influence, self.response, full_scale, self.model_error
+        )
+        return self._stated(found)
 
     def _usable(self, mask: ArrayLike | None) -> Mask:
         pixels = len(self.influence)

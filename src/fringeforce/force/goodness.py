@@ -40,10 +40,16 @@ def is_noise(residuals: Array, unknowns: int) -> bool:
     unknowns : int
         Loads that were fitted.
     """
-    groups = len(residuals) // GROUP
-    sums = residuals[: groups * GROUP].reshape(groups, GROUP).sum(axis=1) / np.sqrt(GROUP)
+    sums = group_sums(residuals[:, None])[:, 0]
     return all(
         float(values @ values) < freedom + DEVIATIONS * np.sqrt(2 * freedom)
         for values in (residuals, sums)
         for freedom in (max(len(values) - unknowns, 1),)
     )
+
+
+def group_sums(values: Array) -> Array:
+    """Sums over neighbouring pixels, scaled to keep unit noise, shape (P // GROUP, ...)."""
+    groups = len(values) // GROUP
+    sums = values[: groups * GROUP].reshape(groups, GROUP, -1).sum(axis=1)
+    return sums / np.sqrt(GROUP)
