@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
     from fringeforce.model import SensorModel, characterize, polar
+    from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
 
@@ -24,6 +25,7 @@ __all__ = [
     "load_model",
     "load_sensor",
     "polar",
+    "recover_phase",
 ]
 
 _HOME = {
@@ -37,6 +39,7 @@ _HOME = {
     "load_model": "files",
     "load_sensor": "design",
     "polar": "model",
+    "recover_phase": "phase.noise_free",
 }
 
 
