@@ -27,7 +27,7 @@ def resolved(phase: np.ndarray) -> bool:
 def phases(draw: st.DrawFn, samples: int) -> np.ndarray:
     x = np.linspace(-1, 1, samples)
     peak = draw(st.floats(0.5, 50))
-    p = np.full(samples, draw(st.floats(-20, 20)))
+    p = draw(st.floats(-20, 20)) + draw(st.floats(0.5, 5)) * x
     for _ in range(draw(st.integers(1, 5))):
         place, width = draw(st.floats(-1, 1)), draw(st.floats(0.15, 0.8))
         p += draw(st.floats(-1, 1)) * peak * np.exp(-(((x - place) / width) ** 2))
@@ -43,11 +43,10 @@ def test_the_phase_comes_back_from_any_known_start(samples, direction, data) -> 
     assume(resolved(phase))
     scanned = phase if direction == "forward" else phase[::-1]
     steps = np.diff(scanned)
-    moving = steps[np.abs(np.diff(light(scanned))) > 1e-14]
-    assume(len(moving) > 0)
     # what happens within a few samples of an end has no neighbours to be told by
     assume(np.ptp(np.floor(scanned[:8] / np.pi)) == 0 and np.ptp(np.sign(steps[:8])) == 0)
-    start = start_indices(scanned[0], rising=bool(moving[0] > 0))
+    assume(np.abs(np.diff(light(scanned[:8]))).min() > 1e-12)
+    start = start_indices(scanned[0], rising=bool(steps[0] > 0))
     found = recover_phase(light(phase), start, direction)[4:-4]
     expected = phase[4:-4]
     away = np.abs(expected - np.pi * np.rint(expected / np.pi)) > 1e-3

@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 BEFORE, AFTER = 6, 4
 """Samples on either side of an extremum that a smooth curve must follow."""
-ROUNDING = 1e-15
-"""Steps of the intensity below which they are no more than rounding."""
+ROUNDING = 2e-15
+"""Relative steps of the intensity below which they are no more than rounding."""
 DEGREE = 5
 """Degree of that curve, where there are samples enough."""
 
@@ -80,7 +80,7 @@ def critical_points(intensity: Array) -> list[CriticalPoint]:
 def _extrema(intensity: Array) -> list[tuple[int, int, bool]]:
     """First and last sample of every extremum, and whether it is a maximum."""
     steps = np.diff(intensity)
-    steps = np.sign(np.where(np.abs(steps) < ROUNDING, 0, steps))
+    steps = np.sign(np.where(np.abs(steps) < ROUNDING * intensity[1:], 0, steps))
     moving = np.nonzero(steps)[0]
     turns = np.nonzero(np.diff(steps[moving]))[0]
     return [
