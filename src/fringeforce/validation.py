@@ -60,7 +60,7 @@ def _problem(model: type[BaseModel], values: Mapping[str, Any], detail: ErrorDet
     if detail["type"] == "extra_forbidden":
         hint = suggestion(str(detail["loc"][-1]), _fields(model, detail["loc"][:-1]))
         return f"{path} is not a key of a design; {hint}"
-    given = detail["input"]
+    given = _given(values, detail)
     shown = "a table" if isinstance(given, Mapping) else repr(given)
     if detail["type"] == "value_error":
         text = str(detail["ctx"]["error"]) if "ctx" in detail else detail["msg"]
@@ -70,6 +70,15 @@ def _problem(model: type[BaseModel], values: Mapping[str, Any], detail: ErrorDet
             else f"{path}: {text}."
         )
     return f"{path} = {shown}: {_limit(detail)}."
+
+
+def _given(values: Any, detail: ErrorDetails) -> Any:
+    """The value as it was written, where it stands in the text."""
+    for key in detail["loc"]:
+        if not isinstance(values, Mapping) or key not in values:
+            return detail["input"]
+        values = values[key]
+    return values if isinstance(values, str) else detail["input"]
 
 
 def _limit(detail: ErrorDetails) -> str:
