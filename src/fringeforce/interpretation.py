@@ -29,12 +29,16 @@ SAME_BASIN, SAME_START, SAME_TOP = 0.5, 0.1, 0.02
 """Phases nowhere farther apart are one: of the search, of mirror images, of climbs [rad]."""
 EXPLORED, IMAGES = 6, 16
 """Explanations whose mirror images are tried in turn, and how many of each."""
+SATISFIED = 2.5
+"""Standard deviations of pure noise within which an explanation ends the search."""
 RIVAL = 16.0
 """Twice the log-likelihood by which an explanation must beat another to rule it out."""
 SPREAD = 3.0
 """Rivals that widen no deviation by more than this are one explanation, less sure."""
 ANCHOR = 1.5
 """Phase that a frame must reach for its signs to hang together where not all was tried [rad]."""
+PUSH = 5.0
+"""Standard deviations that the sum of the pushes must have to tell a load from its negative."""
 CONTACT = 6.0
 """Standard deviations of pure noise by which an explanation must beat silence."""
 DOUBTFUL, IMPOSSIBLE = 0.05, 1e-5
@@ -135,15 +139,17 @@ def interpret(
     tops: list[Estimate] = []
     for starts in explanations(intensity, variance, influence):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)
-        fitting = [e for e in tops if is_noise(e.misfit.slope, len(e.loads))]
-        if fitting:
-            return _judged(scene, fitting)
+        if is_noise(tops[0].misfit.slope, len(tops[0].loads), SATISFIED):
+            break
         sound = _sound_pixels(tops[0], len(levels))
-        if sound is not None:
+        if sound is not None and not is_noise(tops[0].misfit.slope, len(tops[0].loads)):
             rest = Scene(scene.frame[sound], scene.influence[sound], response, model_error)
             top = rest.climbed(tops[0].loads)
             if is_noise(top.misfit.slope, len(top.loads)):
                 return _judged(rest, [top])
+    fitting = [e for e in tops if is_noise(e.misfit.slope, len(e.loads))]
+    if fitting:
+        return _judged(scene, fitting)
     status = Status.MODEL_MISMATCH
     if np.mean(levels >= full_scale) > SATURATION:
         status = Status.SATURATED
@@ -192,7 +198,7 @@ def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
     best, loads = tops[order[0]], np.array([tops[i].loads for i in order])
     chance = np.exp((losses.min() - losses[order]) / 2)
     pushes = np.repeat([1.0, 0.0], unknowns // 2)
-    if best.loads @ pushes < 3 * np.sqrt(pushes @ spread @ pushes):
+    if best.loads @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes):
         # the pushes are too weak to tell a load from its negative
         loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
     mean, whole = _mixture(loads, chance / chance.sum(), spread)

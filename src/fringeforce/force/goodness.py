@@ -26,7 +26,7 @@ def reduced_chi_square(residuals: Array, unknowns: int) -> float:
     return float(residuals @ residuals) / max(len(residuals) - unknowns, 1)
 
 
-def is_noise(residuals: Array, unknowns: int) -> bool:
+def is_noise(residuals: Array, unknowns: int, deviations: float = DEVIATIONS) -> bool:
     """Whether residuals are as small and as unordered as noise.
 
     Two tests: their mean square, and the mean square of sums over neighbouring pixels.  A wrong
@@ -39,10 +39,12 @@ def is_noise(residuals: Array, unknowns: int) -> bool:
         Residuals in units of the noise, in the order of the pixels.
     unknowns : int
         Loads that were fitted.
+    deviations : float
+        Standard deviations of pure noise that are allowed.
     """
     sums = group_sums(residuals[:, None])[:, 0]
     return all(
-        float(values @ values) < freedom + DEVIATIONS * np.sqrt(2 * freedom)
+        float(values @ values) < freedom + deviations * np.sqrt(2 * freedom)
         for values in (residuals, sums)
         for freedom in (max(len(values) - unknowns, 1),)
     )
