@@ -113,6 +113,43 @@ def simulate(
 
 
 @app.command()
+def read(
+    model: Model,
+    frames: Annotated[Path, typer.Argument(help="Frames: .h5, .npy, .png or .tiff, a row each.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="CSV of forces to write.")],
+    plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
+    friction: Annotated[
+        float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
+    ] = None,
+    model_error: Annotated[
+        float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
+    ] = 0.0,
+) -> None:
+    """Read forces from frames, with their deviations and a verdict for each."""
+    from rich.progress import track
+
+    from fringeforce.files import load_frames, load_model
+    from fringeforce.reader import Reader
+    from fringeforce.report import draw_readings
+    from fringeforce.tables import save_readings
+
+    reader = Reader(load_model(model), friction, model_error)
+    images = load_frames(frames)
+    readings = []
+    for frame in track(images, "Reading", disable=not sys.stderr.isatty()):
+        readings.append(reader.read(frame))
+    statuses = save_readings(output, readings)
+    print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
+    for status in {reading.status: reading for reading in readings}:
+        if status.name != "OK":
+            print(f"  {status.name}: {status.advice}")
+    if plot:
+        picture = output.with_suffix(".png")
+        draw_readings(readings, picture)
+        print(f"{picture}: the forces drawn")
+
+
+@app.command()
 def reproduce(
     design: Design = "saad",
     out: Annotated[

@@ -73,6 +73,15 @@ def _draw_frame(example: Example, ax: Axes) -> None:
     plot.curves(ax, model.sensor.pixel_positions, {"": frame}, "grey level", linewidth=0.6)
 
 
+def _draw_recovery(example: Example, ax: Axes) -> None:
+    model = example.models["free"]
+    reading = model.read(model.expose(example.forces, rng=0))
+    x = model.sensor.pixel_positions
+    plot.curves(ax, x, {"P, applied": model.phase(example.forces), "P_r, read": reading.phase},
+                "phase lead [rad]")  # fmt: skip
+    ax.lines[1].set_linestyle("--")
+
+
 def _draw_readings(example: Example, ax: Axes) -> None:
     curves = {}
     depth = np.linspace(0, 1, 241)
@@ -125,6 +134,8 @@ FIGURES = (
      "What an ideal camera would see of Figure 6: equation (11)."),
     ("figure-9-frame", _draw_frame, WIDE, "Figure 9: the noisy frame, Case 1",
      "What the camera of the paper delivers: equation (13)."),
+    ("figure-10-recovery", _draw_recovery, WIDE, "Figure 10: applied and recovered phase, Case 1",
+     "Read from the single frame of Figure 9, with no earlier state."),
     ("readings-of-sigma-x", _draw_readings, WIDE, "Two readings of 'shear stress along x'",
      "Read literally, the paper's sigma_x would be the shear stress tau_xz. That vanishes at the "
      "edges in both cases, so it cannot be what the paper's figures show; the normal stress along "

@@ -127,6 +127,46 @@ def strip(ax: Axes, transducer: Transducer, tactels: ArrayLike, forces: ArrayLik
     ax.spines[:].set_visible(False)
 
 
+def forces(ax: Axes, values: ArrayLike, deviations: ArrayLike) -> None:
+    """Forces of one frame with bars of two standard deviations, tactel by tactel.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    values, deviations : array_like, shape (2, n)
+        Normal and tangential forces and their standard deviations [N].
+    """
+    read, spread = np.asarray(values), np.asarray(deviations)
+    tactel = np.arange(1, read.shape[1] + 1)
+    for shift, name, force, std in zip(
+        (-0.12, 0.12), ("normal", "tangential"), read, spread, strict=True
+    ):
+        ax.errorbar(tactel + shift, force, 2 * std, fmt="o", capsize=3, label=name)
+    ax.axhline(0, color="#888888", linewidth=0.8)
+    ax.set(xlabel="tactel", ylabel="force [N]", xticks=tactel)
+    ax.legend()
+
+
+def force_history(ax: Axes, values: ArrayLike) -> None:
+    """Forces of many frames over their number, a line for each tactel.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    values : array_like, shape (k, n)
+        Forces of one direction [N]; gaps where they are not a number.
+    """
+    read = np.asarray(values)
+    tactels = read.shape[1]
+    shades = mpl.colormaps["viridis"](np.linspace(0, 0.9, tactels))
+    for tactel, (force, shade) in enumerate(zip(read.T, shades, strict=True), start=1):
+        ax.plot(force, color=shade, label=f"tactel {tactel}" if tactel in (1, tactels) else None)
+    ax.set(xlabel="frame", ylabel="normal force [N]")
+    ax.legend()
+
+
 def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, wavelength: float) -> None:
     """The strip as an eye behind the polariscope sees it, in the colour of the light.
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
+
+import numpy as np
 
 from fringeforce import plot
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.figures import FIGURES
 from fringeforce.findings import statements
+from fringeforce.reading import Reading
+from fringeforce.recovery import PAPER_ANGLES, PAPER_MAGNITUDES, Recovery, recovered
 from fringeforce.reproduction import Example
 
 
@@ -44,6 +48,7 @@ def reproduce(
     except OSError as error:
         raise InputError(f"{folder} cannot be made a folder: {error.strerror}.") from None
     example = Example(sensor)
+    recovery = recovered(example)
     figures = []
     for number, (name, draw, size, title, text) in enumerate(FIGURES, start=1):
         if progress:
@@ -56,11 +61,37 @@ def reproduce(
         picture = base64.b64encode(buffer.getvalue()).decode()
         figures.append({"title": title, "text": text, "picture": picture})
     page = folder / "report.html"
-    page.write_text(_page(sensor, figures, list(statements(example))), encoding="utf-8")
+    page.write_text(
+        _page(sensor, figures, list(statements(example, recovery)), recovery), encoding="utf-8"
+    )
     return page
 
 
-def _page(sensor: Sensor, figures: list[dict[str, str]], findings: list[tuple[str, ...]]) -> str:
+def draw_readings(readings: Sequence[Reading], path: Path) -> None:
+    """Write a picture of one reading's forces, or of the normal forces of many.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    with plot.figure() as (canvas, ax):
+        if len(readings) == 1:
+            plot.forces(ax, readings[0].forces, readings[0].std)
+        else:
+            plot.force_history(ax, np.array([reading.forces[0] for reading in readings]))
+        try:
+            canvas.savefig(path)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror}.") from None
+
+
+def _page(
+    sensor: Sensor,
+    figures: list[dict[str, str]],
+    findings: list[tuple[str, ...]],
+    recovery: Recovery,
+) -> str:
     from jinja2 import Environment, PackageLoader
 
     environment = Environment(
@@ -68,5 +99,26 @@ def _page(sensor: Sensor, figures: list[dict[str, str]], findings: list[tuple[st
     )
     template = environment.get_template("report.html")
     return template.render(
-        sensor=sensor, figures=figures, findings=findings, design=sensor.to_toml()
+        sensor=sensor,
+        figures=figures,
+        findings=findings,
+        forces=_force_rows(recovery),
+        verdict=recovery.reading.status.name,
+        design=sensor.to_toml(),
     )
+
+
+def _force_rows(recovery: Recovery) -> list[tuple[str, ...]]:
+    """Tactel, the paper's reading where it printed one, ours with deviations, the bound."""
+    reading = recovery.reading
+    rows = []
+    for i in range(reading.forces.shape[1]):
+        printed = reading.forces.shape[1] == len(PAPER_ANGLES)
+        paper = f"{PAPER_MAGNITUDES[i]:.3f} N, {PAPER_ANGLES[i]:.1f}°" if printed else "-"
+        ours = (
+            f"{reading.magnitude[i]:.3f} ± {reading.magnitude_std[i]:.3f} N, "
+            f"{reading.angle[i]:.1f} ± {reading.angle_std[i]:.1f}°"
+        )
+        bound = f"{recovery.bound[0, i]:.3f} N, {recovery.bound[1, i]:.3f} N"
+        rows.append((str(i + 1), paper, ours, bound))
+    return rows

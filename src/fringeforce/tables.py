@@ -5,16 +5,24 @@ from __future__ import annotations
 import csv
 import math
 import os
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import FileFormatError
+from fringeforce.reading import Reading
 
 CARTESIAN = ("normal_N", "tangential_N")
 POLAR = ("magnitude_N", "angle_deg")
+READING = (
+    *CARTESIAN, *POLAR,
+    "normal_std_N", "tangential_std_N", "magnitude_std_N", "angle_std_deg",
+)  # fmt: skip
 
 
 def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float64]:
@@ -58,12 +66,63 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float6
 
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
     """Write loads as `load_forces` reads them; forces have the shape (k, 2, n) [N]."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
+    with _whole_file(path) as file:
         writer = csv.writer(file)
         writer.writerow(["frame", "tactel", *CARTESIAN])
         for frame, load in enumerate(np.asarray(forces, dtype=float)):
             for tactel, (normal, tangential) in enumerate(load.T, start=1):
                 writer.writerow([frame, tactel, repr(float(normal)), repr(float(tangential))])
+
+
+def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
+    """Write readings, one row for each tactel of each frame, whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+        Of the CSV file.
+    readings : iterable of Reading
+        One for each frame.
+
+    Returns
+    -------
+    Counter
+        Frames by the name of their status.
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be written.
+    """
+    statuses: Counter[str] = Counter()
+    with _whole_file(path) as file:
+        writer = csv.writer(file)
+        writer.writerow(["frame", "tactel", *READING, "status"])
+        for frame, reading in enumerate(readings):
+            statuses[reading.status.name] += 1
+            columns = (
+                *reading.forces, reading.magnitude, reading.angle,
+                *reading.std, reading.magnitude_std, reading.angle_std,
+            )  # fmt: skip
+            for tactel, values in enumerate(np.transpose(columns), start=1):
+                cells = [f"{value:.6g}" for value in values]
+                writer.writerow([frame, tactel, *cells, reading.status.name])
+    return statuses
+
+
+@contextmanager
+def _whole_file(path: str | os.PathLike[str]) -> Iterator[TextIO]:
+    """A text file that takes its name only once it is complete."""
+    target = Path(path)
+    scrap = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        with open(scrap, "w", newline="", encoding="utf-8") as file:
+            yield file
+        os.replace(scrap, target)
+    except OSError as error:
+        raise FileFormatError(f"{target} cannot be written: {error.strerror}.") from None
+    finally:
+        scrap.unlink(missing_ok=True)
 
 
 def _force_columns(path: str | os.PathLike[str], names: ArrayLike) -> tuple[str, str]:

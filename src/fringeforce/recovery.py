@@ -1,0 +1,75 @@
+"""The paper's recovered forces beside ours, over many noisy frames, and the bound of one frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.reader import Reader
+from fringeforce.reading import Reading
+from fringeforce.reproduction import ANGLE, LOAD, Example
+
+Array = NDArray[np.float64]
+
+PAPER_MAGNITUDES = (0.976, 1.02, 1.05, 0.97, 0.963, 0.98, 0.973, 0.967, 0.953, 0.943, 1.056)
+PAPER_ANGLES = (10.6, 9.7, 9.8, 10.4, 9.5, 10.5, 10.4, 10.3, 10.2, 10.7, 9.7)
+"""Section V of the paper, tactels 1 to 11 [N], [degrees]."""
+SEEDS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Recovery:
+    """Readings of many noisy frames of the paper's example, Case 1.
+
+    Attributes
+    ----------
+    reading : Reading
+        Of the frame of Figure 9.
+    bound : ndarray, shape (2, n)
+        Smallest standard deviations that one frame allows [N].
+    magnitude_error, angle_error : ndarray, shape (seeds,)
+        Largest relative errors over the tactels, for every seed of the noise.
+    averaged_magnitude, averaged_angle : float
+        The same for the mean of `averaged` frames' readings.
+    averaged : int
+        Frames that are averaged.
+    """
+
+    reading: Reading
+    bound: Array
+    magnitude_error: Array
+    angle_error: Array
+    averaged_magnitude: float
+    averaged_angle: float
+    averaged: int = 15
+
+
+def recovered(example: Example) -> Recovery:
+    """Read the paper's example from `SEEDS` noisy frames."""
+    model = example.models["free"]
+    reader = Reader(model)
+    readings = [reader.read(model.expose(example.forces, rng=seed)) for seed in range(SEEDS)]
+    forces = np.array([reading.forces for reading in readings])
+    phase = reader.influence @ example.forces.ravel()
+    magnitude, angle = worst_errors(forces)
+    some = Recovery.averaged
+    groups = forces[: SEEDS // some * some].reshape(-1, some, *forces.shape[1:])
+    mean_magnitude, mean_angle = worst_errors(groups.mean(axis=1))
+    return Recovery(
+        reading=readings[0],
+        bound=cramer_rao_bound(phase, reader.influence, reader.response).reshape(2, -1),
+        magnitude_error=magnitude,
+        angle_error=angle,
+        averaged_magnitude=float(np.median(mean_magnitude)),
+        averaged_angle=float(np.median(mean_angle)),
+    )
+
+
+def worst_errors(forces: Array) -> tuple[Array, Array]:
+    """Largest relative errors of magnitude and angle over the tactels, shape (k,) each."""
+    magnitude = np.hypot(forces[:, 0], forces[:, 1])
+    angle = np.degrees(np.arctan2(forces[:, 1], forces[:, 0]))
+    return np.abs(magnitude / LOAD - 1).max(axis=1), np.abs(angle / ANGLE - 1).max(axis=1)
