@@ -24,7 +24,8 @@ C11, C12 = np.array([LAME + 2 * SHEAR]), np.array([LAME])
 def _coefficients(order: int, function: Polynomial) -> Array:
     """Of the shape functions, such that they add up to a polynomial of their degree."""
     s = np.linspace(0, 1, order + 1)
-    return np.linalg.solve(shape_functions(order, s)[0].T, function(s))
+    weights = np.linalg.solve(shape_functions(order, s)[0].T, function(s))
+    return np.asarray(weights, dtype=np.float64)
 
 
 def _field(order: int, u: tuple, w: tuple) -> Array:
