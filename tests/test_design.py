@@ -91,7 +91,6 @@ COVER_NU = "transducer.compliant.poissons_ratio"
     [
         (LENGTH, "", ["transducer.length", "missing", "full length c"]),
         (LENGTH, "length = 25", ["transducer.length", "25", "bare number", '"0.5 mm"']),
-        (LENGTH, "length = inf", ["transducer.length", "inf", "bare number"]),
         (LENGTH, 'length = "25"', ["transducer.length", "'25'", "no unit", '"0.5 mm"']),
         (LENGTH, 'length = "25 MPa"', ["transducer.length", "'25 MPa'", "meters", '"0.5 mm"']),
         (LENGTH, 'length = "25 mn"', ["transducer.length", "'25 mn'", "meters", '"0.5 mm"']),
@@ -114,7 +113,6 @@ COVER_NU = "transducer.compliant.poissons_ratio"
         (NU, "poissons_ratio = 0.5", [COVER_NU, "0.5", "less than 0.5"]),
         (NU, "poissons_ratio = -1", [COVER_NU, "-1", "greater than -1"]),
         (NU, "poissons_ratio = nan", [COVER_NU, "nan", "finite"]),
-        (NU, 'poissons_ratio = "0.3"', [COVER_NU, "'0.3'", "number"]),
         ('"free" ', '"fixed" ', ["transducer.edges", "'fixed'", "'free'", "'roller'"]),
         ("count = 11", "count = 26", ["tactels", "26", "1 mm", "12.5 mm", "fewer tactels"]),
         ('"1 mm"', '"2.5 mm"', ["tactels", "11", "2.5 mm", "12.5 mm", "smaller pitch"]),
@@ -173,6 +171,8 @@ def test_a_design_that_does_not_exist_is_named_with_its_nearest() -> None:
 def test_a_shipped_design_survives_the_round_trip(name: str) -> None:
     sensor = ff.load_sensor(name)
     assert parse_sensor(sensor.to_toml()) == sensor
+    awkward = sensor.replace(name='"\\\x7f\n\x00µ')
+    assert parse_sensor(awkward.to_toml()) == awkward
 
 
 _sizes = st.floats(1e-12, 1e12)
