@@ -135,10 +135,10 @@ def test_a_wrong_key_is_one_line_with_path_value_limit_and_remedy(
 
 
 def test_a_misspelt_key_is_named_with_the_right_spelling() -> None:
-    lost, unknown = _problems(_edited((LENGTH, 'lenght = "25 mm"')))
+    lost, unknown = _problems(_edited((LENGTH, 'lengthe = "25 mm"')))
     assert "transducer.length is missing" in lost
-    assert "'lenght'" in lost
-    assert "transducer.lenght" in unknown
+    assert "'lengthe'" in lost
+    assert "transducer.lengthe" in unknown
     assert "did you mean 'length'" in unknown
 
 
@@ -235,7 +235,7 @@ def test_replace_takes_dotted_and_nested_values_in_si_or_text(sensor: ff.Sensor)
     ("changes", "words"),
     [
         ({"transduser.edges": "roller"}, ["transduser.edges", "did you mean 'transducer'"]),
-        ({"transducer.egdes": "roller"}, ["transducer.egdes", "did you mean 'edges'"]),
+        ({"transducer.edgez": "roller"}, ["transducer.edgez", "did you mean 'edges'"]),
         ({"transducer": {"edges": "glued"}}, ["transducer.edges", "'glued'", "'roller'"]),
         ({"transducer": 3}, ["transducer = 3", "table"]),
         ({"transducer.length": "5 mm"}, ["tactels", "2.5 mm", "longer strip"]),
