@@ -1,124 +1,250 @@
-"""A design file is read exactly, and every mistake in it is named with its remedy."""
+"""A design file says what it means, and a wrong one says what to change."""
 
-import re
+from contextlib import suppress
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 import fringeforce as ff
 from fringeforce.design import parse_sensor, shipped_designs
+from fringeforce.quantities import parse_quantity
 
-TEXT = shipped_designs()["saad"].read_text(encoding="utf-8")
-
-
-def changed(key: str, value: str | None) -> str:
-    """The paper's design with one line changed, or dropped."""
-    pattern = rf"^{key} = .*$"
-    assert re.search(pattern, TEXT, flags=re.MULTILINE)
-    line = "" if value is None else f"{key} = {value}"
-    return re.sub(pattern, line, TEXT, count=1, flags=re.MULTILINE)
+SAAD = shipped_designs()["saad"].read_text(encoding="utf-8")
 
 
-def test_the_papers_design_has_the_papers_tables(sensor: ff.Sensor) -> None:
-    strip = sensor.transducer
-    assert (strip.length, strip.width) == (25e-3, 2e-3)
-    assert (strip.compliant.thickness, strip.photoelastic.thickness) == (0.5e-3, 3e-3)
-    assert (strip.compliant.youngs_modulus, strip.photoelastic.youngs_modulus) == (11e6, 110e6)
-    assert (strip.compliant.poissons_ratio, strip.photoelastic.poissons_ratio) == (0.49, 0.42)
-    assert sensor.tactels.positions[[0, 5, 10]] == pytest.approx([-5e-3, 0, 5e-3])
-    assert sensor.pixel_positions[[0, -1]] == pytest.approx([-12.493896e-3, 12.493896e-3])
+def _edited(*changes: tuple[str, str]) -> str:
+    """The paper's design file with some of its text changed."""
+    text = SAAD
+    for old, new in changes:
+        assert text.count(old) >= 1, old
+        text = text.replace(old, new, 1)
+    return text
 
 
-@pytest.mark.parametrize("text", ["0.5 mm", "500 um", "500 µm", "0.05 cm", "5e-4 m", "0.5mm"])
-def test_lengths_in_any_spelling_are_one(text: str) -> None:
-    sensor = parse_sensor(changed("thickness", f'"{text}"'))
-    assert sensor.transducer.compliant.thickness == pytest.approx(0.5e-3, rel=1e-12)
-
-
-@pytest.mark.parametrize("text", ["11 MPa", "11e6 Pa", "0.011 GPa", "110 bar", "11 N/mm^2"])
-def test_moduli_in_any_spelling_are_one(text: str) -> None:
-    sensor = parse_sensor(changed("youngs_modulus", f'"{text}"'))
-    assert sensor.transducer.compliant.youngs_modulus == pytest.approx(11e6, rel=1e-12)
+def _problems(text: str) -> list[str]:
+    """The lines of the one error that a design file raises, its heading apart."""
+    with pytest.raises(ff.FringeforceError) as caught:
+        parse_sensor(text, source="my.toml")
+    assert isinstance(caught.value, ValueError)
+    heading, *problems = str(caught.value).split("\n")
+    assert heading.startswith("my.toml has ")
+    return problems
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "words"),
+    ("spelling", "unit", "si"),
     [
-        ("pitch", None, ["tactels.pitch", "missing"]),
-        ("pitch", '"1 mm"\npich = 3', ["tactels.pich", "did you mean 'pitch'"]),
-        ("length", "25", ["transducer.length", "25", "bare number", '"0.5 mm"']),
-        ("length", '"25 MPa"', ["transducer.length", "25 MPa", "meters"]),
-        ("length", '"-25 mm"', ["transducer.length", "-25 mm", "greater than 0"]),
-        ("length", '"nan mm"', ["transducer.length", "nan"]),
-        ("length", '"inf mm"', ["transducer.length", "inf", "finite"]),
-        ("youngs_modulus", '"11 mm"', ["compliant.youngs_modulus", "11 mm", "pascals"]),
-        ("poissons_ratio", "0.5", ["compliant.poissons_ratio", "0.5", "less than 0.5"]),
-        ("poissons_ratio", "-1.0", ["compliant.poissons_ratio", "greater than -1"]),
-        ("edges", '"glued"', ["transducer.edges", "glued", "'free' or 'roller'"]),
-        ("count", "0", ["tactels.count", "0", "1 or more"]),
-        ("count", "26", ["tactels", "26", "12.5 mm", "fewer tactels"]),
-        ("noise", "9", ["camera", "259", "255", "lower the amplitude"]),
-        ("offset", "2", ["camera", "offset = 2", "raise the offset"]),
-        ("bits", "17", ["camera.bits", "17", "16"]),
+        ("0.5 mm", "meter", 5e-4),
+        ("500 um", "meter", 5e-4),
+        ("500 µm", "meter", 5e-4),
+        ("11e6 Pa", "pascal", 11e6),
+        ("5e-4 meter", "meter", 5e-4),
+        ("632.8 nm", "meter", 6.328e-7),
+        ("0.6328 micrometer", "meter", 6.328e-7),
+        ("11 MPa", "pascal", 11e6),
+        ("11 N/mm^2", "pascal", 11e6),
     ],
 )
-def test_a_mistake_is_named_with_its_limit(key: str, value: str | None, words: list[str]) -> None:
-    with pytest.raises(ff.FringeforceError) as caught:
-        parse_sensor(changed(key, value))
-    assert isinstance(caught.value, ValueError)
-    message = str(caught.value)
-    assert all(word in message for word in words), message
-    assert "has a problem" in message
+def test_every_usual_spelling_of_a_quantity_is_read(spelling: str, unit: str, si: float) -> None:
+    assert parse_quantity(spelling, unit) == pytest.approx(si, rel=1e-14)
 
 
-def test_all_mistakes_come_in_one_message() -> None:
-    text = TEXT.replace('"25 mm"', "25").replace("0.49", "0.7").replace("count = 11", "count = -1")
-    with pytest.raises(ff.FringeforceError) as caught:
-        parse_sensor(text)
-    assert "3 problems" in str(caught.value)
-    assert len(str(caught.value).splitlines()) == 4
+_SCRAPS = ["0.5", "mm", "(", ")", "[", "'", '"', "\\", "%", "e", "1e", "/", "*", "if", "\n", "#"]
 
 
-def test_text_that_is_no_toml_is_named_by_its_place() -> None:
-    with pytest.raises(ff.FringeforceError, match="line 2"):
-        parse_sensor('name = "x"\nlength = = 3')
+@given(st.lists(st.sampled_from(_SCRAPS) | st.characters(), max_size=8).map("".join))
+@example("(5 mm")
+def test_no_text_gets_past_the_reading_of_a_quantity(text: str) -> None:
+    with suppress(ValueError):
+        assert isinstance(parse_quantity(text, "meter"), float)
 
 
-@pytest.mark.parametrize("name", sorted(shipped_designs()))
-def test_designs_come_back_from_their_own_text(name: str) -> None:
+def test_the_papers_tables_are_in_si_units(sensor: ff.Sensor) -> None:
+    strip = sensor.transducer
+    soft, clear = strip.compliant, strip.photoelastic
+    found = [strip.length, strip.width, soft.thickness, soft.youngs_modulus, soft.poissons_ratio]
+    np.testing.assert_allclose(found, [25e-3, 2e-3, 0.5e-3, 11e6, 0.49], rtol=1e-15)
+    found = [clear.thickness, clear.youngs_modulus, clear.poissons_ratio]
+    np.testing.assert_allclose(found, [3e-3, 110e6, 0.42], rtol=1e-15)
+    assert clear.strain_optic_coefficient == 0.05
+    assert sensor.polariscope.wavelength == pytest.approx(632.8e-9, rel=1e-15)
+
+
+def test_tactels_and_pixels_are_centred_on_the_strip(sensor: ff.Sensor) -> None:
+    np.testing.assert_allclose(sensor.tactels.positions, np.arange(-5, 6) * 1e-3, atol=1e-18)
+    pixels, pitch = sensor.pixel_positions, 25e-3 / 2048
+    assert len(pixels) == 2048
+    np.testing.assert_allclose(pixels[[0, -1]], [pitch / 2 - 12.5e-3, 12.5e-3 - pitch / 2])
+    np.testing.assert_allclose(np.diff(pixels), pitch)
+
+
+LENGTH, NU = 'length = "25 mm"', "poissons_ratio = 0.49"
+YOUNG = 'youngs_modulus = "11 MPa"'
+COVER_NU = "transducer.compliant.poissons_ratio"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (LENGTH, "", ["transducer.length", "missing", "full length c"]),
+        (LENGTH, "length = 25", ["transducer.length", "25", "bare number", '"0.5 mm"']),
+        (LENGTH, 'length = "25"', ["transducer.length", "'25'", "no unit", '"0.5 mm"']),
+        (LENGTH, 'length = "25 MPa"', ["transducer.length", "'25 MPa'", "meters", '"0.5 mm"']),
+        (LENGTH, 'length = "25 mn"', ["transducer.length", "'25 mn'", "meters", '"0.5 mm"']),
+        (LENGTH, 'length = "(25 mm"', ["transducer.length", "'(25 mm'", "meters", '"0.5 mm"']),
+        (LENGTH, 'length = "-25 mm"', ["transducer.length", "-0.025", "greater than 0"]),
+        (LENGTH, 'length = "nan mm"', ["transducer.length", "nan", "finite"]),
+        (LENGTH, 'length = "1e400 mm"', ["transducer.length", "inf", "finite"]),
+        (LENGTH, "length = true", ["transducer.length", "True", "number"]),
+        (LENGTH, LENGTH + "\ncolour = 3", ["transducer.colour", "not a key", "'width'"]),
+        (
+            YOUNG,
+            'youngs_modulus = "11 mm"',
+            ["transducer.compliant.youngs_modulus", "'11 mm'", "pascals", '"11 MPa"'],
+        ),
+        (
+            YOUNG,
+            'youngs_modulus = "-1 Pa"',
+            ["transducer.compliant.youngs_modulus", "-1", "greater than 0"],
+        ),
+        (NU, "poissons_ratio = 0.5", [COVER_NU, "0.5", "less than 0.5"]),
+        (NU, "poissons_ratio = -1", [COVER_NU, "-1", "greater than -1"]),
+        (NU, "poissons_ratio = nan", [COVER_NU, "nan", "finite"]),
+        ('"free" ', '"fixed" ', ["transducer.edges", "'fixed'", "'free'", "'roller'"]),
+        ("count = 11", "count = 26", ["tactels", "26", "1 mm", "12.5 mm", "fewer tactels"]),
+        ('"1 mm"', '"2.5 mm"', ["tactels", "11", "2.5 mm", "12.5 mm", "smaller pitch"]),
+        ("count = 11", "count = 11.5", ["tactels.count", "11.5", "whole number"]),
+        ("count = 11", "count = 0", ["tactels.count", "0", "1 or more"]),
+        ("bits = 8 ", "bits = 17 ", ["camera.bits", "17", "16 or less"]),
+        ("noise = 5 ", "noise = -1 ", ["camera.noise", "-1", "0"]),
+        ("noise = 5 ", "noise = 6 ", ["camera", "256", "255", "lower the amplitude by 1"]),
+        ("offset = 5 ", "offset = 4 ", ["camera", "4", "5", "raise the offset to 5"]),
+        ('"uniform" ', '"poisson" ', ["camera.noise_model", "'poisson'", "'gaussian'"]),
+        ('name = "', 'name = 3 # "', ["name", "3", "text"]),
+    ],
+)
+def test_a_wrong_key_is_one_line_with_path_value_limit_and_remedy(
+    old: str, new: str, words: list[str]
+) -> None:
+    (problem,) = _problems(_edited((old, new)))
+    assert problem.split()[0].rstrip(":") == words[0]
+    assert all(word in problem for word in words[1:]), problem
+
+
+def test_a_misspelt_key_is_named_with_the_right_spelling() -> None:
+    lost, unknown = _problems(_edited((LENGTH, 'lengthe = "25 mm"')))
+    assert "transducer.length is missing" in lost
+    assert "'lengthe'" in lost
+    assert "transducer.lengthe" in unknown
+    assert "did you mean 'length'" in unknown
+
+
+def test_gaussian_noise_counts_its_mean_only_against_the_converter() -> None:
+    gaussian = ('noise_model = "uniform"', 'noise_model = "gaussian"')
+    sensor = parse_sensor(_edited(gaussian, ("noise = 5 ", "noise = 9 ")))
+    assert sensor.camera.noise == 9
+    (problem,) = _problems(_edited(gaussian, ("amplitude = 245", "amplitude = 253")))
+    assert "258 exceeds" in problem
+
+
+def test_all_problems_come_in_one_message() -> None:
+    problems = _problems(
+        _edited((LENGTH, "length = 25"), (NU, "poissons_ratio = 0.7"), ("bits = 8 ", "bits = 99 "))
+    )
+    assert [line.split()[0] for line in problems] == ["transducer.length", COVER_NU, "camera.bits"]
+
+
+def test_text_that_is_no_toml_is_named_with_its_line() -> None:
+    with pytest.raises(ff.FringeforceError, match=r"my.toml is not a TOML file.*line 1"):
+        parse_sensor("name = \n", source="my.toml")
+
+
+def test_a_design_that_does_not_exist_is_named_with_its_nearest() -> None:
+    with pytest.raises(ff.FringeforceError, match=r"'sad'.*did you mean 'saad'"):
+        ff.load_sensor("sad")
+
+
+@pytest.mark.parametrize("name", shipped_designs())
+def test_a_shipped_design_survives_the_round_trip(name: str) -> None:
     sensor = ff.load_sensor(name)
+    assert parse_sensor(sensor.to_toml()) == sensor
+    awkward = sensor.replace(name='"\\\x7f\n\x00µ')
+    assert parse_sensor(awkward.to_toml()) == awkward
+
+
+_sizes = st.floats(1e-12, 1e12)
+
+
+@settings(max_examples=30, deadline=None)  # spelling eight quantities takes pint a while
+@given(
+    name=st.text(),
+    sizes=st.tuples(*[_sizes] * 8),
+    nu=st.floats(-1, 0.5, exclude_min=True, exclude_max=True),
+    count=st.integers(1, 1000),
+    bits=st.integers(1, 16),
+    share=st.floats(0.01, 0.49),
+)
+def test_any_design_survives_the_round_trip(
+    name: str, sizes: tuple[float, ...], nu: float, count: int, bits: int, share: float
+) -> None:
+    length, width, a, e1, b, e2, strain_optic, wavelength = sizes
+    full = 2**bits - 1
+    soft = {"thickness": a, "youngs_modulus": e1, "poissons_ratio": nu}
+    clear = {"thickness": b, "youngs_modulus": e2, "poissons_ratio": -nu / 2}
+    sensor = ff.load_sensor("saad").replace(
+        name=name,
+        transducer={
+            "length": length,
+            "width": width,
+            "compliant": soft,
+            "photoelastic": clear | {"strain_optic_coefficient": strain_optic},
+        },
+        tactels={"count": count, "pitch": length / (count + 1)},
+        polariscope={"wavelength": wavelength},
+        camera={
+            "bits": bits,
+            "amplitude": full * (1 - 2 * share),
+            "offset": full * share,
+            "noise": full * share / 2,
+        },
+    )
     assert parse_sensor(sensor.to_toml()) == sensor
 
 
-@given(st.floats(1e-6, 1e3), st.floats(1.0, 1e12), st.floats(-0.99, 0.49), st.floats(1e-9, 1e-3))
-def test_any_number_comes_back_bit_by_bit(sensor, length, modulus, ratio, wavelength) -> None:
-    made = sensor.replace(
-        transducer={"width": length, "compliant": {"youngs_modulus": modulus}},
-        polariscope={"wavelength": wavelength},
-        **{"transducer.photoelastic.poissons_ratio": ratio},
+def test_a_sensor_cannot_be_changed_in_place(sensor: ff.Sensor) -> None:
+    for part, key in ((sensor, "name"), (sensor.transducer, "length"), (sensor.camera, "bits")):
+        with pytest.raises(ValidationError, match="frozen"):
+            setattr(part, key, getattr(part, key))
+
+
+def test_replace_takes_dotted_and_nested_values_in_si_or_text(sensor: ff.Sensor) -> None:
+    dotted = sensor.replace(**{"transducer.compliant.thickness": 4e-4, "tactels.count": 9})
+    nested = sensor.replace(
+        transducer={"compliant": {"thickness": "0.4 mm"}}, tactels={"count": np.int64(9)}
     )
-    assert parse_sensor(made.to_toml()) == made
+    assert dotted == nested
+    assert dotted.transducer.compliant.thickness == 4e-4
+    assert dotted.transducer.compliant.youngs_modulus == 11e6
+    assert sensor.transducer.compliant.thickness == 5e-4
 
 
-def test_dotted_and_nested_changes_are_the_same(sensor: ff.Sensor) -> None:
-    dotted = sensor.replace(**{"transducer.compliant.thickness": "1 mm", "tactels.count": 5})
-    nested = sensor.replace(transducer={"compliant": {"thickness": 1e-3}}, tactels={"count": 5})
-    assert dotted == nested != sensor
-
-
-def test_a_change_of_nothing_that_exists_is_refused(sensor: ff.Sensor) -> None:
-    with pytest.raises(ff.FringeforceError, match="did you mean 'transducer'"):
-        sensor.replace(**{"transduce.length": "1 mm"})
-    with pytest.raises(ff.FringeforceError, match="not a key"):
-        sensor.replace(**{"transducer.lenght": "1 mm"})
-
-
-def test_a_design_is_frozen(sensor: ff.Sensor) -> None:
-    with pytest.raises(ValueError, match="frozen"):
-        sensor.name = "other"
-
-
-def test_an_unknown_name_lists_the_known_ones() -> None:
-    with pytest.raises(ff.FringeforceError, match="'saad'"):
-        ff.load_sensor("sad")
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"transduser.edges": "roller"}, ["transduser.edges", "did you mean 'transducer'"]),
+        ({"transducer.edgez": "roller"}, ["transducer.edgez", "did you mean 'edges'"]),
+        ({"transducer": {"edges": "glued"}}, ["transducer.edges", "'glued'", "'roller'"]),
+        ({"transducer": 3}, ["transducer = 3", "table"]),
+        ({"transducer.length": "5 mm"}, ["tactels", "2.5 mm", "longer strip"]),
+        ({"transducer.length": float("nan")}, ["transducer.length", "nan", "finite"]),
+    ],
+)
+def test_a_change_that_makes_no_sensor_is_refused(
+    sensor: ff.Sensor, changes: dict, words: list[str]
+) -> None:
+    with pytest.raises(ff.FringeforceError) as caught:
+        sensor.replace(**changes)
+    assert all(word in str(caught.value) for word in words), str(caught.value)

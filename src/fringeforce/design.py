@@ -24,7 +24,7 @@ from pydantic import (
 from fringeforce.design_text import toml_text, toml_values
 from fringeforce.errors import DesignError
 from fringeforce.quantities import EXAMPLES, parse_quantity
-from fringeforce.validation import suggestion, validated
+from fringeforce.validation import plain_integer, suggestion, validated
 
 
 def _quantity(unit: str) -> Any:
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 else:
     Length, Pressure = _quantity("meter"), _quantity("pascal")
 Finite = Annotated[float, AllowInfNan(False), Strict()]
-Count = Annotated[int, Strict(), Field(ge=1)]
+Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(plain_integer)]
 
 
 class _Part(BaseModel):

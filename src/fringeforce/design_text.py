@@ -49,5 +49,7 @@ def _spelled(value: Any, info: FieldInfo) -> str:
     )
     if isinstance(unit, str):
         return json.dumps(spell_quantity(value, unit))
-    # a JSON string is a TOML basic string; repr of a float is one too
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+    if isinstance(value, str):
+        # a JSON string is a TOML basic string, but for DEL, which only TOML wants escaped
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(value)

@@ -40,6 +40,8 @@ def parse_quantity(text: str, unit: str) -> float:
     ValueError
         If the text is no quantity of that dimension; the message says what is.
     """
+    from tokenize import TokenError
+
     from pint.errors import PintError
 
     example = EXAMPLES[unit]
@@ -47,7 +49,7 @@ def parse_quantity(text: str, unit: str) -> float:
         quantity = _registry().Quantity(text)
         dimensionless = quantity.dimensionless
         value = math.nan if dimensionless else float(quantity.to(unit).magnitude)
-    except (PintError, ArithmeticError, AssertionError, TypeError, ValueError):
+    except (PintError, TokenError, ArithmeticError, AssertionError, TypeError, ValueError):
         raise ValueError(
             f"is not a quantity in {unit}s; write a number and a unit, as in {example}"
         ) from None

@@ -2,7 +2,8 @@
 
 On a tensor mesh every element is a rectangle, and its stiffness is built from three matrices on the
 unit interval: mass, stiffness and their mixture.  The shape functions are scikit-fem's hierarchical
-ones (integrated Legendre polynomials, Szabo and Babuska, Finite Element Analysis, section 6.1).
+ones (integrated Legendre polynomials, Szabo and Babuska, Finite Element Analysis, section 6.1); for
+order 2 they are Lagrange's, which span the same polynomials.
 """
 
 from __future__ import annotations

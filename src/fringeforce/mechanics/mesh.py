@@ -92,7 +92,8 @@ class _Progression(NamedTuple):
     largest: float
 
     def size(self, index: int) -> float:
-        return min(self.first * self.growth**index, self.largest)
+        growths = min(index, 99)  # by then far beyond the largest, and still a float
+        return min(self.first * self.growth**growths, self.largest)
 
 
 def _subdivision(length: float, left: _Progression, right: _Progression) -> Array:
