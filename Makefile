@@ -8,11 +8,11 @@ demo: .venv/ready
 	$(BIN)/fringeforce reproduce saad --out demo
 
 test: .venv/ready
-	$(BIN)/python -m pytest -n 2
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 
 bench: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
-	for script in benchmarks/*.py; do $(BIN)/python $$script || exit 1; done
+	for script in benchmarks/*.py; do OPENBLAS_NUM_THREADS=1 $(BIN)/python $$script || exit 1; done
 
 dist: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt build

@@ -1,5 +1,6 @@
 """The command line: files in, files out, one line when the input is bad."""
 
+import csv
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 import fringeforce as ff
 from fringeforce.files import load_frames
 
-COMMANDS = ["new", "characterize", "show", "simulate", "reproduce"]
+COMMANDS = ["new", "characterize", "show", "simulate", "read", "reproduce"]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -54,6 +55,27 @@ def test_simulated_frames_are_those_of_the_library(place: Path) -> None:
     np.testing.assert_array_equal(load_frames(place / "f.h5"), model.expose(forces, rng=3))
 
 
+def test_a_broken_frame_among_good_ones_costs_its_own_row_only(place: Path) -> None:
+    model = ff.load_model(place / "m.h5")
+    forces = ff.polar(1.0, 10, n=11)
+    frames = np.stack([model.expose(forces, rng=i) for i in range(3)]).astype(float)
+    frames[1, 77] = np.nan
+    np.save(place / "frames.npy", frames)
+    result = run("read", "m.h5", "frames.npy", "-o", "r.csv", "--plot", cwd=place)
+    assert result.returncode == 0, result.stderr
+    assert "2 OK" in result.stdout
+    assert "1 BAD_FRAME" in result.stdout
+    with open(place / "r.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 33
+    assert {row["status"] for row in rows if row["frame"] == "1"} == {"BAD_FRAME"}
+    for row in rows:
+        if row["frame"] != "1":
+            off = float(row["normal_N"]) - forces[0, 0]
+            assert abs(off) < 5 * float(row["normal_std_N"])
+    assert (place / "r.png").stat().st_size > 5000
+
+
 @pytest.mark.parametrize("target", ["m.h5", "s.toml", "saad"])
 def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
     result = run("show", target, cwd=place)
@@ -71,6 +93,8 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         ["characterize", "saad", "-o", "m2.h5", "--mesh", "fine"],
         ["simulate", "m.h5", "nope.csv", "-o", "f.h5"],
         ["simulate", "s.toml", "s.toml", "-o", "f.h5"],
+        ["read", "m.h5", "nope.npy", "-o", "r.csv"],
+        ["read", "m.h5", "s.toml", "-o", "r.csv"],
         ["new", "no-such-folder/s.toml"],
         ["reproduce", "saad", "--out", "m.h5"],
     ],

@@ -1,0 +1,144 @@
+"""Readings: right from one frame, honest in their deviations, and a verdict for everything else."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+import fringeforce as ff
+
+N = 11
+
+
+def random_forces(rng: np.random.Generator, largest: float, n: int = N) -> np.ndarray:
+    magnitude = rng.uniform(0, largest, n) * (rng.random(n) < 0.7)
+    return ff.polar(magnitude, rng.uniform(-20, 20, n))
+
+
+@pytest.mark.parametrize("largest", [1, 4, 16])
+@pytest.mark.parametrize("edges", ["free", "roller"])
+def test_random_loads_come_back_from_one_frame(model, roller_model, edges, largest) -> None:
+    sensor = model if edges == "free" else roller_model
+    rng, inside = np.random.default_rng(largest), 0
+    for _ in range(30):
+        forces = random_forces(rng, largest)
+        reading = sensor.read(sensor.expose(forces, rng=rng))
+        explanations = np.concatenate([reading.forces[None], reading.alternatives])
+        off = np.abs(explanations - forces) / reading.std
+        assert off.max(axis=(1, 2)).min() < 6
+        assert reading.chi2 == pytest.approx(1.0, abs=0.2)
+        inside += np.count_nonzero(off[0] < 1.96)
+    low, high = binom.ppf([1e-4, 1 - 1e-4], 30 * 2 * N, 0.95)
+    assert low <= inside <= high
+
+
+def test_the_phase_of_a_reading_is_that_of_its_forces(model: ff.SensorModel) -> None:
+    reading = model.read(model.expose(ff.polar(2.0, -10, n=N), rng=0))
+    np.testing.assert_allclose(reading.phase, model.phase(reading.forces), atol=1e-9)
+    assert reading.std == pytest.approx(np.sqrt(np.diag(reading.covariance)).reshape(2, N))
+
+
+def test_deviations_of_magnitude_and_angle_are_those_of_scattered_forces(model) -> None:
+    reading = model.read(model.expose(ff.polar(2.0, -10, n=N), rng=0))
+    rng = np.random.default_rng(0)
+    drawn = rng.multivariate_normal(reading.forces.ravel(), reading.covariance, 4000)
+    normal, tangential = drawn.reshape(-1, 2, N).transpose(1, 0, 2)
+    found = np.hypot(normal, tangential).std(axis=0)
+    np.testing.assert_allclose(reading.magnitude_std, found, rtol=0.08)
+    found = np.degrees(np.arctan2(tangential, normal)).std(axis=0)
+    np.testing.assert_allclose(reading.angle_std, found, rtol=0.08)
+
+
+def test_silence_is_no_contact(model: ff.SensorModel) -> None:
+    for seed in range(10):
+        reading = model.read(model.expose(np.zeros((2, N)), rng=seed))
+        assert reading.status is ff.Status.NO_CONTACT
+        assert (np.abs(reading.forces) < 4 * reading.std).all()
+
+
+def test_pure_shear_has_two_explanations_and_both_are_given(model: ff.SensorModel) -> None:
+    forces = np.stack([np.zeros(N), np.full(N, 0.8)])
+    reading = model.read(model.expose(forces, rng=0))
+    assert reading.status is ff.Status.AMBIGUOUS
+    both = np.concatenate([reading.forces[None], reading.alternatives])
+    off = np.abs(both - forces).max(axis=(1, 2)) / reading.std.max()
+    assert off.min() < 4
+
+
+@pytest.mark.parametrize(
+    ("frame", "words"),
+    [
+        (np.zeros(7), "(7,)"),
+        (np.zeros((2, 2048)), "(2, 2048)"),
+        (np.full(2048, np.nan), "2048 pixels are not a number"),
+        (np.full(2048, 33), "All pixels are 33"),
+        (np.linspace(-5, 100, 2048), "-5"),
+        (np.linspace(0, 300, 2048), "300"),
+        ("no frame", "grey levels"),
+    ],
+)
+def test_a_broken_frame_is_a_reading_and_no_error(model, frame, words) -> None:
+    reading = model.read(frame)
+    assert reading.status is ff.Status.BAD_FRAME
+    assert words in reading.advice
+    assert np.isnan(reading.forces).all()
+
+
+def test_a_foreign_pattern_is_a_mismatch(model: ff.SensorModel) -> None:
+    x = np.linspace(0, 1, 2048)
+    frame = np.rint(127 + 100 * np.sin(40 * x + 20 * x**2))
+    assert model.read(frame).status is ff.Status.MODEL_MISMATCH
+
+
+def test_an_overexposed_frame_is_saturated(model: ff.SensorModel) -> None:
+    light = model.intensity(ff.polar(3.0, 10, n=N))
+    frame = np.clip(400 * light + 5, 0, 255)
+    assert model.read(frame).status is ff.Status.SATURATED
+
+
+def test_fringes_finer_than_pixels_are_said_to_be(model: ff.SensorModel) -> None:
+    coarse = model.sensor.replace(**{"camera.pixels": 256})
+    few = ff.characterize(coarse)
+    reading = few.read(few.expose(ff.polar(14.0, 10, n=N), rng=0))
+    assert reading.status is ff.Status.FRINGES_TOO_DENSE
+
+
+def test_dead_pixels_cost_nothing_but_themselves(model: ff.SensorModel) -> None:
+    rng = np.random.default_rng(5)
+    forces = random_forces(rng, 3.0)
+    frame = model.expose(forces, rng=rng)
+    where = rng.choice(2048, 20, replace=False)
+    frame[where] = rng.choice([0, 255], 20)
+    reading = model.read(frame)
+    assert reading.status is ff.Status.OK
+    assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
+
+
+def test_masked_pixels_are_not_looked_at(model: ff.SensorModel) -> None:
+    forces = ff.polar(1.0, 10, n=N)
+    frame = model.expose(forces, rng=0).astype(float)
+    mask = np.zeros(2048, dtype=bool)
+    mask[300:500] = True
+    frame[mask] = np.nan
+    reading = model.read(frame, mask)
+    assert reading.status is ff.Status.OK
+    assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
+    whole = model.read(model.expose(forces, rng=0))
+    assert reading.std.max() > whole.std.max()
+    with pytest.raises(ff.FringeforceError, match="2048 pixels"):
+        model.read(frame, np.ones(2048, dtype=bool))
+
+
+def test_a_model_with_errors_of_shape_gives_itself_away(model: ff.SensorModel) -> None:
+    wave = 1 + 0.03 * np.sin(2 * np.pi * model.x[:, None, None] / 5e-3 + np.arange(N))
+    true = ff.SensorModel(model.sensor, model.breaks, model.psi * wave, {})
+    frame = true.expose(ff.polar(2.0, 10, n=N), rng=0)
+    assert model.read(frame).status is ff.Status.MODEL_MISMATCH
+
+
+def test_a_stated_model_error_widens_the_deviations(model: ff.SensorModel) -> None:
+    frame = model.expose(ff.polar(1.0, 10, n=N), rng=0)
+    sure, unsure = ff.Reader(model).read(frame), ff.Reader(model, model_error=0.03).read(frame)
+    assert (unsure.std > sure.std).all()
+    for wrong in ({"model_error": -0.1}, {"friction": 0.0}):
+        with pytest.raises(ff.FringeforceError, match="must be"):
+            ff.Reader(model, **wrong)
