@@ -1,4 +1,9 @@
-"""The phase from a noise-free intensity, equation (12) of the paper."""
+"""The phase from a noise-free intensity, equation (12) of the paper.
+
+The intensity is even in the phase and blind to multiples of 2 pi, so both come with the start: the
+indices m, n, k at the edge where the scan begins.  The paper starts with zeros, which hold for an
+edge phase in [-pi, 0]: always for free edges, whose phase is zero, and not for held ones.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import InputError
-from fringeforce.phase.critical_points import critical_points
+from fringeforce.phase.critical_points import LOST, CriticalPoint, critical_points
 
 Array = NDArray[np.float64]
 Indices = tuple[int, int, int]
 
 SHORTEST = 8
 """Samples below which nothing can be classified."""
-TOLERANCE = 1e-9
+TOLERANCE = 1e-12
 """How far beyond 0 and 1 an intensity may lie by rounding."""
 
 
@@ -35,8 +40,9 @@ def recover_phase(
     intensity : array_like, shape (P,)
         Normalised intensity I = sin^2(p/2) without noise, evenly spaced.
     start : (int, int, int), optional
-        Indices m, n, k at the edge where the scan starts, see `start_indices`; m = n = 0 if not
-        given, which holds for an edge phase in [-pi, 0].
+        Indices m, n, k at the edge where the scan starts, see `start_indices`.  If not given,
+        m = n = 0, which holds for an edge phase in [-pi, 0], and k = 0 or 1 as the intensity
+        grows or falls there.
     direction : "forward" or "backward"
         Scan from the first sample to the last, or from the last to the first.
     edge_phase : float, optional
@@ -51,11 +57,14 @@ def recover_phase(
     Raises
     ------
     InputError
-        If the intensity cannot be one, or the scan cannot start at its edge.
+        If the intensity cannot be one, if the scan cannot start at its edge, or if the start says
+        that the phase rises where the intensity says that it falls, or the reverse.
 
     Notes
     -----
-    A frame tells neither the phase's sign nor a multiple of 2 pi: both come with the start.
+    Exact but for rounding, which is about 4e-16 rad over the distance from the nearest multiple of
+    pi, as long as the samples tell crossings from turns: `critical_points` says when they do not,
+    as where a phase turns very near a multiple of pi between two samples.
     """
     if direction not in ("forward", "backward"):
         raise InputError(f"direction = {direction!r}: must be 'forward' or 'backward'.")
@@ -65,9 +74,11 @@ def recover_phase(
     if direction == "backward":
         light = light[::-1]
     fold = 2 * np.arcsin(np.sqrt(light))
-    m, n, k = start if start is not None else (0, 0, _first_turns(light))
+    points = critical_points(light)
+    m, n, k = (0, 0, None) if start is None else start
+    k = _first_turns(light, points, m, n, k)
     phase, done = np.empty_like(fold), 0
-    for point in critical_points(light):
+    for point in points:
         phase[done : point.index] = _branch(fold[done : point.index], m, n)
         done = point.index
         if point.kind == 1:
@@ -86,9 +97,15 @@ def start_indices(edge_phase: float, rising: bool = False) -> Indices:
     Parameters
     ----------
     edge_phase : float
-        Phase at the edge [rad].
+        Phase at the edge where the scan starts [rad].
     rising : bool
-        Whether the phase grows along the scan.
+        Whether the phase grows along the scan from there, which for a backward scan is towards
+        lower x.
+
+    Returns
+    -------
+    (int, int, int)
+        m, n, k of equation (12); n and k are 0 or 1.
 
     Raises
     ------
@@ -97,10 +114,15 @@ def start_indices(edge_phase: float, rising: bool = False) -> Indices:
     """
     if not np.isfinite(edge_phase):
         raise InputError(f"edge_phase = {edge_phase}: must be a finite number of radians.")
-    m = -round(edge_phase / (2 * np.pi))
-    rest = edge_phase + 2 * np.pi * m
-    n = m if rest < 0 or (rest == 0 and not rising) else m + 1
-    return m, n % 2, int(rising)
+    half_turns = round(edge_phase / np.pi)
+    rest = edge_phase - np.pi * half_turns
+    # at a multiple of pi it is the slope that says which side the phase goes to
+    above = rising if abs(rest) < LOST else rest > 0
+    interval = half_turns if above else half_turns - 1  # from pi interval to pi (interval + 1)
+    m = -((interval + 1) // 2)
+    # even intervals lie above -2 pi m, where (12) needs m + n odd, and odd ones below it
+    n = (m + interval + 1) % 2
+    return m, n, int(rising)
 
 
 def _branch(fold: Array, m: int, n: int) -> Array:
@@ -108,11 +130,32 @@ def _branch(fold: Array, m: int, n: int) -> Array:
     return -2 * np.pi * m - (-1) ** (m + n) * fold
 
 
-def _first_turns(light: Array) -> int:
-    """Index k at an edge phase in [-pi, 0]: the phase falls where the intensity rises."""
-    steps = np.diff(light)
-    moving = np.nonzero(steps)[0]
-    return int(len(moving) > 0 and steps[moving[0]] < 0)
+def _first_turns(
+    light: Array, points: list[CriticalPoint], m: int, n: int, given: int | None
+) -> int:
+    """Index k at the start: even where the phase falls, as branch and intensity tell.
+
+    Where the intensity hardly moves from the first sample to the second, a given index that differs
+    may come from the edge's rounding and is no contradiction.
+    """
+    if points and points[0].kind != 3:
+        growing = points[0].kind == 1
+    else:
+        change = light[points[0].index if points else -1] - light[0]
+        if change == 0:
+            return given or 0
+        growing = bool(change > 0)
+    rising = growing == ((m + n) % 2 == 1)
+    clear = abs(light[1] - light[0]) > 1e-12
+    clear = abs(light[1] - light[0]) > 1e-12
+    if given is not None and clear and given % 2 != rising:
+        raise InputError(
+            f"k = {given} says that the phase {'rises' if given % 2 else 'falls'} at the start of "
+            f"the scan; with m = {m} and n = {n} the intensity says that it "
+            f"{'rises' if rising else 'falls'}. Take m, n, k from "
+            "start_indices(edge_phase, rising=...), with the slope along the scan."
+        )
+    return int(rising)
 
 
 def _check_edge(edge_phase: float | None, direction: str) -> None:
