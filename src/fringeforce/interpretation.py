@@ -25,10 +25,10 @@ Mask = NDArray[np.bool_]
 
 CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
-SAME_BASIN, SAME_START, SAME_TOP = 0.5, 0.1, 0.02
+SAME_BASIN, SAME_START, SAME_TOP = 0.5, 0.1, 0.05
 """Phases nowhere farther apart are one: of the search, of mirror images, of climbs [rad]."""
-EXPLORED, IMAGES = 6, 16
-"""Explanations whose mirror images are tried in turn, and how many of each."""
+IMAGES, TRIED = 16, 40
+"""Mirror images of one explanation that are tried, and of all of them together."""
 SATISFIED = 2.5
 """Standard deviations of pure noise within which an explanation ends the search."""
 RIVAL = 16.0
@@ -88,6 +88,12 @@ class Scene:
     def climbed(self, start: Array) -> Estimate:
         """Top of the likelihood that a start leads to."""
         return maximum_likelihood(self.frame, self.influence, self.response, start)
+
+    def half_climbed(self, start: Array) -> Estimate:
+        """Nearly the top, near enough to be ranked."""
+        return maximum_likelihood(
+            self.frame, self.influence, self.response, start, steps=8, tolerance=0.1
+        )
 
     def covariance(self, estimate: Estimate) -> Array:
         """Covariance of an estimate."""
@@ -225,7 +231,7 @@ def _with_neighbours(scene: Scene, found: list[Estimate]) -> tuple[list[Estimate
     while fresh := [
         e for e in tops if e.misfit.loss < tops[0].misfit.loss + RIVAL and e not in explored
     ]:
-        if len(explored) == EXPLORED:
+        if len(tried) >= TRIED:
             break
         # the one least like those that were explored shows most that is new
         chosen = max(
@@ -237,10 +243,11 @@ def _with_neighbours(scene: Scene, found: list[Estimate]) -> tuple[list[Estimate
             if any(_gap(phase, other) < SAME_START for other in tried):
                 continue
             tried.append(phase)
-            top = scene.climbed(start)
+            top = scene.half_climbed(start)
             if all(_gap(top.phase, e.phase) > SAME_TOP for e in tops):
                 tops.append(top)
         tops.sort(key=lambda e: e.misfit.loss)
+    tops[0] = scene.climbed(tops[0].loads)
     return [_pushing(e) for e in tops], not fresh
 
 

@@ -69,7 +69,12 @@ def least_squares(phase: ArrayLike, influence: ArrayLike) -> Array:
 
 
 def maximum_likelihood(
-    frame: Array, influence: Array, response: Response, start: Array, steps: int = 30
+    frame: Array,
+    influence: Array,
+    response: Response,
+    start: Array,
+    steps: int = 30,
+    tolerance: float = 1e-3,
 ) -> Estimate:
     """Climb to the top of the likelihood of a frame from loads that are nearly right.
 
@@ -88,6 +93,8 @@ def maximum_likelihood(
         Loads to start from [N].
     steps : int
         Largest number of steps.
+    tolerance : float
+        Gain of twice the log-likelihood below which a step is the last.
     """
     sigma = np.sqrt(response.variance)
     here = _evaluated(frame, influence, response, start)
@@ -100,16 +107,19 @@ def maximum_likelihood(
         hessian = scaled.T @ scaled
         diagonal = np.diag(hessian) + 1e-9 * np.trace(hessian) + 1e-12
         before = here.misfit.loss
-        if gradient @ np.linalg.solve(hessian + np.diag(1e-6 * diagonal), gradient) < 1e-4:
+        if (
+            gradient @ np.linalg.solve(hessian + np.diag(1e-6 * diagonal), gradient)
+            < tolerance / 10
+        ):
             break
-        while damping < 1e9:
+        while damping < 1e6:
             step = np.linalg.solve(hessian + np.diag(damping * diagonal), -gradient)
             there = _evaluated(frame, influence, response, here.loads + step)
             if there.misfit.loss <= before:
                 here, damping = there, damping / 10
                 break
             damping *= 10
-        if before - here.misfit.loss < 1e-3:
+        if before - here.misfit.loss < tolerance:
             break
     return here
 
