@@ -53,6 +53,8 @@ def test_silence_is_no_contact(model: ff.SensorModel) -> None:
         reading = model.read(model.expose(np.zeros((2, N)), rng=seed))
         assert reading.status is ff.Status.NO_CONTACT
         assert (np.abs(reading.forces) < 4 * reading.std).all()
+        assert (reading.magnitude_std > 0).all()
+        assert (reading.angle_std == 180).all()
 
 
 def test_pure_shear_has_two_explanations_and_both_are_given(model: ff.SensorModel) -> None:

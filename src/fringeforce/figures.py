@@ -77,7 +77,7 @@ def _draw_recovery(example: Example, ax: Axes) -> None:
     model = example.models["free"]
     reading = model.read(model.expose(example.forces, rng=0))
     x = model.sensor.pixel_positions
-    plot.curves(ax, x, {"P, applied": model.phase(example.forces), "P_r, read": reading.phase},
+    plot.curves(ax, x, {"$P$, applied": model.phase(example.forces), "$P_r$, read": reading.phase},
                 "phase lead [rad]")  # fmt: skip
     ax.lines[1].set_linestyle("--")
 

@@ -187,37 +187,49 @@ def _sound_pixels(best: Estimate, pixels: int) -> Mask | None:
 
 
 def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
-    """Weigh an explanation that fits against silence and against its rivals."""
-    best = fitting[0]
-    unknowns = len(best.loads)
-    silence = misfit(scene.frame, scene.response.level(np.zeros(len(scene.frame))), scene.response)
-    if silence.loss - best.misfit.loss < unknowns + CONTACT * np.sqrt(2 * unknowns):
-        # a load and its negative are equally likely, and neither shows: their mean is none
-        nothing = Estimate(np.zeros(unknowns), np.zeros(len(scene.frame)), silence)
-        spread = scene.covariance(nothing)
-        return Interpretation(nothing.loads, spread, silence.slope, Status.NO_CONTACT, [])
+    """Weigh an explanation that fits against silence, its rivals and errors of the model."""
+    if (silence := _silence(scene, fitting[0])) is not None:
+        return silence
     tops, complete = _with_neighbours(scene, fitting)
     spread = scene.covariance(tops[0])
+    best, loads, chance = _rivals(tops, spread)
+    mean, whole = _mixture(loads, chance, spread)
+    anchored = complete or np.abs(best.phase).max() > ANCHOR
+    status, rivals = Status.OK, []
+    if not anchored or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
+        mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
+    wrong = scene.shape_error(best, spread)
+    if wrong.chance < IMPOSSIBLE and not scene.model_error:
+        status = Status.MODEL_MISMATCH
+    size = max(wrong.size if wrong.chance < DOUBTFUL else 0.0, scene.model_error)
+    whole = whole + size**2 * wrong.bias
+    return Interpretation(mean, whole, best.misfit.slope, status, rivals)
+
+
+def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
+    """No contact, if the best explanation beats it by no more than noise would."""
+    unknowns, dark = len(best.loads), np.zeros(len(scene.frame))
+    silent = misfit(scene.frame, scene.response.level(dark), scene.response)
+    if silent.loss - best.misfit.loss > unknowns + CONTACT * np.sqrt(2 * unknowns):
+        return None
+    # a load and its negative are equally likely, and neither shows: their mean is none
+    nothing = Estimate(np.zeros(unknowns), dark, silent)
+    spread = scene.covariance(nothing)
+    return Interpretation(nothing.loads, spread, silent.slope, Status.NO_CONTACT, [])
+
+
+def _rivals(tops: list[Estimate], spread: Array) -> tuple[Estimate, Array, Array]:
+    """The best explanation, the loads of all that rival it, best first, and their chances."""
     deviations = np.sqrt(np.diag(spread))
     losses = np.array([e.misfit.loss + _pull(e.loads, deviations) for e in tops])
     order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
     best, loads = tops[order[0]], np.array([tops[i].loads for i in order])
     chance = np.exp((losses.min() - losses[order]) / 2)
-    pushes = np.repeat([1.0, 0.0], unknowns // 2)
+    pushes = np.repeat([1.0, 0.0], len(deviations) // 2)
     if best.loads @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes):
         # the pushes are too weak to tell a load from its negative
         loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
-    mean, whole = _mixture(loads, chance / chance.sum(), spread)
-    wrong = scene.shape_error(best, spread)
-    size = max(wrong.size if wrong.chance < DOUBTFUL else 0.0, scene.model_error)
-    anchored = complete or np.abs(best.phase).max() > ANCHOR
-    status, rivals = Status.OK, []
-    if not anchored or (np.diag(whole) > (SPREAD * deviations) ** 2).any():
-        mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
-    if wrong.chance < IMPOSSIBLE and not scene.model_error:
-        status = Status.MODEL_MISMATCH
-    whole = whole + size**2 * wrong.bias
-    return Interpretation(mean, whole, best.misfit.slope, status, rivals)
+    return best, loads, chance / chance.sum()
 
 
 def _with_neighbours(scene: Scene, found: list[Estimate]) -> tuple[list[Estimate], bool]:

@@ -98,15 +98,22 @@ class Reading:
 
     @property
     def magnitude_std(self) -> Array:
-        """Standard deviation of the magnitude to first order, shape (n,) [N]."""
-        return self._propagated(self.forces / np.maximum(self.magnitude, 1e-300))
+        """Standard deviation of the magnitude to first order, shape (n,) [N].
+
+        At no force, where there is no direction, it is that of the mean direction.
+        """
+        size = self.magnitude
+        somewhere = np.full_like(self.forces, np.sqrt(0.5))
+        return self._propagated(np.divide(self.forces, size, out=somewhere, where=size > 0))
 
     @property
     def angle_std(self) -> Array:
         """Standard deviation of the angle to first order, at most 180, shape (n,) [degrees]."""
         normal, tangential = self.forces
-        gradient = np.stack([-tangential, normal]) / np.maximum(self.magnitude, 1e-300) ** 2
-        return np.minimum(np.degrees(self._propagated(gradient)), 180.0)
+        turned, square = np.stack([-tangential, normal]), self.magnitude**2
+        anywhere = np.full_like(turned, np.inf)
+        gradient = np.divide(turned, square, out=anywhere, where=square > 0)
+        return np.where(square > 0, np.minimum(np.degrees(self._propagated(gradient)), 180), 180.0)
 
     def _propagated(self, gradient: Array) -> Array:
         n = gradient.shape[1]
