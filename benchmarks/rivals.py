@@ -11,8 +11,8 @@ one whose forces explain the frame best wins; noise leaves it far more critical 
 it is made for, which its time shows.  The last rival hands its forces to least squares of the
 intensities.
 
-The bound is of first order, so small loads, where intensity is flat in some of them, beat it; the
-ratio to it is of root mean squares over all forces of a method's own recovered frames.
+The ratio to the bound is of root mean squares over all forces of a method's own recovered frames,
+where one frame that hardly shows some force, and so has a wide bound, can outweigh all others.
 The worst error is the median over all frames of the largest error of any force in a frame.  Times
 are of one thread, in the order of the table for each frame; ratios are within this one run.  Run
 with a number of frames per range of loads.
