@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.calibration import calibrate
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -21,6 +22,7 @@ __all__ = [
     "Sensor",
     "SensorModel",
     "Status",
+    "calibrate",
     "characterize",
     "load_model",
     "load_sensor",
@@ -35,6 +37,7 @@ _HOME = {
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",
+    "calibrate": "calibration",
     "characterize": "model",
     "load_model": "files",
     "load_sensor": "design",

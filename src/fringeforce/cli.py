@@ -112,7 +112,7 @@ def simulate(
     sensor_model = load_model(model)
     loads = load_forces(forces, sensor_model.sensor.tactels.count)
     frames = sensor_model.expose(loads, rng=seed)
-    save_frames(output, frames, sensor_model.sensor.pixel_positions, loads)
+    save_frames(output, frames, sensor_model.pixel_positions, loads)
     print(f"{output}: {len(frames)} frames of {frames.shape[1]} pixels")
 
 

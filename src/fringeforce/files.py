@@ -20,6 +20,12 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.calibrated_files import (
+    read_calibration,
+    read_imaging,
+    write_calibration,
+    write_imaging,
+)
 from fringeforce.design import parse_sensor
 from fringeforce.errors import FileFormatError, InputError
 from fringeforce.model import SensorModel
@@ -33,7 +39,7 @@ LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
 def save_model(model: SensorModel, path: PathLike) -> None:
-    """Write a model: influence matrix, stations, design text, versions and provenance."""
+    """Write a model: influence matrix, design text, provenance, and its calibration if any."""
     sensor = model.sensor
     with _new_file(path, "model") as file:
         file.attrs["design"] = sensor.to_toml()
@@ -43,6 +49,10 @@ def save_model(model: SensorModel, path: PathLike) -> None:
         _write(file, "tactel", sensor.tactels.positions, ("tactel",), "m", "places of the tactels")
         _write(file, "breaks", model.breaks, ("breaks",), "m", "boundaries of the elements")
         _write(file, "psi", model.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
+        if model.imaging is not None:
+            write_imaging(file, model.imaging)
+        if model.calibration is not None:
+            write_calibration(file, model.calibration)
 
 
 def load_model(path: PathLike) -> SensorModel:
@@ -59,9 +69,17 @@ def load_model(path: PathLike) -> SensorModel:
             breaks=_read(file, "breaks"),
             psi=_read(file, "psi"),
             provenance=json.loads(_text(file, "provenance")),
+            imaging=read_imaging(file),
+            calibration=read_calibration(file),
         )
     expected = (2, model.sensor.tactels.count)
     columns = len(model.breaks) - 1
+    imaging = model.imaging
+    if imaging is not None and len(imaging.positions) != model.sensor.camera.pixels:
+        raise FileFormatError(
+            f"{path} is damaged: its imaging has {len(imaging.positions)} pixels and its camera "
+            f"{model.sensor.camera.pixels}. Calibrate the sensor again."
+        )
     if model.psi.shape[1:] != expected or columns < 1 or len(model.psi) % columns:
         raise FileFormatError(
             f"{path} is damaged: an influence matrix of shape {model.psi.shape} does not fit "

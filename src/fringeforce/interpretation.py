@@ -137,11 +137,15 @@ def interpret(
     model_error : float
         Relative size of the influence matrix's errors of shape, where it is known.
     """
+    ends = np.flatnonzero(used)[[0, -1]]
+    span = slice(ends[0], ends[1] + 1)
+    levels, used, influence = levels[span], used[span], influence[span]
+    response = response.at(span)
     pixels = np.arange(len(levels))
     filled = levels if used.all() else np.interp(pixels, pixels[used], levels[used])
     intensity = (filled - response.offset) / response.amplitude
-    variance = response.variance / response.amplitude**2
-    scene = Scene(levels[used], influence[used], response, model_error)
+    variance = float(np.mean(response.variance / response.amplitude**2))
+    scene = Scene(levels[used], influence[used], response.at(used), model_error)
     tops: list[Estimate] = []
     for starts in explanations(intensity, variance, influence):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)
@@ -149,7 +153,9 @@ def interpret(
             break
         sound = _sound_pixels(tops[0], len(levels))
         if sound is not None and not is_noise(tops[0].misfit.slope, len(tops[0].loads)):
-            rest = Scene(scene.frame[sound], scene.influence[sound], response, model_error)
+            rest = Scene(
+                scene.frame[sound], scene.influence[sound], scene.response.at(sound), model_error
+            )
             top = rest.climbed(tops[0].loads)
             if is_noise(top.misfit.slope, len(top.loads)):
                 return _judged(rest, [top])

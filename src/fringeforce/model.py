@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
+from fringeforce.imaging import Calibration, Imaging
 from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
@@ -42,12 +43,18 @@ class SensorModel:
         Influence matrix at the stations [rad/N]: [:, 0] for normal, [:, 1] for tangential forces.
     provenance : mapping
         How it came about, in words and numbers.
+    imaging : Imaging, optional
+        Measured registration and lighting; without it the pixels are as designed.
+    calibration : Calibration, optional
+        What the calibration behind the model found.
     """
 
     sensor: Sensor
     breaks: Array
     psi: Array
     provenance: Mapping[str, str | int] = field(default_factory=dict)
+    imaging: Imaging | None = None
+    calibration: Calibration | None = None
 
     @property
     def x(self) -> Array:
@@ -89,8 +96,18 @@ class SensorModel:
 
     @cached_property
     def pixel_influence(self) -> Array:
-        """Influence matrix at the camera's pixels, shape (n_pixels, 2, n) [rad/N]."""
-        return self.influence(self.sensor.pixel_positions)
+        """Influence matrix at the camera's pixels, shape (n_pixels, 2, n) [rad/N].
+
+        None where a pixel sees no strip.
+        """
+        x, half = self.pixel_positions, self.sensor.transducer.length / 2
+        on_strip = np.abs(x) <= half
+        return self.influence(np.clip(x, -half, half)) * on_strip[:, None, None]
+
+    @property
+    def pixel_positions(self) -> Array:
+        """Where the camera's pixels look, as measured or as designed, shape (n_pixels,) [m]."""
+        return self.sensor.pixel_positions if self.imaging is None else self.imaging.positions
 
     def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
         """Phase lead under given forces, equation (10.a).
@@ -133,7 +150,9 @@ class SensorModel:
         ndarray, shape (..., n_pixels)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
-        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+        imaging = self.imaging
+        lighting = None if imaging is None else (imaging.amplitude, imaging.offset)
+        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
         """Forces from one frame, without any earlier state; see `fringeforce.Reader.read`."""

@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Camera
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
+from fringeforce.force.bounds import systematic_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
+from fringeforce.imaging import camera_response
 from fringeforce.interpretation import Interpretation, interpret
 from fringeforce.model import SensorModel
-from fringeforce.optics.camera import noise_variance
 from fringeforce.reading import Reading, Status
 
 Array = NDArray[np.float64]
@@ -55,7 +55,10 @@ class Reader:
     @cached_property
     def response(self) -> Response:
         """What the sensor's camera makes of a phase."""
-        return camera_response(self.model.sensor.camera)
+        camera, imaging = self.model.sensor.camera, self.model.imaging
+        if imaging is None:
+            return camera_response(camera)
+        return camera_response(camera, imaging.amplitude, imaging.offset)
 
     @cached_property
     def influence(self) -> Array:
@@ -95,20 +98,21 @@ class Reader:
         found = interpret(
             levels, sound, self.influence, self.response, full_scale, self.model_error
         )
-        return self._stated(found)
+        return self._stated(found, sound)
 
     def _usable(self, mask: ArrayLike | None) -> Mask:
-        pixels = len(self.influence)
+        pixels, imaging = len(self.influence), self.model.imaging
+        usable = np.ones(pixels, dtype=bool) if imaging is None else imaging.usable
         if mask is None:
-            return np.ones(pixels, dtype=bool)
+            return usable
         masked = np.asarray(mask, dtype=bool)
-        if masked.shape != (pixels,) or (~masked).sum() <= 2 * self.influence.shape[1]:
+        if masked.shape != (pixels,) or (usable & ~masked).sum() <= 2 * self.influence.shape[1]:
             raise InputError(
                 f"A mask of shape {masked.shape} with {int((~masked).sum())} pixels to use does "
                 f"not fit; this sensor has {pixels} pixels and needs more than "
                 f"{2 * self.influence.shape[1]} of them."
             )
-        return ~masked
+        return usable & ~masked
 
     def _problem(self, levels: Array, used: Mask) -> str:
         camera = self.model.sensor.camera
@@ -126,20 +130,32 @@ class Reader:
             return f"All pixels are {seen[0]:g}."
         return ""
 
-    def _stated(self, found: Interpretation) -> Reading:
+    def _stated(self, found: Interpretation, used: Mask) -> Reading:
+        covariance = found.covariance + self._calibration_covariance(found, used)
         loads, n = found.loads, len(found.loads) // 2
         limited = np.zeros(n, dtype=bool)
         if self.friction is not None:
-            loads, limited = admissible(loads, found.covariance, self.friction)
+            loads, limited = admissible(loads, covariance, self.friction)
         return Reading(
             forces=loads.reshape(2, n),
-            covariance=found.covariance,
+            covariance=covariance,
             phase=self.influence @ loads,
             chi2=reduced_chi_square(found.residuals, len(loads)),
             status=found.status,
             detail="",
             alternatives=np.reshape(found.rivals, (-1, 2, n)),
             limited=limited,
+        )
+
+    def _calibration_covariance(self, found: Interpretation, used: Mask) -> Array:
+        """Covariance of the loads that the calibration's own errors cause."""
+        imaging = self.model.imaging
+        if imaging is None:
+            return np.zeros_like(found.covariance)
+        phase = self.influence @ found.loads
+        modes = imaging.level_modes(found.loads, phase)[:, used]
+        return systematic_covariance(
+            phase[used], self.influence[used], self.response.at(used), found.covariance, modes
         )
 
     def _bad(self, detail: str) -> Reading:
@@ -156,23 +172,11 @@ class Reader:
         )
 
 
-def camera_response(camera: Camera) -> Response:
-    """Response of a camera; it clips only where its noise can carry a level beyond its range."""
-    reach = camera.noise * (1 if camera.noise_model == "uniform" else 4)
-    brightest = camera.offset + camera.amplitude + reach
-    return Response(
-        amplitude=camera.amplitude,
-        offset=camera.offset,
-        variance=noise_variance(camera),
-        floor=0.0 if camera.offset - reach < -0.5 else -np.inf,
-        ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
-    )
-
-
 def _dead(levels: Array, response: Response) -> Mask:
     """Single pixels that stand out from both of their neighbours as no fringe does."""
     middle = (levels[:-2] + levels[2:]) / 2
     apart = np.abs(levels[2:] - levels[:-2])
     alone = np.abs(levels[1:-1] - middle)
-    limit = max(8 * np.sqrt(response.variance), response.amplitude / 4)
+    inner = response.at(slice(1, -1))
+    limit = np.maximum(8 * np.sqrt(inner.variance), inner.amplitude / 4)
     return np.pad((alone > limit) & (alone > 3 * apart), 1)

@@ -7,7 +7,8 @@ import fringeforce as ff
 from fringeforce.force.bounds import covariance, cramer_rao_bound, fisher_information
 from fringeforce.force.estimate import least_squares, maximum_likelihood
 from fringeforce.force.likelihood import Response, misfit
-from fringeforce.reader import Reader, camera_response
+from fringeforce.imaging import camera_response
+from fringeforce.reader import Reader
 
 RESPONSE = Response(amplitude=200.0, offset=20.0, variance=9.0)
 

@@ -99,18 +99,42 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
         Covariance [N^2].
     """
     coarse = slice(None, None, COARSE)
-    some_phase, some = phase[coarse], influence[coarse]
-    variance = np.full(len(some), np.sqrt(response.variance) / response.amplitude)
+    some_phase, some, few = phase[coarse], influence[coarse], response.at(coarse)
+    variance = np.full(len(some), np.sqrt(few.variance) / few.amplitude)
     result = np.full((influence.shape[1],) * 2, np.inf)
     for _ in range(rounds):
         before = np.diag(result)
-        result = _inverse(COARSE * fisher_information(some_phase, some, response, variance))
+        result = _inverse(COARSE * fisher_information(some_phase, some, few, variance))
         # the geometric mean settles at once where information is proportional to the variance
         variance = np.sqrt(variance * _phase_variance(some, result))
         if (np.abs(np.diag(result) - before) < 0.02 * np.diag(result)).all():
             break
     everywhere = _phase_variance(influence, result)
     return _inverse(fisher_information(phase, influence, response, everywhere))
+
+
+def systematic_covariance(
+    phase: Array, influence: Array, response: Response, spread: Array, modes: Array
+) -> Array:
+    """Covariance that errors of the expected grey levels add to loads read from a frame.
+
+    To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase at the estimate [rad].
+    influence : ndarray, shape (P, m)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    spread : ndarray, shape (m, m)
+        Covariance C from noise alone [N^2].
+    modes : ndarray, shape (k, P)
+        Independent errors of the levels of unit variance, grey levels.
+    """
+    moved = (modes * response.slope(phase)) @ influence @ spread / response.variance
+    return moved.T @ moved
 
 
 def _phase_variance(influence: Array, loads: Array) -> Array:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +12,14 @@ from scipy.special import log_ndtr
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """From phase to grey levels, equation (13), and what the converter hides.
 
     Attributes
     ----------
-    amplitude, offset : float
-        A and I_o, grey levels.
+    amplitude, offset : float or ndarray, shape (P,)
+        A and I_o, grey levels; of all pixels or of each.
     variance : float
         Of one pixel, noise and rounding together, squared grey levels.
     floor, ceiling : float
@@ -26,8 +27,8 @@ class Response:
         where the converter clips nothing.
     """
 
-    amplitude: float
-    offset: float
+    amplitude: float | Array
+    offset: float | Array
     variance: float
     floor: float = -np.inf
     ceiling: float = np.inf
@@ -35,6 +36,14 @@ class Response:
     def level(self, phase: Array) -> Array:
         """Expected grey level before clipping."""
         return self.amplitude * np.sin(phase / 2) ** 2 + self.offset
+
+    def at(self, pixels: NDArray[Any] | slice) -> Response:
+        """Response of some pixels only, chosen by a mask, by numbers or by a slice."""
+        amplitude, offset = (
+            value[pixels] if isinstance(value, np.ndarray) else value
+            for value in (self.amplitude, self.offset)
+        )
+        return replace(self, amplitude=amplitude, offset=offset)
 
     def slope(self, phase: Array) -> Array:
         """Derivative of the grey level by the phase."""
@@ -68,7 +77,7 @@ def misfit(frame: Array, level: Array, response: Response) -> Misfit:
     """
     sigma = np.sqrt(response.variance)
     slope = (level - frame) / sigma
-    loss, weight = float(slope @ slope), np.ones_like(slope)
+    loss, weight = float(np.vdot(slope, slope)), np.ones_like(slope)
     for hidden, sign, limit in (
         (frame <= response.floor, -1.0, response.floor + 0.5),
         (frame >= response.ceiling, 1.0, response.ceiling - 0.5),

@@ -8,10 +8,13 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.design import Camera
 from fringeforce.errors import InputError
 
+Lighting = tuple[NDArray[np.float64], NDArray[np.float64]]
 Rng = int | np.random.Generator | None
 
 
-def grey_levels(camera: Camera, intensity: ArrayLike) -> NDArray[np.float64]:
+def grey_levels(
+    camera: Camera, intensity: ArrayLike, lighting: Lighting | None = None
+) -> NDArray[np.float64]:
     """Grey levels before noise and rounding, A I + I_o.
 
     Parameters
@@ -20,11 +23,16 @@ def grey_levels(camera: Camera, intensity: ArrayLike) -> NDArray[np.float64]:
         Its amplitude A and offset I_o are in grey levels.
     intensity : array_like, any shape
         Normalised intensity, 0 to 1.
+    lighting : pair of ndarray, shape (n_pixels,), optional
+        Amplitude and offset of every pixel in place of the camera's.
     """
-    return camera.amplitude * np.asarray(intensity, dtype=float) + camera.offset
+    amplitude, offset = (camera.amplitude, camera.offset) if lighting is None else lighting
+    return amplitude * np.asarray(intensity, dtype=float) + offset
 
 
-def expose(camera: Camera, intensity: ArrayLike, rng: Rng = None) -> NDArray[np.unsignedinteger]:
+def expose(
+    camera: Camera, intensity: ArrayLike, rng: Rng = None, lighting: Lighting | None = None
+) -> NDArray[np.unsignedinteger]:
     """Frames as the camera delivers them, equation (13).
 
     Parameters
@@ -36,6 +44,8 @@ def expose(camera: Camera, intensity: ArrayLike, rng: Rng = None) -> NDArray[np.
     rng : int, numpy.random.Generator or None
         Source of the noise: a seed, a generator that goes on from where it is, or None for fresh
         noise.
+    lighting : pair of ndarray, shape (n_pixels,), optional
+        Amplitude and offset of every pixel in place of the camera's, grey levels.
 
     Returns
     -------
@@ -48,7 +58,7 @@ def expose(camera: Camera, intensity: ArrayLike, rng: Rng = None) -> NDArray[np.
     InputError
         If the intensity is not finite.
     """
-    levels = grey_levels(camera, intensity)
+    levels = grey_levels(camera, intensity, lighting)
     if not np.isfinite(levels).all():
         raise InputError(
             "The intensity holds values that are not finite, which no camera can expose; "

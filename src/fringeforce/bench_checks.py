@@ -1,0 +1,140 @@
+"""What can be wrong with frames and loads from a bench, and which pixels and presses are wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import median_filter
+
+from fringeforce.design import Camera, Sensor
+from fringeforce.errors import InputError
+from fringeforce.force.goodness import group_sums
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+FEWEST = 4
+"""Frames without which nothing is calibrated."""
+HEAVIEST, LIGHTEST = 500.0, 1e-4
+"""Loads per tactel that no bench means to apply in newtons [N]."""
+SATURATED = 0.1
+"""Share of pixels at full scale that spoils a frame."""
+DEVIATIONS = 6.0
+"""Standard deviations of pure noise beyond which a pixel or a frame contradicts the others."""
+NEIGHBOURS = 51
+"""Pixels whose median misfit tells what is usual around a pixel."""
+
+
+def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple[Array, Array]:
+    """Grey levels (F, P) and loads (F, 2n) of a bench, as floats.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    frames : array_like, shape (F, P)
+        Grey levels.
+    forces : array_like, shape (F, 2, n)
+        Known forces [N].
+
+    Raises
+    ------
+    InputError
+        If they do not fit each other or the sensor; rows are named, counted from 0.
+    """
+    levels, loads = np.asarray(frames, dtype=float), np.asarray(forces, dtype=float)
+    pixels, tactels, camera = sensor.camera.pixels, sensor.tactels.count, sensor.camera
+    if levels.ndim != 2 or levels.shape[1] != pixels:
+        raise InputError(
+            f"Frames of shape {levels.shape} do not fit this sensor; give (frames, {pixels})."
+        )
+    if loads.shape != (len(levels), 2, tactels):
+        raise InputError(
+            f"Forces of shape {loads.shape} do not fit {len(levels)} frames of {tactels} tactels; "
+            f"give ({len(levels)}, 2, {tactels}), one row for every frame."
+        )
+    if bad := _rows(~np.isfinite(loads).all(axis=(1, 2))):
+        raise InputError(f"Forces of frames {bad} are not finite; give numbers or drop the rows.")
+    seen = np.isfinite(levels) & (levels >= 0) & (levels <= camera.full_scale)
+    if bad := _rows(~seen.all(axis=1)):
+        raise InputError(
+            f"Frames {bad} hold grey levels that are not from 0 to {camera.full_scale}; check the "
+            f"camera's bits ({camera.bits} in the design) or drop the rows."
+        )
+    loaded = np.abs(loads).max(axis=(1, 2)) > 0
+    if loaded.sum() < FEWEST:
+        raise InputError(
+            f"{loaded.sum()} of {len(levels)} frames are loaded; at least {FEWEST} are needed, and "
+            f"some {4 * tactels} make a good calibration."
+        )
+    largest = np.abs(loads).max()
+    if not LIGHTEST < largest < HEAVIEST:
+        raise InputError(
+            f"The largest force is {largest:g} N, which no such sensor is pressed with; forces are "
+            f"in newtons, from {LIGHTEST:g} to {HEAVIEST:g}. Convert the unit."
+        )
+    full = (levels >= camera.full_scale).mean(axis=1) > SATURATED
+    if full.mean() > 0.5:
+        raise InputError(
+            f"Frames {_rows(full)} are saturated: more than {SATURATED:.0%} of their pixels are at "
+            f"{camera.full_scale}. Shorten the exposure and press again."
+        )
+    return levels, loads.reshape(len(loads), -1)
+
+
+def remarks(levels: Array, loads: Array, camera: Camera) -> list[str]:
+    """What a person should know of frames that can be used all the same."""
+    found = []
+    n = loads.shape[1] // 2
+    for kind, forces in {"normally": loads[:, :n], "tangentially": loads[:, n:]}.items():
+        if never := ", ".join(str(j + 1) for j in np.flatnonzero(~forces.any(axis=0))):
+            found.append(
+                f"Never loaded {kind}: tactel {never}; what is said of it rests on the elements."
+            )
+    if full := _rows((levels >= camera.full_scale).mean(axis=1) > SATURATED):
+        found.append(f"Frames {full} are saturated and say little; shorten the exposure.")
+    return found
+
+
+def stuck_pixels(levels: Array, camera: Camera) -> Mask:
+    """Pixels that vary less from frame to frame than their own noise, shape (P,)."""
+    if camera.noise <= 0.5:
+        return np.zeros(levels.shape[1], dtype=bool)
+    return levels.std(axis=0) < camera.noise / 6
+
+
+def misfitting_pixels(residuals: Array) -> Mask:
+    """Pixels that fit worse than noise and than their neighbours, shape (P,).
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (F, P)
+        In units of the noise.
+    """
+    count = len(residuals)
+    square = (residuals**2).mean(axis=0)
+    usual = median_filter(square, min(NEIGHBOURS, len(square)), mode="nearest")
+    return square > np.maximum(usual, 1.0) * (1 + DEVIATIONS * np.sqrt(2 / count))
+
+
+def misfitting_frames(residuals: Array) -> Mask:
+    """Frames that fit worse than noise and than the other frames, shape (F,).
+
+    As in `goodness.is_noise`, with the other frames' misfit as a scale where none fits perfectly.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (F, p)
+        Of the sound pixels, in units of the noise.
+    """
+    sums = group_sums(residuals.T)
+    scores = np.stack(
+        [((v**2).sum(axis=0) - len(v)) / np.sqrt(2 * len(v)) for v in (residuals.T, sums)]
+    )
+    usual = np.median(np.abs(scores), axis=1, keepdims=True)
+    return np.asarray((scores > DEVIATIONS * np.maximum(usual, 1.0)).any(axis=0))
+
+
+def _rows(chosen: ArrayLike) -> str:
+    rows = np.flatnonzero(np.asarray(chosen)).tolist()
+    return ", ".join(map(str, rows[:12])) + (f" and {len(rows) - 12} more" if rows[12:] else "")

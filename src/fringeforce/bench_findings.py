@@ -1,0 +1,101 @@
+"""What a person should know of a calibration: what was identified, and what was wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.bench_checks import remarks
+from fringeforce.frame_fit import PRIOR, Bench
+from fringeforce.model import SensorModel
+from fringeforce.reading import Status
+
+Array = NDArray[np.float64]
+
+EXPLAINED = 1.3
+"""Reduced chi-square up to which frames count as explained."""
+LEARNT = 0.5
+"""Share of the drawing's own uncertainty that frames must remove to have said anything."""
+NAMED = 0.1
+"""Share of the largest force, or exponent, below which a part of a description is left out."""
+
+
+def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
+    """Products of powers of design values that the frames say nothing of.
+
+    Parameters
+    ----------
+    paths : tuple of str, length d
+        Dotted paths of the values.
+    covariance : ndarray, shape (d, d)
+        Of their logarithms, the drawing's own uncertainty included.
+    """
+    variances, directions = np.linalg.eigh(covariance) if paths else (np.empty(0), np.empty((0, 0)))
+    unknown = variances > ((1 - LEARNT) * PRIOR["design"]) ** 2
+    found = []
+    for direction in directions.T[unknown]:
+        powers = direction / direction[np.abs(direction).argmax()]
+        parts = [
+            f"{path}^{power:.2g}"
+            for path, power in zip(paths, powers, strict=True)
+            if abs(power) > NAMED
+        ]
+        found.append(" * ".join(parts))
+    return tuple(found)
+
+
+def findings(bench: Bench, model: SensorModel) -> tuple[str, ...]:
+    """Sentences on a calibrated model and the frames behind it.
+
+    Parameters
+    ----------
+    bench : Bench
+        All frames, those left out included.
+    model : SensorModel
+        Calibrated.
+    """
+    found = model.calibration
+    if found is None:
+        return ()
+    said = remarks(bench.levels, bench.loads, bench.sensor.camera)
+    if found.chi2 > EXPLAINED:
+        said.append(
+            f"The frames are not explained: reduced chi-square {found.chi2:.3g} instead of 1. "
+            "Calibrate more parameters, or check the loads and the camera's noise in the design."
+        )
+    for combination in found.unidentified:
+        said.append(
+            f"The frames say nothing of {combination}; the drawing was kept along it. Young's "
+            "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
+        )
+    for row in found.outliers:
+        said.append(_wrong_press(bench, model, row))
+    if found.dead:
+        pixels = ", ".join(map(str, found.dead[:20])) + (" and more" if found.dead[20:] else "")
+        said.append(f"Pixels {pixels} do not follow the light and were left out.")
+    return tuple(said)
+
+
+def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
+    """What is wrong with one frame: what it was recorded as, and what it looks like."""
+    recorded = bench.loads[row].reshape(2, -1)
+    said = f"Frame {row}, recorded as {_named(recorded)}, contradicts the others and was left out"
+    reading = model.read(bench.levels[row])
+    if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
+        clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
+        return f"{said}; it looks like {_named(clear)}."
+    return f"{said}; no load explains it: the press may have slipped."
+
+
+def _named(forces: Array) -> str:
+    """The largest of some forces in words."""
+    largest = np.abs(forces).max()
+    if largest == 0:
+        return "no load"
+    words = [
+        f"{forces[kind, j]:.3g} N {('normal', 'tangential')[kind]} on tactel {j + 1}"
+        for kind, j in zip(*np.unravel_index(np.argsort(-np.abs(forces), axis=None), forces.shape),
+                           strict=True)
+        if abs(forces[kind, j]) > NAMED * largest
+    ]  # fmt: skip
+    return ", ".join(words[:3]) + (" and more" if words[3:] else "")
