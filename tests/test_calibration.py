@@ -257,3 +257,11 @@ def test_a_tactel_that_was_never_pressed_is_named(sensor, model) -> None:
     frames = model.expose(forces, rng=2)
     said = findings(ff.calibrate(sensor, frames, forces, [STRAIN_OPTIC])).findings
     assert any("Never loaded normally: tactel 5;" in text for text in said)
+
+
+def test_presses_below_half_a_fringe_are_told_to_be_too_weak(sensor, true) -> None:
+    shape = true.sensor.replace(**{STRAIN_OPTIC: 0.05})
+    weak = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[0.4], [0.2]])
+    found = findings(ff.calibrate(shape, true.expose(weak, rng=4), weak, [STRAIN_OPTIC]))
+    assert found.std[0] > 0.02 * found.values[0]
+    assert any(STRAIN_OPTIC in text and "Press so hard" in text for text in found.findings)

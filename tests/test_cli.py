@@ -10,8 +10,9 @@ import pytest
 
 import fringeforce as ff
 from fringeforce.files import load_frames
+from fringeforce.tables import save_forces
 
-COMMANDS = ["new", "characterize", "show", "simulate", "read", "reproduce"]
+COMMANDS = ["new", "characterize", "show", "simulate", "read", "calibrate", "check", "reproduce"]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -108,3 +109,24 @@ def test_bad_input_ends_with_status_2_and_no_traceback(place: Path, arguments: l
     assert result.stderr.startswith("fringeforce: ")
     assert len(result.stderr.strip().splitlines()) == 1
     assert {path: path.read_bytes() for path in place.iterdir()} == before
+
+
+def test_a_calibrated_file_passes_the_check_that_the_drawing_fails(place: Path) -> None:
+    rng = np.random.default_rng(2)
+    coefficient = "transducer.photoelastic.strain_optic_coefficient"
+    true = ff.characterize(ff.load_sensor("saad").replace(**{coefficient: 0.053}))
+    forces = rng.uniform(0, 0.7, (10, 2, 11)) * np.array([[1.0], [0.2]])
+    save_forces(place / "loads.csv", forces)
+    np.save(place / "bench.npy", true.expose(forces, rng=rng))
+    np.save(place / "unseen.npy", true.expose(forces, rng=rng))
+    options = ["--frames", "bench.npy", "--loads", "loads.csv", "-o", "c.h5"]
+    result = run("calibrate", "s.toml", *options, "--parameter", coefficient, cwd=place)
+    assert result.returncode == 0, result.stderr
+    assert "0.05 -> 0.05" in result.stdout
+    assert ff.load_model(
+        place / "c.h5"
+    ).sensor.transducer.photoelastic.strain_optic_coefficient == (pytest.approx(0.053, rel=2e-3))
+    passed = run("check", "c.h5", "unseen.npy", "loads.csv", cwd=place)
+    assert (passed.returncode, passed.stdout.split()[-1]) == (0, "passed"), passed.stdout
+    failed = run("check", "m.h5", "unseen.npy", "loads.csv", cwd=place)
+    assert (failed.returncode, failed.stdout.split()[-1]) == (1, "failed"), failed.stderr

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fringeforce.bench_checks import remarks
 from fringeforce.frame_fit import PRIOR, Bench
+from fringeforce.imaging import Calibration
 from fringeforce.model import SensorModel
 from fringeforce.reading import Status
 
@@ -16,6 +17,8 @@ EXPLAINED = 1.3
 """Reduced chi-square up to which frames count as explained."""
 LEARNT = 0.5
 """Share of the drawing's own uncertainty that frames must remove to have said anything."""
+VAGUE = 0.02
+"""Relative deviation of a design value beyond which better presses are asked for."""
 NAMED = 0.1
 """Share of the largest force, or exponent, below which a part of a description is left out."""
 
@@ -68,12 +71,26 @@ def findings(bench: Bench, model: SensorModel) -> tuple[str, ...]:
             f"The frames say nothing of {combination}; the drawing was kept along it. Young's "
             "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
         )
+    said += _vague(found)
     for row in found.outliers:
         said.append(_wrong_press(bench, model, row))
     if found.dead:
         pixels = ", ".join(map(str, found.dead[:20])) + (" and more" if found.dead[20:] else "")
         said.append(f"Pixels {pixels} do not follow the light and were left out.")
     return tuple(said)
+
+
+def _vague(found: Calibration) -> list[str]:
+    """Design values that the frames fix but poorly, and what to press for more."""
+    said = []
+    for name, value, std in zip(found.names[:-2], found.values, found.std, strict=False):
+        unknown = any(name in combination for combination in found.unidentified)
+        if std > VAGUE * abs(value) and not unknown:
+            said.append(
+                f"{name} is known to {std / abs(value):.0%} only. Press so hard that single loads "
+                "pass half a fringe: below it more light and a stronger effect look alike."
+            )
+    return said
 
 
 def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:

@@ -74,6 +74,20 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     ]
 
 
+def calibration_summary(model: SensorModel) -> list[str]:
+    """What a calibration found, in lines: every unknown before and after, then the findings."""
+    found = model.calibration
+    if found is None:
+        return ["not calibrated"]
+    width = max(map(len, found.names))
+    unknowns = zip(found.names, found.drawing, found.values, found.std, strict=True)
+    lines = [
+        f"  {name:<{width}}  {before:.6g} -> {after:.6g} +- {std:.2g}"
+        for name, before, after, std in unknowns
+    ]
+    return [*lines, f"  reduced chi-square {found.chi2:.4g}", *found.findings]
+
+
 def _mm(value: float) -> str:
     return f"{value * 1e3:.4g} mm"
 
