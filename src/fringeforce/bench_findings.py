@@ -17,6 +17,8 @@ EXPLAINED = 1.3
 """Reduced chi-square up to which frames count as explained."""
 LEARNT = 0.5
 """Share of the drawing's own uncertainty that frames must remove to have said anything."""
+DESCRIBED = 5
+"""Wrong presses that are read to say what they look like; the others are only listed."""
 VAGUE = 0.02
 """Relative deviation of a design value beyond which better presses are asked for."""
 NAMED = 0.1
@@ -72,8 +74,10 @@ def findings(bench: Bench, model: SensorModel) -> tuple[str, ...]:
             "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
         )
     said += _vague(found)
-    for row in found.outliers:
-        said.append(_wrong_press(bench, model, row))
+    said += [_wrong_press(bench, model, row) for row in found.outliers[:DESCRIBED]]
+    if others := found.outliers[DESCRIBED:]:
+        rows = ", ".join(map(str, others))
+        said.append(f"Frames {rows} contradict the others too and were left out.")
     if found.dead:
         pixels = ", ".join(map(str, found.dead[:20])) + (" and more" if found.dead[20:] else "")
         said.append(f"Pixels {pixels} do not follow the light and were left out.")
