@@ -60,19 +60,10 @@ def test_no_text_names_a_machine_or_a_package_index() -> None:
     assert not found
 
 
-def test_importing_the_package_loads_no_library() -> None:
+@pytest.mark.parametrize("statement", ["import fringeforce", "from fringeforce.cli import app"])
+def test_importing_the_package_or_its_commands_loads_no_numerical_library(statement: str) -> None:
     code = (
-        "import sys, fringeforce; "
-        "print([name for name in ('numpy', 'scipy', 'pydantic', 'pint', 'numba') "
-        "if name in sys.modules])"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.strip() == "[]"
-
-
-def test_help_loads_no_numerical_library() -> None:
-    code = (
-        "import sys; from fringeforce.cli import app; "
+        f"import sys; {statement}; "
         "print([name for name in ('numpy', 'scipy', 'pydantic', 'pint', 'numba') "
         "if name in sys.modules])"
     )

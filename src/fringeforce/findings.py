@@ -10,7 +10,7 @@ from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import paper_mesh
 from fringeforce.model import characterize
 from fringeforce.optics.photoelasticity import phase_lead
-from fringeforce.recovery import Recovery
+from fringeforce.recovery import AVERAGED, Recovery
 from fringeforce.reproduction import DEPTHS, Example, rectangle_rule, relative_error
 
 Finding = tuple[str, str, str]
@@ -134,7 +134,7 @@ def _recovery_statements(recovery: Recovery) -> Iterator[Finding]:
         "and the angles within 7 %",
         f"largest of all tactels: {np.median(angle):.0%} in the median frame; the bound of one "
         f"frame, {recovery.bound[1].mean():.3f} N of tangential force, allows no better. The mean "
-        f"of {recovery.averaged} frames: {recovery.averaged_angle:.1%}",
+        f"of {AVERAGED} frames: {recovery.averaged_angle:.1%}",
     )
 
 

@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 PAPER_MAGNITUDES = (0.976, 1.02, 1.05, 0.97, 0.963, 0.98, 0.973, 0.967, 0.953, 0.943, 1.056)
 PAPER_ANGLES = (10.6, 9.7, 9.8, 10.4, 9.5, 10.5, 10.4, 10.3, 10.2, 10.7, 9.7)
 """Section V of the paper, tactels 1 to 11 [N], [degrees]."""
-SEEDS = 100
+SEEDS, AVERAGED = 100, 15
+"""Noisy frames that are read, and how many of them one average takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +34,7 @@ class Recovery:
     magnitude_error, angle_error : ndarray, shape (seeds,)
         Largest relative errors over the tactels, for every seed of the noise.
     averaged_magnitude, averaged_angle : float
-        The same for the mean of `averaged` frames' readings.
-    averaged : int
-        Frames that are averaged.
+        The same for the mean of `AVERAGED` frames' readings, in the median.
     """
 
     reading: Reading
@@ -44,7 +43,6 @@ class Recovery:
     angle_error: Array
     averaged_magnitude: float
     averaged_angle: float
-    averaged: int = 15
 
 
 def recovered(example: Example) -> Recovery:
@@ -55,8 +53,7 @@ def recovered(example: Example) -> Recovery:
     forces = np.array([reading.forces for reading in readings])
     phase = reader.influence @ example.forces.ravel()
     magnitude, angle = worst_errors(forces)
-    some = Recovery.averaged
-    groups = forces[: SEEDS // some * some].reshape(-1, some, *forces.shape[1:])
+    groups = forces[: SEEDS // AVERAGED * AVERAGED].reshape(-1, AVERAGED, *forces.shape[1:])
     mean_magnitude, mean_angle = worst_errors(groups.mean(axis=1))
     return Recovery(
         reading=readings[0],
