@@ -8,10 +8,10 @@ import pytest
 from PIL import Image
 
 import fringeforce as ff
-from fringeforce.figures import FIGURES
 from fringeforce.plot import light_colour
-from fringeforce.report import reproduce
-from fringeforce.reproduction import Example, mesh_errors, rectangle_rule
+from fringeforce.reproduction.example import Example, mesh_errors, rectangle_rule
+from fringeforce.reproduction.figures import FIGURES
+from fringeforce.reproduction.report import reproduce
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fringeforce.calibration import calibrate
+    from fringeforce.calibration.calibrate import calibrate
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -37,7 +37,7 @@ _HOME = {
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",
-    "calibrate": "calibration",
+    "calibrate": "calibration.calibrate",
     "characterize": "model",
     "load_model": "files",
     "load_sensor": "design",

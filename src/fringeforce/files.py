@@ -20,7 +20,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.calibrated_files import (
+from fringeforce.calibration.files import (
     read_calibration,
     read_imaging,
     write_calibration,

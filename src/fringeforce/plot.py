@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -14,7 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import Transducer
+from fringeforce.errors import InputError
 from fringeforce.mechanics.mesh import Mesh
+from fringeforce.reading import Reading
 
 MILLI = 1e3
 SURFACE, SHADE = "#4a7fb5", "#d8d8d8"
@@ -165,6 +168,25 @@ def force_history(ax: Axes, values: ArrayLike) -> None:
         ax.plot(force, color=shade, label=f"tactel {tactel}" if tactel in (1, tactels) else None)
     ax.set(xlabel="frame", ylabel="normal force [N]")
     ax.legend()
+
+
+def draw_readings(readings: Sequence[Reading], path: Path) -> None:
+    """Write a picture of one reading's forces, or of the normal forces of many.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    with figure() as (canvas, ax):
+        if len(readings) == 1:
+            forces(ax, readings[0].forces, readings[0].std)
+        else:
+            force_history(ax, np.array([reading.forces[0] for reading in readings]))
+        try:
+            canvas.savefig(path)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror}.") from None
 
 
 def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, wavelength: float) -> None:

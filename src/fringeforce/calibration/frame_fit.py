@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from fringeforce.calibration.design_tangent import DesignTangent
 from fringeforce.design import Sensor
-from fringeforce.design_tangent import DesignTangent
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import camera_response
 

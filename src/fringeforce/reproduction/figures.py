@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from fringeforce import plot
 from fringeforce.mechanics.mesh import paper_mesh, strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead
-from fringeforce.reproduction import CASES, DEPTHS, Example, mesh_errors, rectangle_rule
+from fringeforce.reproduction.example import CASES, DEPTHS, Example, mesh_errors, rectangle_rule
 
 
 def _draw_overview(example: Example, ax: Axes) -> None:

@@ -12,12 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce import bench_checks as checks
-from fringeforce.bench_findings import findings, unidentified
-from fringeforce.design import Sensor
-from fringeforce.design_tangent import DesignTangent, design_tangent, design_value, varied
-from fringeforce.errors import InputError
-from fringeforce.frame_fit import (
+from fringeforce.calibration import checks
+from fringeforce.calibration.design_tangent import (
+    DesignTangent,
+    design_tangent,
+    design_value,
+    varied,
+)
+from fringeforce.calibration.findings import findings, unidentified
+from fringeforce.calibration.frame_fit import (
     SHIFT,
     Bench,
     Fit,
@@ -29,6 +32,8 @@ from fringeforce.frame_fit import (
     residuals,
     start,
 )
+from fringeforce.design import Sensor
+from fringeforce.errors import InputError
 from fringeforce.imaging import Calibration, Imaging
 from fringeforce.model import SensorModel, characterize
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2 as chi_square
 
-from fringeforce.bench_checks import checked_bench
+from fringeforce.calibration.checks import checked_bench
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel
 from fringeforce.reading import Reading, Status

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.bench_checks import remarks
-from fringeforce.frame_fit import PRIOR, Bench
+from fringeforce.calibration.checks import remarks
+from fringeforce.calibration.frame_fit import PRIOR, Bench
 from fringeforce.imaging import Calibration
 from fringeforce.model import SensorModel
 from fringeforce.reading import Status

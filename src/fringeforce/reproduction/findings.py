@@ -10,8 +10,8 @@ from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import paper_mesh
 from fringeforce.model import characterize
 from fringeforce.optics.photoelasticity import phase_lead
-from fringeforce.recovery import AVERAGED, Recovery
-from fringeforce.reproduction import DEPTHS, Example, rectangle_rule, relative_error
+from fringeforce.reproduction.example import DEPTHS, Example, rectangle_rule, relative_error
+from fringeforce.reproduction.recovery import AVERAGED, Recovery
 
 Finding = tuple[str, str, str]
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
-from fringeforce.calibration import PARAMETERS
-from fringeforce.design_tangent import STRAIN_OPTIC, design_tangent
+from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
+from fringeforce.calibration.frame_fit import Bench, _linearised, light_basis, residuals, start
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.frame_fit import Bench, _linearised, light_basis, residuals, start
 from fringeforce.imaging import Imaging
 from fringeforce.reader import Reader
 

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
-
-import numpy as np
 
 from fringeforce import plot
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
-from fringeforce.figures import FIGURES
-from fringeforce.findings import statements
-from fringeforce.reading import Reading
-from fringeforce.recovery import PAPER_ANGLES, PAPER_MAGNITUDES, Recovery, recovered
-from fringeforce.reproduction import Example
+from fringeforce.reproduction.example import Example
+from fringeforce.reproduction.figures import FIGURES
+from fringeforce.reproduction.findings import statements
+from fringeforce.reproduction.recovery import PAPER_ANGLES, PAPER_MAGNITUDES, Recovery, recovered
 
 
 def reproduce(
@@ -67,25 +64,6 @@ def reproduce(
     return page
 
 
-def draw_readings(readings: Sequence[Reading], path: Path) -> None:
-    """Write a picture of one reading's forces, or of the normal forces of many.
-
-    Raises
-    ------
-    InputError
-        If the picture cannot be written.
-    """
-    with plot.figure() as (canvas, ax):
-        if len(readings) == 1:
-            plot.forces(ax, readings[0].forces, readings[0].std)
-        else:
-            plot.force_history(ax, np.array([reading.forces[0] for reading in readings]))
-        try:
-            canvas.savefig(path)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written: {error.strerror}.") from None
-
-
 def _page(
     sensor: Sensor,
     figures: list[dict[str, str]],
@@ -95,7 +73,10 @@ def _page(
     from jinja2 import Environment, PackageLoader
 
     environment = Environment(
-        loader=PackageLoader("fringeforce"), autoescape=True, trim_blocks=True, lstrip_blocks=True
+        loader=PackageLoader("fringeforce.reproduction"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     template = environment.get_template("report.html")
     return template.render(

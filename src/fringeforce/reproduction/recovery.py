@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.reader import Reader
 from fringeforce.reading import Reading
-from fringeforce.reproduction import ANGLE, LOAD, Example
+from fringeforce.reproduction.example import ANGLE, LOAD, Example
 
 Array = NDArray[np.float64]
 

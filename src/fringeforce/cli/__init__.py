@@ -1,0 +1,53 @@
+"""The command line: every command is one library call with a file on either side."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from fringeforce.cli.bench import calibrate, check
+from fringeforce.cli.designs import characterize, new, show
+from fringeforce.cli.frames import read, simulate
+from fringeforce.cli.paper import reproduce
+
+__all__ = ["app", "main"]
+
+# all matrices here are small: threads of the linear algebra only get in each other's way
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+app = typer.Typer(
+    name="fringeforce",
+    help="Turn the drawing of a photoelastic tactile sensor into a force instrument.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
+)
+
+for command in (new, characterize, show, simulate, read, calibrate, check, reproduce):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command line; bad input ends with status 2 and what to do about it."""
+    from fringeforce.errors import FringeforceError
+
+    try:
+        app()
+    except FringeforceError as error:
+        print(f"fringeforce: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+@app.callback(invoke_without_command=True)
+def _version(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        import fringeforce
+
+        print(fringeforce.__version__)

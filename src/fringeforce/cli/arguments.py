@@ -1,0 +1,12 @@
+"""Arguments that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
+Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
+Frames = Annotated[Path, typer.Argument(help="Frames: .h5, .npy, .png or .tiff, a row each.")]

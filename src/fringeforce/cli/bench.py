@@ -1,0 +1,70 @@
+"""Commands for frames with known loads: calibrate, check."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fringeforce.cli.arguments import Design, Model
+
+Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
+
+
+def calibrate(
+    design: Design,
+    frames: Annotated[Path, typer.Option(help="Frames: .h5, .npy, .png or .tiff, a row each.")],
+    loads: Annotated[Path, typer.Option(help="CSV of known loads: frame, tactel, normal_N, ...")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    parameter: Annotated[
+        list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
+    ] = None,
+) -> None:
+    """Make the model agree with the sensor on the bench, from frames with known loads."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from fringeforce.calibration.calibrate import PARAMETERS
+    from fringeforce.calibration.calibrate import calibrate as calibrated
+    from fringeforce.design import load_sensor
+    from fringeforce.files import load_frames
+    from fringeforce.summary import calibration_summary
+    from fringeforce.tables import load_forces
+
+    sensor = load_sensor(design)
+    images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
+    with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
+        task = progress.add_task("Calibrating")
+
+        def advance(title: str, done: int, expected: int) -> None:
+            progress.update(task, description=title, completed=done, total=expected)
+
+        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance)
+    model.save(output)
+    print(f"{output}: calibrated on {len(images)} frames")
+    print("\n".join(calibration_summary(model)))
+
+
+def check(
+    model: Model,
+    frames: Annotated[Path, typer.Argument(help="Frames that the model has not seen.")],
+    loads: Loads,
+) -> None:
+    """Compare readings with known loads; ends with status 1 if a frame contradicts them."""
+    from fringeforce.calibration.verification import verify
+    from fringeforce.files import load_frames, load_model
+    from fringeforce.tables import load_forces
+
+    sensor_model = load_model(model)
+    forces = load_forces(loads, sensor_model.sensor.tactels.count)
+    found = verify(sensor_model, load_frames(frames), forces)
+    print("frames: " + ", ".join(f"{count} {name}" for name, count in found.statuses.items()))
+    print(f"error {found.error:.3g} N rms, stated {found.stated:.3g} N")
+    print(f"95 % intervals hold {found.coverage:.1%} of the forces")
+    if found.wrong:
+        print("readings contradict the loads of frames " + ", ".join(map(str, found.wrong)))
+    print("passed" if found.passed else "failed")
+    if not found.passed:
+        raise typer.Exit(1)

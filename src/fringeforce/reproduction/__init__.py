@@ -1,0 +1,1 @@
+"""The example of the paper, step by step, as figures, statements and one page."""
