@@ -104,7 +104,8 @@ def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
     reading = model.read(bench.levels[row])
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
-        return f"{said}; it looks like {_named(clear)}."
+        unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
+        return f"{said}; it looks like {_named(clear)}{unsure}."
     return f"{said}; no load explains it: the press may have slipped."
 
 

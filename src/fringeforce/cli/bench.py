@@ -21,6 +21,9 @@ def calibrate(
     parameter: Annotated[
         list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
     ] = None,
+    plot: Annotated[
+        bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
+    ] = True,
 ) -> None:
     """Make the model agree with the sensor on the bench, from frames with known loads."""
     from rich.console import Console
@@ -30,6 +33,7 @@ def calibrate(
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.design import load_sensor
     from fringeforce.files import load_frames
+    from fringeforce.plot import draw_residuals
     from fringeforce.summary import calibration_summary
     from fringeforce.tables import load_forces
 
@@ -45,6 +49,10 @@ def calibrate(
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
     print("\n".join(calibration_summary(model)))
+    if plot:
+        picture = output.with_suffix(".png")
+        draw_residuals(model, images, forces, picture)
+        print(f"{picture}: what the model leaves of the frames, in units of the noise")
 
 
 def check(
