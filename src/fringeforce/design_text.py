@@ -35,8 +35,8 @@ def _lines(part: BaseModel, path: str) -> Iterator[str]:
         value = getattr(part, key)
         if isinstance(value, BaseModel):
             children.append((f"{path}.{key}" if path else key, value))
-        else:
-            yield f"{key} = {_spelled(value, info)}"
+        elif value is not None:
+            yield f"{info.alias or key} = {_spelled(value, info)}"
     for child_path, child in children:
         yield from _lines(child, child_path)
 
@@ -47,6 +47,8 @@ def _spelled(value: Any, info: FieldInfo) -> str:
         if isinstance(info.json_schema_extra, dict)
         else None
     )
+    if isinstance(value, tuple):
+        return f"[{', '.join(_spelled(single, info) for single in value)}]"
     if isinstance(unit, str):
         return json.dumps(spell_quantity(value, unit))
     if isinstance(value, str):
