@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,19 +13,14 @@ from fringeforce.force.admissible import admissible
 from fringeforce.force.bounds import systematic_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
-from fringeforce.force.own_light import own_light
 from fringeforce.imaging import camera_response
-from fringeforce.interpretation import Interpretation, interpret
+from fringeforce.interpretation import Interpretation
+from fringeforce.lamp import interpret_in_own_light
 from fringeforce.model import SensorModel
 from fringeforce.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-LIGHTS = 3
-"""Times that a frame is read again in its own light at most."""
-STEADY = 0.03
-"""Change of a frame's gain and offset, in their deviations, below which its light is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,29 +95,17 @@ class Reader:
         if problem := self._problem(levels, used):
             return self._bad(problem)
         sound = used & ~_dead(levels, self.response)
-        return self._stated(self._interpreted(levels, sound), sound)
-
-    def _interpreted(self, levels: Array, sound: Mask) -> Interpretation:
-        """The loads that explain a frame, in its own light if the lamp is known to drift."""
-        full_scale, response = self.model.sensor.camera.full_scale, self.response
-        found = interpret(levels, sound, self.influence, response, full_scale, self.model_error)
-        imaging = self.model.imaging
-        if imaging is None or not any(imaging.drift):
-            return found
-        shifts, added = np.zeros(2), np.zeros_like(found.covariance)
-        pixels = self.influence[sound], response.at(sound)
-        for _ in range(LIGHTS):
-            light = own_light(levels[sound], found.loads, *pixels, found.covariance, imaging.drift)
-            gain, offset = light.shifts * imaging.drift
-            settled = np.abs(light.shifts - shifts).max() < STEADY
-            shifts, added = light.shifts, light.covariance
-            if settled:
-                break
-            shone = replace(
-                response, amplitude=response.amplitude * (1 + gain), offset=response.offset + offset
-            )
-            found = interpret(levels, sound, self.influence, shone, full_scale, self.model_error)
-        return replace(found, covariance=found.covariance + added)
+        full_scale, imaging = self.model.sensor.camera.full_scale, self.model.imaging
+        found = interpret_in_own_light(
+            levels,
+            sound,
+            self.influence,
+            self.response,
+            full_scale,
+            self.model_error,
+            (0.0, 0.0) if imaging is None else imaging.drift,
+        )
+        return self._stated(found, sound)
 
     def _usable(self, mask: ArrayLike | None) -> Mask:
         pixels, imaging = len(self.influence), self.model.imaging

@@ -130,23 +130,26 @@ def _fitted(
         at = climb(bench.rows(chosen), at, tangent, sound).unknowns
         tangent = _followed(sensor, paths, at, tangent)
     fit = climb(bench, at, tangent, sound)
-    bench = patterned(bench, fit.unknowns, tangent, lights, sound)
+    if lights:
+        bench = patterned(bench, fit, lights, sound)
+        fit = climb(bench, fit.unknowns, tangent, sound)
     previous = None
     for number in range(ROUNDS):
         report(f"Fitting {kept.sum()} frames", min(4 + number, 5), 2 * len(STAGES))
         seen = on_strip(fit.unknowns.positions(sensor), sensor)
         before = bench, kept, sound
-        bench = improved(bench, fit.normal)
+        bench, at = improved(bench, fit)
         if previous is tangent:
-            bench = drifting(bench, fit.unknowns, tangent, (sound & seen).astype(float))
-        left = residuals(bench, fit.unknowns, tangent, (sound & seen).astype(float))
-        kept = ~checks.misfitting_frames(left[:, sound & seen])
+            bench = drifting(bench, at, tangent, (sound & seen).astype(float))
+        left = residuals(bench, at, tangent, (sound & seen).astype(float))
+        single = left / np.sqrt(bench.averaged)[:, None]
+        kept = ~checks.misfitting_frames(single[:, sound & seen])
         sound = sound & ~(checks.misfitting_pixels(left[kept]) & seen)
         same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
         if same and previous is tangent:
             break
-        previous, tangent = tangent, _followed(sensor, paths, fit.unknowns, tangent)
-        fit = climb(bench.rows(kept), fit.unknowns, tangent, sound)
+        previous, tangent = tangent, _followed(sensor, paths, at, tangent)
+        fit = climb(bench.rows(kept), at, tangent, sound)
     return Found(bench, fit, sound, kept)
 
 

@@ -17,6 +17,8 @@ DETECTED = 4.0
 """Standard deviations of chance that a scatter must exceed noise by to be called a drift."""
 SETTLED = 0.1
 """Relative change of a drift's size below which it stays."""
+OUTSIDE = 4.0
+"""Standard deviations beyond which a frame's own light is taken for a wrong press."""
 UNSURE = 4.0
 """Times the variance of the best quarter beyond which a frame says too little of its own light."""
 
@@ -57,5 +59,8 @@ def _scatter(estimates: Array, variances: Array) -> float:
     values, noise = estimates[sure], float(np.median(variances[sure]))
     spread = (1.4826 * float(np.median(np.abs(values - np.median(values))))) ** 2
     # the variance from a median of n values is itself sure to 2.33 / sqrt(n)
-    chance = noise * (1 + DETECTED * 2.33 / np.sqrt(len(values)))
-    return float(np.sqrt(spread - noise)) if spread > chance else 0.0
+    if spread <= noise * (1 + DETECTED * 2.33 / np.sqrt(len(values))):
+        return 0.0
+    # a drift that is there is measured better by all frames but the wrong ones
+    near = values[np.abs(values - np.median(values)) < OUTSIDE * np.sqrt(spread)]
+    return float(np.sqrt(max(near.var() - noise, 0.0)))

@@ -130,7 +130,7 @@ def climb(
     for _ in range(steps):
         weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
         normal = linearised(bench, at, tangent, weight)
-        shares = frame_weights(normal.view.slopes)
+        shares = frame_weights(normal.view.slopes, bench.averaged)
         before = _loss(normal.view, weight, shares) + prior @ (at.flat - origin) ** 2
         gradient = normal.gradient + prior * (at.flat - origin)
         hessian = normal.profiled + np.diag(prior)

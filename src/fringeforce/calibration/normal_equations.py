@@ -140,16 +140,20 @@ def own_light(slopes: Array, shifts: Array, weight: Array, prior: float = 1.0) -
     return -np.linalg.solve(own, pull[..., None])[..., 0].T
 
 
-def frame_weights(slopes: Array) -> Array:
-    """Weights of frames: less for those that fit much worse than most, shape (F,)."""
-    size = np.median(slopes**2, axis=1)
+def frame_weights(slopes: Array, averaged: Array) -> Array:
+    """Weights of frames: less for those that fit much worse than most, shape (F,).
+
+    Means of many frames are judged as single ones are: by grey levels, not by their own noise,
+    beside which an unfinished fit is always wrong.
+    """
+    size = np.median(slopes**2, axis=1) / averaged
     return 1 / np.maximum(1, size / (SUSPECT * max(float(np.median(size)), 1e-12))) ** 2
 
 
 def linearised(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Normal:
     """Normal equations of all frames; parameters as in `seen`."""
     view, basis = seen(bench, at, tangent, weight), bench.basis
-    shares = frame_weights(view.slopes)
+    shares = frame_weights(view.slopes, bench.averaged)
     weights = shares[:, None] * weight
     gain = np.ones((len(shares), 1))
     if bench.drift[0]:

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.calibration.bench import Bench, Unknowns
-from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.normal_equations import Normal, seen
+from fringeforce.calibration.frame_fit import Fit
+from fringeforce.calibration.normal_equations import Normal, linearised, seen
 from fringeforce.calibration.pattern import Pattern
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
@@ -103,22 +103,24 @@ def with_references(bench: Bench, references: dict[str, Array]) -> Bench:
     )
 
 
-def patterned(
-    bench: Bench,
-    at: Unknowns,
-    tangent: DesignTangent,
-    references: dict[str, Array],
-    sound: Mask,
-) -> Bench:
-    """The bench with a pattern whose size is what references differ by beyond noise.
+def patterned(bench: Bench, fit: Fit, references: dict[str, Array], sound: Mask) -> Bench:
+    """The bench with a pattern whose size is what pixels differ by beyond noise.
 
-    Only the offset's pattern is known to be there without frames of a turned analyser.  From such
-    frames alone, half of the variance is given to either; the loaded frames then decide.
+    References say so of what they show; of the rest, loaded frames do.
+
+    Parameters
+    ----------
+    bench : Bench
+        All frames, lit references last, with no pattern yet.
+    fit : Fit
+        Of these frames.
+    references : dict of ndarray
+        As checked.
+    sound : ndarray of bool, shape (P,)
+        Pixels that follow the light.
     """
-    if not references:
-        return bench
-    noise = noise_variance(bench.sensor.camera)
-    view = seen(bench, at, tangent, sound.astype(float))
+    noise, weight = noise_variance(bench.sensor.camera), sound.astype(float)
+    view = seen(bench, fit.unknowns, fit.tangent, weight)
     lit = [kind for kind in ("unloaded", "bright") if kind in references]
     rows = range(len(view.slopes) - len(lit), len(view.slopes))
     left = {k: -view.slopes[row] / view.scale[row] for k, row in zip(lit, rows, strict=True)}
@@ -128,22 +130,31 @@ def patterned(
         smooth = np.linalg.lstsq(bench.basis[sound], mean[sound], rcond=None)[0]
         dark = left["dark"] = np.where(sound, mean - bench.basis @ smooth, 0.0)
     errors = {kind: noise / len(references[kind]) for kind in left}
-    sizes = _sizes({kind: values[sound] for kind, values in left.items()}, errors)
+    sizes = _sizes({kind: values[sound] for kind, values in left.items()}, errors, fit.normal)
     pattern = Pattern.unseen(len(bench.basis), sizes, dark, errors.get("dark", noise))
-    return replace(bench, pattern=pattern)
+    if not lit:
+        return replace(bench, pattern=pattern)
+    alone = bench.rows(np.arange(len(bench.levels)) >= rows[0])
+    normal = linearised(alone, fit.unknowns, fit.tangent, weight)
+    return replace(bench, pattern=pattern.improved(normal.pixel_gradient, normal.pixels))
 
 
-def _sizes(left: dict[str, Array], errors: dict[str, float]) -> tuple[float, float]:
+def _sizes(left: dict[str, Array], errors: dict[str, float], normal: Normal) -> tuple[float, float]:
     """Deviations of amplitude and offset from pixel to pixel, noise taken off, grey levels."""
+    used = np.linalg.det(np.moveaxis(normal.pixels, 2, 0)) > 0
+    pixels = np.moveaxis(normal.pixels[:, :, used], 2, 0)
+    free = -np.linalg.solve(pixels, normal.pixel_gradient[:, used].T[..., None])[..., 0].T
+    variances = np.median(np.linalg.inv(pixels), axis=0)
     base = next((kind for kind in ("unloaded", "dark") if kind in left), None)
-    offset = 0.0 if base is None else _excess(left[base], errors[base])
-    if "bright" not in left:
-        return 0.0, float(np.sqrt(offset))
     if base is None:
-        both = _excess(left["bright"], errors["bright"]) / 2
-        return float(np.sqrt(both)), float(np.sqrt(both))
-    apart = _excess(left["bright"] - left[base], errors["bright"] + errors[base])
-    return float(np.sqrt(apart)), float(np.sqrt(offset))
+        offset = _excess(free[1], variances[1, 1])
+    else:
+        offset = _excess(left[base], errors[base])
+    if base is None or "bright" not in left:
+        amplitude = _excess(free[0], variances[0, 0])
+    else:
+        amplitude = _excess(left["bright"] - left[base], errors["bright"] + errors[base])
+    return float(np.sqrt(amplitude)), float(np.sqrt(offset))
 
 
 def _excess(values: Array, noise: float) -> float:
@@ -152,16 +163,31 @@ def _excess(values: Array, noise: float) -> float:
     return max(float((high - low) / 1.349) ** 2 - noise, 0.0)
 
 
-def improved(bench: Bench, normal: Normal) -> Bench:
-    """The bench with the likeliest pattern; the very same one if that hardly changes."""
-    pattern = bench.pattern
+def improved(bench: Bench, fit: Fit) -> tuple[Bench, Unknowns]:
+    """Bench and unknowns with the likeliest pattern; the very same ones if that hardly changes.
+
+    The smooth part of a pattern is handed over to the smooth lighting, where it costs nothing.
+
+    Parameters
+    ----------
+    bench : Bench
+        With the pattern that is there so far, if any.
+    fit : Fit
+        Of frames with that pattern.
+    """
+    pattern, at = bench.pattern, fit.unknowns
     if pattern is None:
-        return bench
-    better = pattern.improved(normal.pixel_gradient, normal.pixels)
-    information = pattern.information(normal.pixels)
+        return bench, at
+    better = pattern.improved(fit.normal.pixel_gradient, fit.normal.pixels)
+    information = pattern.information(fit.normal.pixels)
     step = better.levels - pattern.levels
     moved = np.einsum("ap,pab,bp->p", step, information, step).mean()
-    return bench if moved < STEADY**2 else replace(bench, pattern=better)
+    if moved < STEADY**2:
+        return bench, at
+    smooth = np.linalg.lstsq(bench.basis, (better.levels - better.known).T, rcond=None)[0]
+    better = replace(better, levels=better.levels - (bench.basis @ smooth).T)
+    at = replace(at, amplitude=at.amplitude + smooth[:, 0], offset=at.offset + smooth[:, 1])
+    return replace(bench, pattern=better), at
 
 
 def pattern_response(bench: Bench, normal: Normal, modes: Array) -> Array:
@@ -183,15 +209,16 @@ def pattern_response(bench: Bench, normal: Normal, modes: Array) -> Array:
     return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)
 
 
-def pattern_variance(bench: Bench, normal: Normal) -> float:
-    """Mean variance that the pattern's own errors give a grey level, over all phases.
+def pattern_variance(bench: Bench, normal: Normal, used: Mask) -> float:
+    """Mean variance that the pattern's own errors give a grey level of the used pixels.
 
-    The intensity's mean is 1/2 and that of its square 3/8.
+    Over intensities as the frames of the bench show them to every pixel.
     """
     if bench.pattern is None:
         return 0.0
-    errors = np.linalg.inv(bench.pattern.information(normal.pixels)).mean(axis=0)
-    return float(3 / 8 * errors[0, 0] + errors[0, 1] + errors[1, 1])
+    errors = np.linalg.inv(bench.pattern.information(normal.pixels))[used]
+    shown = normal.pixels[:, :, used] / normal.pixels[1, 1, used]
+    return float(np.einsum("pab,abp->p", errors, shown).mean())
 
 
 def pattern_freedom(bench: Bench, normal: Normal, used: Mask) -> float:

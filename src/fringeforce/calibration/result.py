@@ -120,6 +120,6 @@ def _imaging(found: Found, root: Array) -> Imaging:
         influence_modes=modes.reshape(*modes.shape[:2], 2, -1),
         amplitude_modes=root[count : count + lights].T @ bench.basis.T + follow[0],
         offset_modes=root[count + lights :].T @ bench.basis.T + follow[1],
-        light_variance=pattern_variance(bench, found.fit.normal),
+        light_variance=pattern_variance(bench, found.fit.normal, found.used),
         drift=bench.drift,
     )
