@@ -20,7 +20,7 @@ from pydantic import (
 
 from fringeforce.design_text import toml_text, toml_values
 from fringeforce.errors import DesignError
-from fringeforce.fields import Count, Finite, Length, Place, Pressure
+from fringeforce.fields import Count, Finite, Length, Places, Pressure
 from fringeforce.validation import suggestion, validated
 
 
@@ -65,7 +65,7 @@ class Tactels(_Part):
     count: Count = Field(description="number of tactels")
     pitch: Length = Field(description="distance between neighbours, of the drawing [m]")
     # the key of a design is `positions`; the attribute of that name always has a place for each
-    placed: tuple[Place, ...] | None = Field(
+    placed: Places | None = Field(
         default=None,
         alias="positions",
         description="single places along x, ascending [m]; without them the pitch says where",

@@ -35,10 +35,16 @@ def _plain_integer(value: Any) -> Any:
     return int(value) if isinstance(value, np.integer) else value
 
 
+def _plain_list(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
 if TYPE_CHECKING:
     Length = Pressure = Place = float
 else:
     Length, Pressure = _quantity("meter", above=0), _quantity("pascal", above=0)
     Place = _quantity("meter")
+Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
+"""Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]
 Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(_plain_integer)]

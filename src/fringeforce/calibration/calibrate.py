@@ -18,6 +18,7 @@ from fringeforce.calibration.design_entries import checked_paths, entries
 from fringeforce.calibration.design_tangent import DesignTangent, design_tangent
 from fringeforce.calibration.drift import drifting
 from fringeforce.calibration.frame_fit import (
+    Fit,
     climb,
     light_basis,
     on_strip,
@@ -54,7 +55,9 @@ SHIFTS = np.arange(-2.0, 2.1, 0.25)
 ROUNDS = 10
 """Largest number of tangents of the last stage."""
 SETTLED = 1e-3
-"""Change of a design value's logarithm below which a tangent is as good as the matrix itself."""
+"""Change of a design's entry below which a tangent is as good as the matrix itself."""
+UNSURE = 0.1
+"""Change in an entry's own deviations below which following it is not worth the elements."""
 
 
 def calibrate(
@@ -127,8 +130,8 @@ def _fitted(
     for number, limit in enumerate(STAGES):
         chosen = _calm(bench, at, tangent, limit)
         report(f"Fitting {chosen.sum()} frames", 1 + number, 2 * len(STAGES))
-        at = climb(bench.rows(chosen), at, tangent, sound).unknowns
-        tangent = _followed(sensor, paths, at, tangent)
+        fit = climb(bench.rows(chosen), at, tangent, sound)
+        at, tangent = fit.unknowns, _followed(sensor, paths, fit)
     fit = climb(bench, at, tangent, sound)
     if lights:
         bench = patterned(bench, fit, lights, sound)
@@ -148,7 +151,7 @@ def _fitted(
         same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
         if same and previous is tangent:
             break
-        previous, tangent = tangent, _followed(sensor, paths, at, tangent)
+        previous, tangent = tangent, _followed(sensor, paths, fit)
         fit = climb(bench.rows(kept), at, tangent, sound)
     return Found(bench, fit, sound, kept)
 
@@ -171,10 +174,9 @@ def _calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> M
     return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
 
 
-def _followed(
-    sensor: Sensor, paths: tuple[str, ...], at: Unknowns, tangent: DesignTangent
-) -> DesignTangent:
+def _followed(sensor: Sensor, paths: tuple[str, ...], fit: Fit) -> DesignTangent:
     """A tangent at the new design, or the old one if that is near enough."""
-    if np.abs(at.design - tangent.centre).max(initial=0.0) < SETTLED:
-        return tangent
-    return design_tangent(sensor, paths, at.design)
+    design = fit.unknowns.design
+    unsure = np.sqrt(np.diag(fit.covariance)[: len(design)])
+    near = np.abs(design - fit.tangent.centre) < np.maximum(SETTLED, UNSURE * unsure)
+    return fit.tangent if near.all() else design_tangent(sensor, paths, design)
