@@ -15,8 +15,8 @@ from fringeforce.reading import Status
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-GAINS = (0.0, 1.0, -1.0, 2.0, -2.0)
-"""Gains that are tried until one explains the frame, in their deviations."""
+GAINS = (1.0, -1.0, 2.0, -2.0)
+"""Gains that are tried where none does not explain a frame, in their deviations."""
 ROUNDS = 4
 """Times that a frame is read again in its own light at most."""
 LARGEST = 5.0
@@ -74,8 +74,9 @@ def interpret_in_own_light(
 
     if not any(drift):
         return explained(np.zeros(2))
+    found = settled(np.zeros(2))
     for gain in GAINS:
-        found = settled(np.array([gain, 0.0]))
         if found.status is not Status.MODEL_MISMATCH:
             break
+        found = settled(np.array([gain, 0.0]))
     return found

@@ -7,7 +7,7 @@ from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.imaging import Imaging
+from fringeforce.imaging import Calibration, Imaging
 from fringeforce.optics.camera import expose
 from fringeforce.reader import Reader
 
@@ -92,6 +92,16 @@ def held_out(model, true, rng, count: int = 40, gain: float = 0.0, offset: float
         chi2=float(np.mean([r.chi2 for r in readings])),
         read=float(np.mean([r.status is ff.Status.OK for r in readings])),
     )
+
+
+def findings(model: ff.SensorModel) -> Calibration:
+    assert model.calibration is not None
+    return model.calibration
+
+
+def seen_by(model: ff.SensorModel) -> Imaging:
+    assert model.imaging is not None
+    return model.imaging
 
 
 def is_plausible(total: float, freedom: int) -> bool:

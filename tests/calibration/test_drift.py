@@ -2,7 +2,18 @@
 
 import numpy as np
 import pytest
-from benches import COVER, PIXELS, PLACE, STRAIN_OPTIC, drawing, held_out, is_plausible, lit
+from benches import (
+    COVER,
+    PIXELS,
+    PLACE,
+    STRAIN_OPTIC,
+    drawing,
+    findings,
+    held_out,
+    is_plausible,
+    lit,
+    seen_by,
+)
 
 from benches import presses, shots  # isort: skip
 
@@ -32,12 +43,12 @@ def calibrated(true, rng, gain: float, dark: float, count: int = 16) -> ff.Senso
 def test_a_drift_is_measured_told_and_allowed_for(true) -> None:
     rng = np.random.default_rng(41)
     model = calibrated(true, rng, GAIN, DARK)
-    assert model.imaging.drift == pytest.approx((GAIN, DARK), rel=0.4)
-    assert any("drifted" in text for text in model.calibration.findings)
-    assert model.calibration.outliers == ()
-    assert model.calibration.chi2 == pytest.approx(1, abs=0.04)
+    assert seen_by(model).drift == pytest.approx((GAIN, DARK), rel=0.4)
+    assert any("drifted" in text for text in findings(model).findings)
+    assert findings(model).outliers == ()
+    assert findings(model).chi2 == pytest.approx(1, abs=0.04)
     truth = np.array([0.054, *PLACE])
-    assert (np.abs(model.calibration.values - truth) < 4.5 * model.calibration.std).all()
+    assert (np.abs(findings(model).values - truth) < 4.5 * findings(model).std).all()
     found = held_out(model, true, rng, gain=GAIN, offset=DARK)
     assert found.efficiency < 1.4
     assert found.coverage > 0.93
@@ -47,8 +58,8 @@ def test_a_drift_is_measured_told_and_allowed_for(true) -> None:
 def test_a_steady_lamp_is_called_steady_and_read_as_before(true) -> None:
     rng = np.random.default_rng(42)
     model = calibrated(true, rng, 0.0, 0.0)
-    assert model.imaging.drift == (0.0, 0.0)
-    assert not any("drift" in text for text in model.calibration.findings)
+    assert seen_by(model).drift == (0.0, 0.0)
+    assert not any("drift" in text for text in findings(model).findings)
     found = held_out(model, true, rng)
     assert found.efficiency < 1.15
     assert 0.93 <= found.coverage <= 0.97
@@ -58,10 +69,10 @@ def test_estimates_under_a_drift_scatter_as_their_covariance_says(true) -> None:
     rng, total = np.random.default_rng(43), 0.0
     truth = np.array([np.log(1.08), *PLACE])
     for _ in range(5):
-        found = calibrated(true, rng, GAIN, DARK, count=0).calibration
+        found = findings(calibrated(true, rng, GAIN, DARK, count=0))
         reached = np.append(np.log(found.values[0] / found.drawing[0]), found.values[1:])
         total += (reached - truth) @ np.linalg.solve(found.covariance, reached - truth)
-    assert is_plausible(total, 5 * 3)
+    assert is_plausible(float(total), 5 * 3)
 
 
 def test_the_gradient_of_a_drifting_fit_is_that_of_its_loss(true) -> None:
