@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fringeforce.calibration.calibrate import calibrate
+    from fringeforce.calibration.references import References
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -19,6 +20,7 @@ __all__ = [
     "FringeforceError",
     "Reader",
     "Reading",
+    "References",
     "Sensor",
     "SensorModel",
     "Status",
@@ -34,6 +36,7 @@ _HOME = {
     "FringeforceError": "errors",
     "Reader": "reader",
     "Reading": "reading",
+    "References": "calibration.references",
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",

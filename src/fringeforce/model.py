@@ -116,7 +116,7 @@ class SensorModel:
         camera, imaging = self.sensor.camera, self.imaging
         if imaging is None:
             return camera_response(camera)
-        return camera_response(camera, imaging.amplitude, imaging.offset)
+        return camera_response(camera, imaging.amplitude, imaging.offset, imaging.light_variance)
 
     def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
         """Phase lead under given forces, equation (10.a).

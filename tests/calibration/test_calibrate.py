@@ -117,7 +117,7 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
     off, bounds, inside = [], [], []
     known = Reader(true)
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
-    influence, response = known.influence[seen], known.response.at(seen)
+    influence, response = known.influence[seen], true.response.at(seen)
     for load, frame in zip(forces, exposed(true, forces, rng, dead), strict=True):
         reading = calibrated.read(frame)
         assert reading.status is ff.Status.OK
