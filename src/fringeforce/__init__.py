@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from fringeforce.reading import Reading, Status
 
 __all__ = [
+    "Batch",
     "FringeforceError",
     "Reader",
     "Reading",
@@ -31,6 +33,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "Batch": "batch",
     "FringeforceError": "errors",
     "Reader": "reader",
     "Reading": "reading",
