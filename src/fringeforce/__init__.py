@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
+    from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Batch",
+    "Contact",
+    "Friction",
     "FringeforceError",
     "Reader",
     "Reading",
@@ -34,6 +37,8 @@ __all__ = [
 
 _HOME = {
     "Batch": "batch",
+    "Contact": "contact",
+    "Friction": "contact",
     "FringeforceError": "errors",
     "Reader": "reader",
     "Reading": "reading",

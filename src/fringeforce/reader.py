@@ -125,7 +125,7 @@ class Reader:
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, from all of its pixels; otherwise the
-            batch holds deviations only, right within 4 %, and reading takes half the time.
+            batch holds deviations only, right within 5 %, and reading takes half the time.
         mask : array_like of bool, shape (n_pixels,), optional
             Pixels to leave out of all frames, where true.
         workers : int, optional

@@ -95,12 +95,16 @@ class SingleFrameReader:
 
     def search(self, levels: Array, used: Mask) -> Reading:
         """Read a frame that was checked."""
-        sound = self.sound(levels, used)
+        return self.stated(*self.explained(levels, used))
+
+    def explained(self, levels: Array, used: Mask) -> tuple[Interpretation, Mask]:
+        """Interpretation of a frame that was checked, and the pixels that it is made from."""
+        sound = used & ~_dead(levels, self.response)
         full_scale = self.model.sensor.camera.full_scale
         found = interpret(
             levels, sound, self.influence, self.response, full_scale, self.model_error
         )
-        return self._stated(found, sound)
+        return found, sound
 
     @cached_property
     def silent_covariance(self) -> Array:
@@ -110,10 +114,6 @@ class SingleFrameReader:
             np.zeros(int(used.sum())), self.influence[used], self.response.at(used)
         )
         return spread + self.calibration_covariance(np.zeros(len(spread)), used, spread)
-
-    def sound(self, levels: Array, used: Mask) -> Mask:
-        """Those of the used pixels that do not stand out, shape (n_pixels,)."""
-        return used & ~_dead(levels, self.response)
 
     def checked(self, frame: ArrayLike, used: Mask) -> NDArray[Any] | Reading:
         """A frame's grey levels if they can be used, a reading that says why not otherwise."""
@@ -162,7 +162,8 @@ class SingleFrameReader:
             return f"All pixels are {darkest:g}."
         return ""
 
-    def _stated(self, found: Interpretation, used: Mask) -> Reading:
+    def stated(self, found: Interpretation, used: Mask) -> Reading:
+        """The reading of an interpretation."""
         covariance = found.covariance + self.calibration_covariance(
             found.loads, used, found.covariance
         )

@@ -110,22 +110,23 @@ class Tracker:
     def search(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame without any earlier state, and take the lock if the reading allows it."""
         grey = levels.astype(float)
-        reading = self.single.search(grey, used)
+        found, sound = self.single.explained(grey, used)
         self.release()
-        if reading.status in (Status.OK, Status.NO_CONTACT):
-            self._lock(grey, used, reading)
-        return reading
+        if found.status in (Status.OK, Status.NO_CONTACT):
+            self._lock(grey, used, found.loads, sound)
+        return self.single.stated(found, sound)
 
-    def _lock(self, levels: Array, used: Mask, reading: Reading) -> None:
+    def _lock(self, levels: Array, used: Mask, loads: Array, sound: Mask) -> None:
         response = self.single.response
-        left = (levels - response.level(reading.phase)) / np.sqrt(response.variance)
-        sound = self.single.sound(levels, used) & ~(np.abs(left) > OUTLIER)
+        expected = response.level(self.single.influence @ loads)
+        # the search, too, leaves out pixels that alone contradict all others
+        sound = sound & ~(np.abs(levels - expected) > OUTLIER * np.sqrt(response.variance))
         if self._strip is None or not np.array_equal(sound, self._sound):
             self._strip = Strip.of(self.single.influence, response, sound)
             self._sound = sound
         self._used = used
         self._limits = Limits.of(self._strip)
-        self._place = Place.at(self._strip, reading.forces.ravel())
+        self._place = Place.at(self._strip, loads)
         self._compiled = (self._strip.arrays, self._place.arrays, self._limits.numbers)
 
     @property

@@ -3,7 +3,7 @@
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
 the top of the likelihood.  The gradient takes all pixels, its matrix every fourth.  What the last
 frame's evaluation left behind is where the first step starts, so that a frame costs one evaluation;
-and the matrix is kept until the phase has moved by a few hundredths of what would bend it.
+and the matrix is kept until the phase has moved by some hundredths of what would bend it.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ STEPS = 6
 """Largest number of steps for one frame."""
 CLOSE = 0.25
 """Gain of twice the log-likelihood that the next step promises, below which it is the last."""
-FRESH = 0.02
-"""Bend up to which a matrix is used again; deviations from it are then right within 4 %."""
+FRESH = 0.015
+"""Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
 RIDGE = 1e-7
 """Share of the trace that keeps the step finite where a load leaves no trace."""
 _ZERO, _HALF = np.float32(0), np.float32(0.5)
