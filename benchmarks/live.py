@@ -24,7 +24,7 @@ from fringeforce.single_frame import SingleFrameReader
 
 Array = np.ndarray
 SPEED = 1e-4  # turns of the sway per frame: 3 Hz at 30,000 frames per second
-PASSES = 5
+PASSES = 4
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def accuracy(scene: Scene) -> tuple[float, float, float]:
 
 def beside_others(scene: Scene, console: Console) -> None:
     plain, whole = rates(scene)
-    scipy_, numpy_ = scipy_rate(scene, 40), numpy_rate(scene, 200)
+    scipy_, numpy_ = scipy_rate(scene, 30), numpy_rate(scene, 200)
     table = Table(title=f"{len(scene.frames)} frames of 2048 pixels, 11 tactels, one core")
     for column in ("method", "frames/s", "times SciPy"):
         table.add_column(column)
@@ -167,7 +167,7 @@ def growth(frames: int, console: Console) -> None:
 def main(frames: int) -> None:
     console = Console(width=100)
     beside_others(Scene.of(frames), console)
-    growth(max(frames // 10, 100), console)
+    growth(max(frames // 20, 100), console)
 
 
 if __name__ == "__main__":
