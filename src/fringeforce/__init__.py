@@ -6,8 +6,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.calibration.references import References
+    from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
     from fringeforce.reading import Reading, Status
 
 __all__ = [
+    "Batch",
+    "Contact",
+    "Friction",
     "FringeforceError",
     "Reader",
     "Reading",
@@ -33,6 +38,9 @@ __all__ = [
 ]
 
 _HOME = {
+    "Batch": "batch",
+    "Contact": "contact",
+    "Friction": "contact",
     "FringeforceError": "errors",
     "Reader": "reader",
     "Reading": "reading",
