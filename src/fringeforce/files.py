@@ -138,7 +138,7 @@ def load_frames(path: PathLike) -> NDArray[Any]:
     ending = Path(path).suffix.lower()
     if ending in (".h5", ".hdf5", ".nc"):
         with _existing_file(path, "frames") as file:
-            return _read(file, "grey")
+            return _read(file, "grey")[: _read(file, "frame").size]
     readers = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in readers:
         raise FileFormatError(
@@ -161,7 +161,7 @@ def load_times(path: PathLike) -> NDArray[np.float64] | None:
     if Path(path).suffix.lower() not in (".h5", ".hdf5", ".nc"):
         return None
     with _existing_file(path, "frames") as file:
-        return _read(file, "time") if "time" in file else None
+        return _read(file, "time")[: _read(file, "frame").size] if "time" in file else None
 
 
 def _load_npy(path: PathLike) -> NDArray[Any]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
 from types import TracebackType
 from typing import Any, Self
 
@@ -56,15 +58,13 @@ class AravisCamera:
         self._identity, self._pixels, self._bits = identity or None, pixels, bits
         self._silence = silence
         self._aravis: Any = aravis()
+        self._error: Any = import_module("gi.repository.GLib").Error
         self._closed = threading.Event()
         self._camera: Any = None
         self._stream: Any = None
         self._next = 0
 
     def __enter__(self) -> Self:
-        from gi.repository import GLib  # pyright: ignore[reportMissingImports]
-
-        self._error: Any = GLib.Error
         self._closed.clear()
         self._last_id: int | None = None
         try:
@@ -78,7 +78,7 @@ class AravisCamera:
             for _ in range(BUFFERS):
                 self._stream.push_buffer(self._aravis.Buffer.new_allocate(payload))
             self._camera.start_acquisition()
-        except GLib.Error as error:
+        except self._error as error:
             self._release(lost=True)
             raise CameraLost(f"{self.name} does not answer: {error.message}.") from None
         return self
@@ -91,10 +91,8 @@ class AravisCamera:
     ) -> None:
         self.close()
         if not isinstance(error, CameraLost):
-            try:
+            with suppress(self._error):
                 self._camera.stop_acquisition()
-            except self._error:
-                pass  # it is gone, and we were leaving
         self._release(lost=isinstance(error, CameraLost))
 
     def close(self) -> None:

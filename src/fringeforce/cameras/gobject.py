@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from fringeforce.errors import InputError
 
@@ -36,15 +38,13 @@ def _imported() -> ModuleType:
         # only while gi itself is found: nothing else shall come from there
         sys.path.append(str(DIST_PACKAGES))
         try:
-            import gi
+            gi: Any = import_module("gi")
         finally:
             sys.path.remove(str(DIST_PACKAGES))
     else:
-        import gi
+        gi = import_module("gi")
     gi.require_version("Aravis", "0.8")
-    from gi.repository import Aravis
-
-    return Aravis
+    return import_module("gi.repository.Aravis")
 
 
 def _check_version() -> None:

@@ -19,7 +19,7 @@ from fringeforce.model import SensorModel
 LINE_RATE = 1000.0
 # exposing a line takes longer than a fast camera does, so a loop of lines is exposed beforehand
 LOOP = 4096
-Script = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Script = Callable[[NDArray[Any]], NDArray[Any]]
 
 
 class SimulatedCamera:
@@ -58,7 +58,7 @@ class SimulatedCamera:
         self.settings = settings or Settings()
         self.line_rate = self.settings.line_rate or LINE_RATE
         self.name = f"simulated touch, {self.line_rate:g} lines/s"
-        self._per_loop = max(int(round(period * self.line_rate)), 1)
+        self._per_loop = max(round(period * self.line_rate), 1)
         count = min(LOOP, self._per_loop)
         positions = model.sensor.tactels.positions
         times = np.arange(count) * (period / count)
