@@ -6,7 +6,9 @@ is killed.  The lines are shown again and again, a block in every frame.
 
 import ctypes
 import signal
+import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -17,6 +19,27 @@ ADDRESS = "127.0.0.1"
 Fill = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32
 )
+
+
+class FakeCamera:
+    """Starts and kills the camera's process."""
+
+    def __init__(self, lines: np.ndarray, folder: Path, block: int = 64) -> None:
+        path = folder / "shown.npy"
+        np.save(path, lines)
+        self._command = [sys.executable, __file__, str(path), str(block)]
+        self.start()
+
+    def start(self) -> None:
+        """Switch it on."""
+        self._process = subprocess.Popen(self._command, stdout=subprocess.PIPE, text=True)
+        assert self._process.stdout
+        assert self._process.stdout.readline() == "ready\n"
+
+    def kill(self) -> None:
+        """Pull the plug."""
+        self._process.kill()
+        self._process.communicate()
 
 
 def main(path: str, block: int) -> None:

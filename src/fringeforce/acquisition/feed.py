@@ -94,6 +94,8 @@ class Feed:
                             self._tally.camera_back()
                         seen, lost, pause = True, False, PAUSE
                         self._put(block)
+                        if self._stopping.is_set():
+                            return
                 return
             except CameraLost as reason:
                 if not seen:

@@ -14,7 +14,7 @@ import numpy as np
 
 from fringeforce.cameras.camera import Block, Settings
 from fringeforce.cameras.gobject import aravis
-from fringeforce.errors import CameraLost, InputError
+from fringeforce.errors import CameraLost, FringeforceError, InputError
 
 POLL = 0.1
 # frames of the camera that wait in memory: 0.2 s at 20,000 lines/s in blocks of 64
@@ -81,6 +81,9 @@ class AravisCamera:
         except self._error as error:
             self._release(lost=True)
             raise CameraLost(f"{self.name} does not answer: {error.message}.") from None
+        except FringeforceError:
+            self._release(lost=False)
+            raise
         return self
 
     def __exit__(
@@ -131,27 +134,28 @@ class AravisCamera:
 
     def _configure(self, camera: Any) -> None:
         """Put width, height, pixel format, rate and exposure where the design wants them."""
-        formats = self._aravis.PIXEL_FORMAT_MONO_8
-        if self._bits > 8:
-            formats = getattr(self._aravis, f"PIXEL_FORMAT_MONO_{self._bits}", None)
+        size, library = self.settings.block, self._aravis
+        camera.set_range_check_policy(library.RangeCheckPolicy.ENABLE)
         try:
-            camera.set_pixel_format(formats)
-            camera.set_region(0, 0, self._pixels, self.settings.block)
-        except (self._error, TypeError) as error:
-            raise InputError(
-                f"{self.name} cannot deliver blocks of {self.settings.block} lines of "
-                f"{self._pixels} pixels with {self._bits} bits ({error}); change the block, or the "
-                "camera in the design."
-            ) from None
-        _, _, width, height = camera.get_region()
-        if (width, height) != (self._pixels, self.settings.block):
-            raise InputError(
-                f"{self.name} delivers {height} lines of {width} pixels where {self.settings.block}"
-                f" of {self._pixels} are wanted; change the block, or the camera in the design."
-            )
-        if self.settings.exposure:
-            camera.set_exposure_time(self.settings.exposure * 1e6)
-        self.line_rate = self._set_rate(camera)
+            camera.set_pixel_format_from_string(f"Mono{self._bits}")
+            camera.set_region(0, 0, self._pixels, size)
+            if self.settings.exposure:
+                camera.set_exposure_time(self.settings.exposure * 1e6)
+            self.line_rate = self._set_rate(camera)
+            _, _, width, height = camera.get_region()
+        except self._error as error:
+            if error.matches(library.device_error_quark(), library.DeviceError.TIMEOUT):
+                raise
+            raise InputError(self._refusal(error.message)) from None
+        if (width, height) != (self._pixels, size):
+            raise InputError(self._refusal(f"it delivers {height} of {width}"))
+
+    def _refusal(self, reason: str) -> str:
+        return (
+            f"{self.name} cannot deliver blocks of {self.settings.block} lines of {self._pixels} "
+            f"pixels with {self._bits} bits as set: {reason}. Change the settings, or the camera "
+            "in the design."
+        )
 
     def _set_rate(self, camera: Any) -> float:
         """Set the line rate, and return what the camera made of it [lines/s]."""

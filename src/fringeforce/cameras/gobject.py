@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from importlib import import_module
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
@@ -44,7 +45,10 @@ def _imported() -> ModuleType:
     else:
         gi = import_module("gi")
     gi.require_version("Aravis", "0.8")
-    return import_module("gi.repository.Aravis")
+    with warnings.catch_warnings():
+        # its import hook is of an older kind
+        warnings.simplefilter("ignore", ImportWarning)
+        return import_module("gi.repository.Aravis")
 
 
 def _check_version() -> None:

@@ -46,7 +46,7 @@ def picture(
     sensor: str, camera: str, statistics: Statistics, readings: Readings | None, scale: float
 ) -> RenderableType:
     """The whole screen; bars end at `scale` newtons."""
-    head = Text.assemble((sensor, "bold"), f"\n{camera}, {statistics.seconds:.0f} s", style=QUIET)
+    head = Text.assemble((sensor, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", QUIET))
     parts: list[RenderableType] = [head, Text()]
     if readings is None:
         parts.append(Text("Waiting for lines ...", style=QUIET))
@@ -54,8 +54,8 @@ def picture(
         parts.append(_forces(readings, scale))
         status = readings.status[-1]
         calm = status in (Status.OK, Status.NO_CONTACT)
-        words = "" if calm else f"  {status.advice}"
-        parts.append(Text(f"{status.name}{words}", style=QUIET if calm else WARNING))
+        words = "" if calm else f": {status.advice}"
+        parts += [Text(), Text(f"{status.name}{words}", style=QUIET if calm else WARNING)]
     parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=QUIET)]
     parts += [Text(_sink(sink), style=QUIET) for sink in statistics.deliveries if not sink.trouble]
     parts += [Text(trouble, style=WARNING) for trouble in statistics.troubles]
@@ -94,10 +94,10 @@ def _once_a_second() -> Report:
 
 
 def _forces(readings: Readings, scale: float) -> Table:
-    table = Table.grid(padding=(0, 1))
-    for justify in ("right", "left", "right", "left", "right"):
+    table = Table.grid(padding=(0, 2))
+    for justify in ("right", "left", "right", "center", "right"):
         table.add_column(justify=justify)
-    heads = "tactel", "normal", f"to {scale:g} N", "tangential", "N"
+    heads = "tactel", f"normal, to {scale:g} N", "N", f"tangential, to {scale:g} N", "N"
     table.add_row(*(Text(head, style=QUIET) for head in heads))
     forces, std = readings.forces[-1], readings.std[-1]
     for tactel in range(forces.shape[1]):
