@@ -10,6 +10,7 @@ from fringeforce.acquisition.tally import Delivery
 from fringeforce.sinks.sink import Readings, Sink
 
 FAREWELL = 10.0
+FULL = {errno.ENOSPC: "The disk is full.", errno.EDQUOT: "The disk quota is used up."}
 
 
 class Outlet:
@@ -91,9 +92,6 @@ class Outlet:
 
 
 def _words(error: Exception) -> str:
-    full = {errno.ENOSPC: "The disk is full.", errno.EDQUOT: "The disk quota is used up."}
-    # HDF5 states the number in its text only
-    for number, words in full.items():
-        if getattr(error, "errno", None) == number or f"errno = {number}," in str(error):
-            return f"{words} What was written before is kept."
-    return f"{error}" or type(error).__name__
+    if isinstance(error, OSError) and error.errno in FULL:
+        return f"{FULL[error.errno]} What was written before is kept."
+    return str(error) or type(error).__name__

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from datetime import UTC, datetime
 from importlib.metadata import version
 
@@ -61,6 +62,16 @@ class Hdf5Sink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
+        try:
+            self._append(readings)
+        except (OSError, RuntimeError) as error:
+            # the library keeps the number of the system's error in its text only
+            number = re.search(r"errno = (\d+)", str(error))
+            if number is None:
+                raise
+            raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
+
+    def _append(self, readings: Readings) -> None:
         columns = {
             "frame": np.arange(readings.first, readings.first + len(readings)),
             "time": readings.timestamps,
