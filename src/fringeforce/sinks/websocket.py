@@ -104,6 +104,8 @@ class WebSocketSink(Sink):
             self._port,
             origins=origins,
             process_request=self._admit,
+            # compressing costs more time than a local network takes
+            compression=None,
             write_limit=2**16,
             close_timeout=1,
         ) as server:
