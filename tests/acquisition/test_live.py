@@ -202,6 +202,7 @@ def test_a_full_disk_ends_that_recording_only(reader: ff.Reader) -> None:
     assert notes.lines == list(range(40))
     assert full.lines == list(range(4))
     assert full.closed == notes.closed == 1
+    assert [(one.written, one.dropped) for one in found.deliveries] == [(4, 36), (40, 0)]
     assert found.troubles == (
         "full stopped after 4 lines: The disk is full. What was written before is kept.",
     )

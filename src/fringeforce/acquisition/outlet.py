@@ -42,6 +42,7 @@ class Outlet:
             if self._patient:
                 self._change.wait_for(lambda: len(self._blocks) < self._depth or self._trouble)
             if self._trouble:
+                self._dropped += len(readings)
                 return
             if len(self._blocks) >= self._depth:
                 self._dropped += len(self._blocks.popleft())
@@ -64,12 +65,13 @@ class Outlet:
         return Delivery(sink.name, self._written, self._dropped, self._trouble, sink.remark)
 
     def _run(self) -> None:
-        try:
-            while (block := self._next()) is not None:
+        while (block := self._next()) is not None:
+            try:
                 self._sink.write(block)
-                self._written += len(block)
-        except Exception as error:  # a sink may fail in any way; reading goes on
-            self._stop(_words(error))
+            except Exception as error:  # a sink may fail in any way; reading goes on
+                self._stop(_words(error), len(block))
+                break
+            self._written += len(block)
         try:
             self._sink.close()
         except Exception as error:
@@ -84,9 +86,10 @@ class Outlet:
             self._change.notify_all()
             return block
 
-    def _stop(self, trouble: str) -> None:
+    def _stop(self, trouble: str, unwritten: int = 0) -> None:
         with self._change:
             self._trouble = self._trouble or trouble
+            self._dropped += unwritten + sum(len(block) for block in self._blocks)
             self._blocks.clear()
             self._change.notify_all()
 

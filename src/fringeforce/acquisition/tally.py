@@ -27,7 +27,7 @@ class Delivery:
     name : str
         Of the sink.
     written, dropped : int
-        Lines it took, and lines it was too slow for.
+        Lines it took, and lines it was too slow for or got after it stopped.
     trouble : str
         Why it stopped; empty while it works.
     remark : str

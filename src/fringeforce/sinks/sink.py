@@ -53,7 +53,7 @@ class Sink(ABC):
 
     @abstractmethod
     def write(self, readings: Readings) -> None:
-        """Take a block; what was taken before this returns survives the end of this process.
+        """Take a block; what CSV and HDF5 files took survives any end of this process.
 
         Raises
         ------
