@@ -31,6 +31,8 @@ class LslSink(Sink):
 
     def __init__(self, name: str, tactels: int) -> None:
         self._lsl: Any = extra("pylsl", "robots")
+        # its log would run through what a person watches; warnings and errors still appear
+        self._lsl.set_config_content("[log]\nlevel = -1\n")
         info = self._lsl.StreamInfo(
             name, "Force", 2 * tactels, self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
         )
