@@ -6,9 +6,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.acquisition.live import live
     from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.calibration.references import References
+    from fringeforce.cameras.choice import open_camera
     from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
+    from fringeforce.sinks.choice import open_sink
 
 __all__ = [
     "Batch",
@@ -31,8 +34,11 @@ __all__ = [
     "Status",
     "calibrate",
     "characterize",
+    "live",
     "load_model",
     "load_sensor",
+    "open_camera",
+    "open_sink",
     "polar",
     "recover_phase",
 ]
@@ -50,8 +56,11 @@ _HOME = {
     "SensorModel": "model",
     "calibrate": "calibration.calibrate",
     "characterize": "model",
+    "live": "acquisition.live",
     "load_model": "files",
     "load_sensor": "design",
+    "open_camera": "cameras.choice",
+    "open_sink": "sinks.choice",
     "polar": "model",
     "recover_phase": "phase.noise_free",
 }
