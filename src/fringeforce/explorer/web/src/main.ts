@@ -1,0 +1,4 @@
+import "./style.css";
+import { Explorer } from "./explorer";
+
+new Explorer();
