@@ -41,9 +41,17 @@ export function isDark(): boolean {
   return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
 }
 
-/** A colour of the style sheet, for what is drawn on canvas. */
+const inks = new Map<string, string>();
+
+/** A colour of the style sheet, for what is drawn on canvas; asked once, because asking is slow. */
 export function inked(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  const key = `${name} ${isDark()}`;
+  let ink = inks.get(key);
+  if (ink === undefined) {
+    ink = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+    inks.set(key, ink);
+  }
+  return ink;
 }
 
 /** What a screen shows for light of a linear colour at 256 intensities; screens are not linear. */

@@ -36,3 +36,28 @@ export function prepared(
   context.clearRect(0, 0, width, height);
   return context;
 }
+
+/** Which pictures are on the screen, so that those that are not cost nothing. */
+export class Sight {
+  private readonly away = new Set<Element>();
+  private readonly observer: IntersectionObserver;
+
+  constructor(onSeen: () => void) {
+    const margin = { rootMargin: "120px" };
+    this.observer = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        if (isIntersecting) this.away.delete(target);
+        else this.away.add(target);
+      }
+      if (entries.some((entry) => entry.isIntersecting)) onSeen();
+    }, margin);
+  }
+
+  sees(element: Element): boolean {
+    return !this.away.has(element);
+  }
+
+  watch(...elements: Element[]): void {
+    for (const element of elements) this.observer.observe(element);
+  }
+}

@@ -6,7 +6,7 @@ import { byId, element, save } from "./dom";
 import type { Picture } from "./download";
 import { figure, rastered } from "./figure";
 import { drawFringes, fringeCount } from "./fringes";
-import { LEFT, layout, type Layout, RIGHT } from "./layout";
+import { LEFT, layout, type Layout, RIGHT, Sight } from "./layout";
 import { intensity, type Model, type Reading } from "./model";
 import { AlongStrip } from "./plots";
 import { Readings } from "./readings";
@@ -41,6 +41,7 @@ export class Painting {
     ],
     range: () => [0, this.fullScale],
   });
+  private readonly sight: Sight;
   private fullScale = 255;
   private limit = 0;
   private phase: Float32Array = new Float32Array();
@@ -48,9 +49,11 @@ export class Painting {
 
   constructor(
     private readonly store: Store,
-    onGesture: () => void,
+    repaint: () => void,
   ) {
-    this.strip = new Strip(byId("strip"), store, onGesture);
+    this.strip = new Strip(byId("strip"), store, repaint);
+    this.sight = new Sight(repaint);
+    this.sight.watch(...["stress", "fringes", "phase", "camera", "compare"].map((id) => byId(id)));
     this.scale.setAttribute("aria-hidden", "true");
   }
 
@@ -61,14 +64,22 @@ export class Painting {
     this.model = model;
     this.phase = model.phase(loads);
     this.strip.draw(model, place);
-    this.limit = drawStress(this.stress, model, loads, view.component, place, view.mesh);
-    drawScale(this.scale, view.component, this.limit, width);
-    drawFringes(this.fringes, model, this.phase, place);
-    byId("fringe-count").textContent = fringeCount(this.phase);
+    if (this.shows("stress")) {
+      this.limit = drawStress(this.stress, model, loads, view.component, place, view.mesh);
+      drawScale(this.scale, view.component, this.limit, width);
+    }
+    if (this.shows("fringes")) drawFringes(this.fringes, model, this.phase, place);
+    write(byId("fringe-count"), fringeCount(this.phase));
     this.curves(model, reading, place);
     this.readings.draw(model, state, reading, place);
     verdict(reading);
-    if (view.compare) this.compare.draw(loads, view.component, view.mesh, width, theme());
+    if (view.compare && this.shows("compare")) {
+      this.compare.draw(loads, view.component, view.mesh, width, theme());
+    }
+  }
+
+  private shows(id: string): boolean {
+    return this.sight.sees(byId(id));
   }
 
   /** Save the pictures as a figure. */
@@ -88,10 +99,13 @@ export class Painting {
     const x = model.x.map((value) => value * 1e3);
     const fits = reading && reading.phase.length === x.length;
     const read = fits ? reading.phase : x.map(() => Number.NaN);
-    const spread = fits ? reading.phaseStd : read;
-    const upper = read.map((value, i) => value + 2 * spread[i]);
-    const lower = read.map((value, i) => value - 2 * spread[i]);
-    this.phasePlot.draw(place.width, theme(), [x, this.phase, read, upper, lower]);
+    if (this.shows("phase")) {
+      const spread = fits ? reading.phaseStd : read;
+      const upper = read.map((value, i) => value + 2 * spread[i]);
+      const lower = read.map((value, i) => value - 2 * spread[i]);
+      this.phasePlot.draw(place.width, theme(), [x, this.phase, read, upper, lower]);
+    }
+    if (!this.shows("camera")) return;
     const { amplitude, offset, full_scale } = model.facts.camera;
     if (this.fullScale !== full_scale) this.cameraPlot.forget();
     this.fullScale = full_scale;
@@ -106,10 +120,14 @@ function verdict(reading: Reading | null): void {
   const text = reading ? reading.status.replaceAll("_", " ") : "Reading …";
   const chi2 = reading?.chi2 ? ` Reduced chi-square ${reading.chi2.toFixed(2)}.` : "";
   const advice = reading ? reading.advice + chi2 : "The reader warms up once.";
-  // a live region speaks whenever its text is set, changed or not
-  if (status.textContent !== text) status.textContent = text;
-  if (byId("advice").textContent !== advice) byId("advice").textContent = advice;
+  write(status, text);
+  write(byId("advice"), advice);
   status.dataset.status = reading?.status ?? "";
+}
+
+/** Set a text that has changed: a live region speaks whenever it is set. */
+function write(target: HTMLElement, text: string): void {
+  if (target.textContent !== text) target.textContent = text;
 }
 
 function theme(): string {
