@@ -12,7 +12,17 @@ import fringeforce as ff
 from fringeforce.files import load_frames
 from fringeforce.tables import save_forces
 
-COMMANDS = ["new", "characterize", "show", "simulate", "read", "calibrate", "check", "reproduce"]
+COMMANDS = [
+    "new",
+    "characterize",
+    "show",
+    "simulate",
+    "read",
+    "calibrate",
+    "check",
+    "explore",
+    "reproduce",
+]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -97,6 +107,8 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         ["read", "m.h5", "nope.npy", "-o", "r.csv"],
         ["read", "m.h5", "s.toml", "-o", "r.csv"],
         ["new", "no-such-folder/s.toml"],
+        ["explore", "nope", "--no-browser"],
+        ["explore", "saad", "--no-browser", "--bind", "203.0.113.1"],
         ["reproduce", "saad", "--out", "m.h5"],
     ],
     ids=" ".join,

@@ -126,12 +126,11 @@ def _stresses(displacement: Displacement) -> dict[str, Array]:
     strip = displacement.transducer
     a, b = strip.compliant.thickness, strip.photoelastic.thickness
     x = ((np.arange(COLUMNS) + 0.5) / COLUMNS - 0.5) * strip.length
-    layers = {"stress_cover": (0.0, a, COVER_ROWS), "stress_clear": (-a, b, CLEAR_ROWS)}
-    fields = {}
-    for name, (top, height, rows) in layers.items():
-        z = top - (np.arange(rows) + 0.5) / rows * height
-        fields[name] = _loads_first(stress_field(displacement, x, z)).transpose(0, 1, 3, 2)
-    return fields
+    cover = -(np.arange(COVER_ROWS) + 0.5) / COVER_ROWS * a
+    clear = -a - (np.arange(CLEAR_ROWS) + 0.5) / CLEAR_ROWS * b
+    field = stress_field(displacement, x, np.concatenate([cover, clear]))
+    rows = _loads_first(field).transpose(0, 1, 3, 2)
+    return {"stress_cover": rows[:, :, :COVER_ROWS], "stress_clear": rows[:, :, COVER_ROWS:]}
 
 
 def _movement(displacement: Displacement) -> dict[str, Array]:

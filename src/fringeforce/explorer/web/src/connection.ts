@@ -4,6 +4,8 @@ import { decode, encode, type Message } from "./protocol";
 
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 3000;
+/** Least time between two requests for a reading [ms]: faster than eyes follow, it costs frames. */
+const READ_PAUSE = 40;
 
 type Wish = () => Record<string, unknown> | null;
 
@@ -11,6 +13,8 @@ export class Connection {
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;
   private number = 0;
+  private readAt = 0;
+  private timer = 0;
   private readonly flying = new Map<string, number>();
   private readonly wishes = new Map<string, Wish>();
 
@@ -34,12 +38,26 @@ export class Connection {
   private send(kind: string): void {
     const wish = this.wishes.get(kind);
     if (!wish || !this.alive || this.flying.has(kind)) return;
+    if (kind === "read" && this.resting()) return;
     this.wishes.delete(kind);
     const request = wish();
     if (!request) return;
     this.number += 1;
     this.flying.set(kind, this.number);
     this.socket?.send(encode({ ...request, id: this.number }));
+  }
+
+  /** Whether the last reading was asked for only just now; then it is asked for again later. */
+  private resting(): boolean {
+    const now = performance.now();
+    const left = this.readAt + READ_PAUSE - now;
+    if (left <= 0) {
+      this.readAt = now;
+      return false;
+    }
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.send("read"), left);
+    return true;
   }
 
   private open(): void {

@@ -21,6 +21,7 @@ export class Explorer {
   private model: Model | null = null;
   private reading: Reading | null = null;
   private frame = 0;
+  private loadChanged = true;
   private hashTimer = 0;
   private readonly store = new Store(location.hash, (before) => this.changed(before));
   private readonly painting = new Painting(this.store, () => this.schedule());
@@ -146,7 +147,7 @@ export class Explorer {
   private read(reading: Reading): void {
     if (reading.design !== this.model?.id) return;
     this.reading = reading;
-    this.schedule();
+    this.schedule(false);
   }
 
   private refused(header: Record<string, unknown>): void {
@@ -170,7 +171,8 @@ export class Explorer {
     notice.hidden = text === "";
   }
 
-  private schedule(): void {
+  private schedule(loadChanged = true): void {
+    this.loadChanged ||= loadChanged;
     if (!this.frame) this.frame = requestAnimationFrame(() => this.paint());
   }
 
@@ -178,8 +180,12 @@ export class Explorer {
     this.frame = 0;
     this.toolbar.show();
     if (!this.model || this.store.state.normal.length !== this.model.tactels.length) return;
-    this.typed.draw();
-    this.painting.paint(this.model, this.reading);
+    if (this.loadChanged) {
+      this.typed.draw();
+      this.painting.paintLoad(this.model);
+    }
+    this.loadChanged = false;
+    this.painting.paintReading(this.model, this.reading);
     clearTimeout(this.hashTimer);
     this.hashTimer = setTimeout(() => history.replaceState(null, "", this.store.hash), HASH_DELAY);
   }

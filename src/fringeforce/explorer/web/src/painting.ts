@@ -57,8 +57,9 @@ export class Painting {
     this.scale.setAttribute("aria-hidden", "true");
   }
 
-  paint(model: Model, reading: Reading | null): void {
-    const { view, loads, state } = this.store;
+  /** All that follows from the load, without anybody being asked. */
+  paintLoad(model: Model): void {
+    const { view, loads } = this.store;
     const width = byId("strip").clientWidth;
     const place = layout(width, model.facts.strip.length);
     this.model = model;
@@ -70,12 +71,17 @@ export class Painting {
     }
     if (this.shows("fringes")) drawFringes(this.fringes, model, this.phase, place);
     write(byId("fringe-count"), fringeCount(this.phase));
-    this.curves(model, reading, place);
-    this.readings.draw(model, state, reading, place);
-    verdict(reading);
     if (view.compare && this.shows("compare")) {
       this.compare.draw(loads, view.component, view.mesh, width, theme());
     }
+  }
+
+  /** What the noisy line says, beside the truth. */
+  paintReading(model: Model, reading: Reading | null): void {
+    const place = layout(byId("strip").clientWidth, model.facts.strip.length);
+    this.curves(model, reading, place);
+    this.readings.draw(model, this.store.state, reading, place);
+    verdict(reading);
   }
 
   private shows(id: string): boolean {
