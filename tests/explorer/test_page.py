@@ -171,6 +171,9 @@ def test_a_bad_value_is_refused_beside_its_control_and_the_old_design_stays(
     expect(problem).to_contain_text("'3 apples' is not a quantity in meters")
     expect(field).to_have_attribute("aria-invalid", "true")
     assert peak(page) == before
+    field.fill("3")
+    field.press("Enter")
+    expect(problem).to_contain_text("'3' has no unit")
     field.fill("2 mm")
     field.press("Enter")
     expect(problem).to_be_hidden()

@@ -170,6 +170,7 @@ def test_a_reading_is_the_library_s_of_the_same_frame(ask: Ask, model: ff.Sensor
         ({"camera.pixels": 10**6}, "must be 8192 or less"),
         ({"tactels.count": 100, "tactels.pitch": "0.1 mm"}, "must be 64 or less"),
         ({"transducer.length": "9 m"}, "times the strip's"),
+        ({"transducer.compliant.thickness": "0.5 m"}, "times the strip's"),
         ({"nonsense.path": 1}, "no part 'nonsense'"),
         ({"polariscope.wavelength": "1e-60 m"}, "single precision"),
     ],

@@ -5,11 +5,13 @@ from __future__ import annotations
 from fringeforce.design import Sensor
 from fringeforce.errors import DesignError
 
-PIXELS, TACTELS, SLENDER = 8192, 64, 200.0
+PIXELS, TACTELS = 8192, 64
+STUBBY, SLENDER = 1.0, 200.0
+"""Length of the strip over its thickness, least and most."""
 
 
 def check(sensor: Sensor) -> None:
-    """Refuse a design that is too large to be explored.
+    """Refuse a design that is too large, or of a shape that no page can show.
 
     Raises
     ------
@@ -23,10 +25,10 @@ def check(sensor: Sensor) -> None:
         problems.append(f"camera.pixels = {sensor.camera.pixels}: must be {PIXELS} or less here.")
     if sensor.tactels.count > TACTELS:
         problems.append(f"tactels.count = {sensor.tactels.count}: must be {TACTELS} or less here.")
-    if slenderness > SLENDER:
+    if not STUBBY <= slenderness <= SLENDER:
         problems.append(
-            f"transducer.length = {strip.length * 1e3:g} mm is {slenderness:.0f} times the strip's "
-            f"thickness; up to {SLENDER:g} times can be explored."
+            f"transducer.length = {strip.length * 1e3:g} mm is {slenderness:.3g} times the strip's "
+            f"thickness; from {STUBBY:g} to {SLENDER:g} times can be explored."
         )
     if problems:
-        raise DesignError("\n  ".join(["This design is too large to explore:", *problems]))
+        raise DesignError("\n  ".join(["This design cannot be explored:", *problems]))

@@ -99,6 +99,17 @@ export const GROUPS: Group[] = [
   },
 ];
 
+const QUANTITIES = new Set(
+  GROUPS.flatMap(({ controls }) => controls.filter(({ unit }) => unit).map(({ path }) => path)),
+);
+
+/** What was typed, as the library takes it: a quantity stays text, for it needs its unit. */
+export function typed(path: string, text: string): string | number {
+  const trimmed = text.trim();
+  const plain = !QUANTITIES.has(path) && trimmed !== "" && Number.isFinite(Number(trimmed));
+  return plain ? Number(trimmed) : trimmed;
+}
+
 const SIZES: Record<string, number> = {
   m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6, µm: 1e-6, nm: 1e-9,
   Pa: 1, kPa: 1e3, MPa: 1e6, GPa: 1e9,

@@ -1,9 +1,9 @@
 /** The form of design values: typed as in a design file, or slid; refusals stand beside them. */
 
-import { atNotch, type Control, GROUPS, inUnit, NOTCHES, notch } from "./controls";
+import { atNotch, type Control, GROUPS, inUnit, NOTCHES, notch, typed } from "./controls";
 import { byId, element } from "./dom";
 import type { Model } from "./model";
-import { type Store, typed } from "./store";
+import type { Store } from "./store";
 
 interface Row {
   control: Control;
@@ -84,7 +84,7 @@ export class DesignForm {
     problem.hidden = true;
     const about = { id, "aria-describedby": problem.id, "data-path": control.path };
     const field = control.choices ? chooser(control.choices, about) : element("input", { ...about, type: "text", spellcheck: "false", inputmode: "text" });
-    field.addEventListener("change", () => this.change(control.path, typed(field.value), true));
+    field.addEventListener("change", () => this.change(control.path, typed(control.path, field.value), true));
     const slider = control.range ? this.slid(control, field as HTMLInputElement) : null;
     const name = element("label", { for: id }, control.name);
     if (control.title) name.append(element("small", {}, ` ${control.title}`));

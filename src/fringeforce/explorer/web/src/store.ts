@@ -1,5 +1,7 @@
 /** What the person decided, with its history, and the link that restores it. */
 
+import { typed } from "./controls";
+
 export type Component = "sigma_x" | "sigma_z" | "tau_xz" | "principal";
 
 export interface State {
@@ -107,7 +109,7 @@ export class Store {
 
 function stateOf(values: URLSearchParams): State {
   const changes: State["changes"] = {};
-  for (const [key, value] of values) if (key.startsWith(".")) changes[key.slice(1)] = typed(value);
+  for (const [key, value] of values) if (key.startsWith(".")) changes[key.slice(1)] = typed(key.slice(1), value);
   const [normal, tangential] = [numbers(values.get("n")), numbers(values.get("t"))];
   const given = normal.length > 0 && normal.length === tangential.length;
   return {
@@ -127,12 +129,6 @@ function viewOf(values: URLSearchParams): View {
     mesh: values.has("mesh"),
     compare: values.has("edges"),
   };
-}
-
-/** A design's value as it was typed: a plain number, or text that the library reads. */
-export function typed(text: string): string | number {
-  const trimmed = text.trim();
-  return trimmed !== "" && Number.isFinite(Number(trimmed)) ? Number(trimmed) : trimmed;
 }
 
 function numbers(text: string | null): number[] {

@@ -63,7 +63,7 @@ export function drawStress(
   context.strokeStyle = inked("ink-soft");
   context.lineWidth = 0.6;
   context.strokeRect(LEFT, MARGIN, width, depth);
-  if (mesh) drawMesh(context, model, loads, place);
+  if (mesh) drawMesh(context, model, loads, place, component === "principal" ? "#ffffff" : inked("ink"));
   canvas.setAttribute(
     "aria-label",
     `Picture of the ${SPOKEN[component]}; colours end at ${megapascals(limit)}.`,
@@ -91,7 +91,7 @@ function exaggeration(moved: Float32Array, rows: number, depth: number): number 
   const corners = moved.length / 2;
   for (let node = rows - 1; node < corners; node += rows) square += moved[corners + node] ** 2;
   const typical = Math.sqrt((square * rows) / corners);
-  return typical > 0 ? niceAbove((0.4 * SHOWN_SINKING * depth) / typical) : 1;
+  return typical > 0 ? niceAbove((SHOWN_SINKING * depth) / typical) : 1;
 }
 
 function drawMesh(
@@ -99,6 +99,7 @@ function drawMesh(
   model: Model,
   loads: number[],
   place: Layout,
+  ink: string,
 ): void {
   const { mesh_x: x, mesh_z: z } = model.blocks;
   const { layers } = model.facts;
@@ -125,7 +126,7 @@ function drawMesh(
       else context.moveTo(...at(i, j));
     }
   }
-  context.strokeStyle = inked("ink");
+  context.strokeStyle = ink;
   context.lineWidth = 0.6;
   context.globalAlpha = 0.65;
   context.stroke();

@@ -40,7 +40,7 @@ export class Strip {
     const rect = (name: string, y: number, height: number) =>
       shape("rect", { class: name, x: LEFT, y, width, height });
     const label = (text: string, y: number) =>
-      shape("text", { class: "label", x: LEFT - 8, y: y + 4, "text-anchor": "end" }, text);
+      shape("text", { class: "label", x: LEFT - (strip.edges === "roller" ? 16 : 8), y: y + 4, "text-anchor": "end" }, text);
     return [
       rect("cover", SKY, cover),
       rect("clear", SKY + cover, clear),
