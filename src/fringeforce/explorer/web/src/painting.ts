@@ -141,7 +141,7 @@ function theme(): string {
 }
 
 function canvasIn(id: string): HTMLCanvasElement {
-  const canvas = element("canvas", { role: "img" });
+  const canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
   byId(id).append(canvas);
   return canvas;
 }
