@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import multiprocessing
+import os
 import random
 import shutil
 import socket
@@ -164,6 +165,7 @@ async def main() -> None:
     server.terminate()
     size = sum(path.stat().st_size for path in Path(STATIC).iterdir())
     foreign = [url for url in foreign if not url.startswith(("data:", "blob:"))]
+    rows.append(("load average of this machine", f"{os.getloadavg()[0]:.1f}", ""))
     rows.append(("bundle", f"{size / 1e3:.0f} kB", "200 kB"))
     rows.append((f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"))
     rows.append(("requests to other machines", f"{len(foreign)}", "0"))
