@@ -15,7 +15,7 @@ from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import Calibration, Imaging, camera_response
-from fringeforce.mechanics.elasticity import unit_displacements
+from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
@@ -230,8 +230,21 @@ def characterize(sensor: Sensor, mesh: Mesh | Literal["paper"] | None = None) ->
         mesh = strip_mesh(transducer, positions)
     elif isinstance(mesh, str):
         mesh = named_mesh(mesh, sensor)
-    displacement = unit_displacements(transducer, positions, mesh)
-    constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
+    return reduced(sensor, unit_displacements(transducer, positions, mesh))
+
+
+def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:
+    """The influence matrix of displacements that are known already.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    displacement : Displacement
+        Of its strip, under a unit force on each of its tactels.
+    """
+    mesh, layer = displacement.mesh, sensor.transducer.photoelastic
+    constant = stress_optic_constant(layer, sensor.polariscope.wavelength)
     return SensorModel(
         sensor=sensor,
         breaks=mesh.x,
