@@ -14,7 +14,8 @@ from fringeforce.force.bounds import systematic_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
-from fringeforce.interpretation import Interpretation, interpret
+from fringeforce.interpretation import interpret
+from fringeforce.judgement import Interpretation
 from fringeforce.model import SensorModel
 from fringeforce.reading import Reading, Status
 
