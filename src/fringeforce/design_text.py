@@ -35,8 +35,8 @@ def _lines(part: BaseModel, path: str) -> Iterator[str]:
         value = getattr(part, key)
         if isinstance(value, BaseModel):
             children.append((f"{path}.{key}" if path else key, value))
-        else:
-            yield f"{key} = {_spelled(value, info)}"
+        elif value is not None:
+            yield f"{info.alias or key} = {_spelled(value, info)}"
     for child_path, child in children:
         yield from _lines(child, child_path)
 
@@ -56,6 +56,8 @@ def _unit(info: FieldInfo) -> str | None:
 
 
 def _spelled(value: Any, info: FieldInfo) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(_spelled(single, info) for single in value)}]"
     unit = _unit(info)
     if unit:
         return json.dumps(spell_quantity(value, unit))

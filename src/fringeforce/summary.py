@@ -11,7 +11,7 @@ from fringeforce.optics.photoelasticity import stress_optic_constant
 
 UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 """Factor and symbol of the unit in which a person reads a quantity."""
-CAMERA = {"camera shift": "meter", "camera scale": None}
+PLACES = {"camera scale": None}
 
 
 def fringe_density(model: SensorModel) -> float:
@@ -92,7 +92,8 @@ def calibration_summary(model: SensorModel) -> list[str]:
 
 def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
     """An unknown before and after, to the second digit of its deviation."""
-    unit = CAMERA[name] if name in CAMERA else unit_at(model.sensor, name)
+    place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
+    unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
     factor, symbol = UNITS[unit]
     digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6
     found = f"{after * factor:.{digits}f} +- {std * factor:.{digits}f} {symbol}".rstrip()

@@ -1,87 +1,35 @@
-"""Frames with known loads against a model with unknowns: one step of Gauss and Newton at a time.
-
-Unknowns, in this order: logarithms of design values, the camera's shift (in units of SHIFT) and
-scale, coefficients of the amplitude and of the offset along the frame.
-"""
+"""Frames with known loads against a model with unknowns: one step of Gauss and Newton at a time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 
+from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
+from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.calibration.design_tangent import DesignTangent
+from fringeforce.calibration.normal_equations import (
+    Normal,
+    View,
+    frame_weights,
+    linearised,
+    seen,
+)
+from fringeforce.calibration.pattern import eliminated
 from fringeforce.design import Sensor
-from fringeforce.force.likelihood import Response, misfit
-from fringeforce.imaging import camera_response
+
+__all__ = ["PRIOR", "SHIFT", "Bench", "Fit", "Unknowns", "climb", "light_basis", "on_strip",
+           "phase_and_matrix", "precision", "residuals", "start"]  # fmt: skip
 
 Array = NDArray[np.float64]
 
-SHIFT = 1e-3
-"""Unit of the camera's shift [m]."""
-PRIOR = {"design": 0.5, "shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
+PRIOR = {"design": DEVIATION["value"], "shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 """Standard deviations of the unknowns before any frame is seen; light in units of A."""
 FAR = 0.15
-"""Change of a design value's logarithm up to which a tangent is followed."""
-SUSPECT = 3.0
-"""Times the median misfit beyond which a frame loses weight."""
-
-
-@dataclass(frozen=True, eq=False)
-class Bench:
-    """What was measured.
-
-    Attributes
-    ----------
-    sensor : Sensor
-        The drawing.
-    levels : ndarray, shape (F, P)
-        Grey levels.
-    loads : ndarray, shape (F, 2n)
-        Known loads, normal ones first [N].
-    basis : ndarray, shape (P, k)
-        Smooth functions along the frame, which sum to one, for the lighting.
-    """
-
-    sensor: Sensor
-    levels: Array
-    loads: Array
-    basis: Array
-
-    def rows(self, chosen: NDArray[np.bool_]) -> Bench:
-        """Some of the frames."""
-        return replace(self, levels=self.levels[chosen], loads=self.loads[chosen])
-
-
-@dataclass(frozen=True, eq=False)
-class Unknowns:
-    """Values of the unknowns: design (d,), place (2,) of the camera, lights (k,) each."""
-
-    design: Array
-    place: Array
-    amplitude: Array
-    offset: Array
-
-    @property
-    def flat(self) -> Array:
-        """All of them, shape (d + 2 + 2k,)."""
-        return np.concatenate([self.design, self.place, self.amplitude, self.offset])
-
-    def moved(self, step: Array) -> Unknowns:
-        """The unknowns after a step of all of them."""
-        ends = np.cumsum([len(self.design), 2, len(self.amplitude)])
-        return Unknowns(*np.split(self.flat + step, ends))
-
-    def positions(self, sensor: Sensor) -> Array:
-        """Where the pixels look [m]."""
-        return self.place[0] * SHIFT + (1 + self.place[1]) * sensor.pixel_positions
-
-    def response(self, bench: Bench) -> Response:
-        """Response of the camera under this lighting."""
-        lights = (np.maximum(bench.basis @ c, 0.0) for c in (self.amplitude, self.offset))
-        return camera_response(bench.sensor.camera, *lights)
+"""Change of a design's entry up to which a tangent is followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +46,15 @@ class Fit:
         Residuals in units of the noise.
     tangent : DesignTangent
         About which the matrix was linear.
+    normal : Normal
+        The frames linearised there.
     """
 
     unknowns: Unknowns
     covariance: Array
     slopes: Array
     tangent: DesignTangent
+    normal: Normal
 
 
 def light_basis(pixels: int, count: int) -> Array:
@@ -128,12 +79,22 @@ def start(bench: Bench, parameters: int) -> Unknowns:
     return Unknowns(np.zeros(parameters), np.zeros(2), *lights)
 
 
-def precision(bench: Bench, parameters: int) -> Array:
-    """Inverse variances of the unknowns before any frame is seen."""
+def precision(bench: Bench, parameters: int, design: ArrayLike = DEVIATION["value"]) -> Array:
+    """Inverse variances of the unknowns before any frame is seen.
+
+    Parameters
+    ----------
+    bench : Bench
+        The frames.
+    parameters : int
+        Number of the design's entries.
+    design : array_like, shape (d,) or scalar
+        Their standard deviations.
+    """
     size, k = bench.sensor.camera.amplitude, bench.basis.shape[1]
     deviations = np.concatenate(
         [
-            np.full(parameters, PRIOR["design"]),
+            np.broadcast_to(design, parameters),
             [PRIOR["shift"], PRIOR["scale"]],
             np.full(k, PRIOR["amplitude"] * size),
             np.full(k, PRIOR["offset"] * size),
@@ -163,20 +124,21 @@ def climb(
     steps : int
         Largest number of steps.
     """
-    prior, origin = precision(bench, len(at.design)), start(bench, len(at.design)).flat
+    prior = precision(bench, len(at.design), tangent.deviations)
+    origin = start(bench, len(at.design)).flat
     damping, step = 1e-3, np.zeros(len(prior))
     for _ in range(steps):
         weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
-        slopes, gradient, hessian = _linearised(bench, at, tangent, weight)
-        shares = _frame_weights(slopes)
-        before = _loss(slopes, weight, shares) + prior @ (at.flat - origin) ** 2
-        gradient = gradient + prior * (at.flat - origin)
-        hessian = hessian + np.diag(prior)
+        normal = linearised(bench, at, tangent, weight)
+        shares = frame_weights(normal.view.slopes, bench.averaged)
+        before = _loss(normal.view, weight, shares) + prior @ (at.flat - origin) ** 2
+        gradient = normal.gradient + prior * (at.flat - origin)
+        hessian = normal.profiled + np.diag(prior)
         while damping < 1e9:
             step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
             reach = np.abs((at.design + step[: len(at.design)]) - tangent.centre).max(initial=FAR)
             there = at.moved(step * (FAR / reach))
-            left = residuals(bench, there, tangent)
+            left = seen(bench, there, tangent, weight)
             if _loss(left, weight, shares) + prior @ (there.flat - origin) ** 2 <= before:
                 at, damping = there, damping / 10
                 break
@@ -185,8 +147,20 @@ def climb(
         if far or step @ hessian @ step < 1e-4:
             break
     weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
-    slopes, _, hessian = _linearised(bench, at, tangent, weight)
-    return Fit(at, np.asarray(np.linalg.inv(hessian + np.diag(prior)), float), slopes, tangent)
+    normal = linearised(bench, at, tangent, weight)
+    return Fit(at, _covariance(bench, normal, prior), normal.view.slopes, tangent, normal)
+
+
+def _covariance(bench: Bench, normal: Normal, prior: Array) -> Array:
+    """Of the unknowns of the bench, with frames' own light and the pixels' pattern free."""
+    unknowns = len(prior)
+    if bench.pattern is None:
+        information = normal.profiled + np.diag(prior)
+    else:
+        pixels = bench.pattern.information(normal.pixels)
+        information = eliminated(normal.whole, normal.coupling, pixels)
+        information[np.diag_indices(unknowns)] += prior
+    return np.asarray(np.linalg.inv(information), float)[:unknowns, :unknowns]
 
 
 def phase_and_matrix(bench: Bench, at: Unknowns, tangent: DesignTangent) -> tuple[Array, Array]:
@@ -195,49 +169,21 @@ def phase_and_matrix(bench: Bench, at: Unknowns, tangent: DesignTangent) -> tupl
     return bench.loads @ tangent.matrix(at.design, positions).T, tangent.at(positions)
 
 
-def residuals(bench: Bench, at: Unknowns, tangent: DesignTangent) -> Array:
+def residuals(
+    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
+) -> Array:
     """Residuals of all frames in units of the noise, shape (F, P)."""
-    response = at.response(bench)
-    phase, _ = phase_and_matrix(bench, at, tangent)
-    return misfit(bench.levels, response.level(phase), response).slope
+    return seen(bench, at, tangent, weight).slopes
 
 
-def _loss(slopes: Array, weight: Array, shares: Array) -> float:
-    return float(shares @ (slopes**2 @ weight))
-
-
-def _frame_weights(slopes: Array) -> Array:
-    size = np.median(slopes**2, axis=1)
-    return 1 / np.maximum(1, size / (SUSPECT * max(float(np.median(size)), 1e-12))) ** 2
+def _loss(view: View, weight: Array, shares: Array) -> float:
+    own = (view.drift**2).sum(axis=0) if view.drift.size else np.zeros(len(shares))
+    return float(shares @ (view.slopes**2 @ weight + own))
 
 
 def _linearised(
     bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array
 ) -> tuple[Array, Array, Array]:
     """Residuals, half the gradient and half the Hessian of the loss."""
-    response = at.response(bench)
-    phase, parts = phase_and_matrix(bench, at, tangent)
-    slopes = misfit(bench.levels, response.level(phase), response).slope
-    sigma = np.sqrt(response.variance)
-    weights = _frame_weights(slopes)[:, None] * weight
-    turn = response.slope(phase) / sigma
-    along = bench.loads @ tangent.matrix(at.design, at.positions(bench.sensor), slope=True).T
-    moving = [turn * (bench.loads @ part.T) for part in parts[1:]]
-    moving += [turn * along * SHIFT, turn * along * bench.sensor.pixel_positions]
-    light = np.sin(phase / 2) ** 2 / sigma
-    dark = np.full_like(light, 1 / sigma)
-    lit = (light, dark)
-    basis = bench.basis
-    corner = [[float((weights * a * b).sum()) for b in moving] for a in moving]
-    side = [np.concatenate([(weights * a * b).sum(axis=0) @ basis for b in lit]) for a in moving]
-    block = np.block(
-        [[basis.T @ ((weights * a * b).sum(axis=0)[:, None] * basis) for b in lit] for a in lit]
-    )
-    hessian = np.block([[np.array(corner), np.array(side)], [np.array(side).T, block]])
-    gradient = np.concatenate(
-        [
-            [float((weights * a * slopes).sum()) for a in moving],
-            *[(weights * a * slopes).sum(axis=0) @ basis for a in lit],
-        ]
-    )
-    return slopes, gradient, hessian
+    normal = linearised(bench, at, tangent, weight)
+    return normal.view.slopes, normal.gradient, normal.profiled
