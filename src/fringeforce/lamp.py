@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from fringeforce.force.likelihood import Response
 from fringeforce.force.own_light import own_light
-from fringeforce.interpretation import Interpretation, interpret
+from fringeforce.interpretation import interpret
+from fringeforce.judgement import Interpretation
 from fringeforce.reading import Status
 
 Array = NDArray[np.float64]
@@ -32,6 +33,7 @@ def interpret_in_own_light(
     response: Response,
     full_scale: int,
     model_error: float,
+    channels: int,
     drift: tuple[float, float],
 ) -> Interpretation:
     """Explain a frame, with its own gain and offset where the lamp is known to drift.
@@ -40,7 +42,7 @@ def interpret_in_own_light(
 
     Parameters
     ----------
-    levels, used, influence, response, full_scale, model_error
+    levels, used, influence, response, full_scale, model_error, channels
         As of `interpret`; the response is that in the light of the calibration.
     drift : pair of float
         Standard deviations of gain and offset from frame to frame; zeros for a steady lamp.
@@ -51,7 +53,7 @@ def interpret_in_own_light(
         lit = replace(
             response, amplitude=response.amplitude * (1 + gain), offset=response.offset + offset
         )
-        return interpret(levels, used, influence, lit, full_scale, model_error)
+        return interpret(levels, used, influence, lit, full_scale, model_error, channels)
 
     def settled(shifts: Array) -> Interpretation:
         found, added = explained(shifts), 0.0

@@ -1,0 +1,99 @@
+"""One frame before its explanations: how they are found, compared and varied.
+
+Arrays only: grey levels, an influence matrix and the camera's response.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.force.bounds import covariance, phase_information
+from fringeforce.force.estimate import Estimate, maximum_likelihood
+from fringeforce.force.likelihood import Response
+from fringeforce.force.shape import ShapeError, shape_error
+from fringeforce.phase.reflections import reflections
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+IMAGES = 16
+"""Mirror images of one explanation that are tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The pixels of one frame that are used, and what they can show.
+
+    Attributes
+    ----------
+    frame : ndarray, shape (p,)
+        Grey levels of the used pixels, channel after channel.
+    influence : ndarray, shape (p, 2n)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    lead : int
+        Used pixels of the first channel.
+    model_error : float
+        Relative size of the influence matrix's errors of shape, where it is known.
+    """
+
+    frame: Array
+    influence: Array
+    response: Response
+    lead: int
+    model_error: float
+
+    def only(self, sound: Mask) -> Scene:
+        """The scene without some of its pixels."""
+        lead = int(np.count_nonzero(sound[: self.lead]))
+        return replace(
+            self,
+            frame=self.frame[sound],
+            influence=self.influence[sound],
+            response=self.response.at(sound),
+            lead=lead,
+        )
+
+    def climbed(self, start: Array) -> Estimate:
+        """Top of the likelihood that a start leads to."""
+        return maximum_likelihood(self.frame, self.influence, self.response, start)
+
+    def half_climbed(self, start: Array) -> Estimate:
+        """Nearly the top, near enough to be ranked."""
+        return maximum_likelihood(
+            self.frame, self.influence, self.response, start, steps=8, tolerance=0.1
+        )
+
+    def covariance(self, estimate: Estimate) -> Array:
+        """Covariance of an estimate."""
+        return covariance(estimate.phase, self.influence, self.response)
+
+    def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
+        """What the frame says of errors of shape of the influence matrix."""
+        slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
+        residuals = estimate.misfit.slope
+        return shape_error(residuals, slope, self.influence, estimate.loads, spread)
+
+    def images(self, estimate: Estimate) -> Array:
+        """Mirror images of an explanation in its first channel, the likeliest first."""
+        first = slice(self.lead)
+        response, phase = self.response.at(first), estimate.phase[first]
+        information = phase_information(phase, response)
+        changes = reflections(phase + response.bias, self.influence[first], information)
+        return estimate.loads + changes[:IMAGES]
+
+    def gap(self, first: Array, second: Array) -> float:
+        """Largest distance of two phases, known up to their signs if nothing is biased [rad]."""
+        apart = np.abs(first - second).max()
+        return float(min(apart, np.abs(first + second).max()) if self.response.even else apart)
+
+    def pushing(self, estimate: Estimate) -> Estimate:
+        """The one of a load and its negative that pushes, where both give the same frame."""
+        pushes = estimate.loads[: len(estimate.loads) // 2].sum() >= 0
+        if pushes or not self.response.even:
+            return estimate
+        return Estimate(-estimate.loads, -estimate.phase, estimate.misfit)
