@@ -9,7 +9,8 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, _linearised, light_basis, residuals, start
+from fringeforce.calibration.frame_fit import Bench, _linearised, residuals
+from fringeforce.calibration.unknowns import light_basis, start
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
 from fringeforce.reader import Reader
@@ -204,7 +205,8 @@ def test_the_gradient_of_the_fit_is_that_of_its_loss(sensor) -> None:
     forces = combined(rng, 5, largest=0.7)
     tangent = design_tangent(sensor, PARAMETERS, np.zeros(3))
     frames = tangent.model.expose(forces, rng=rng).astype(float)
-    bench = Bench(sensor, frames, forces.reshape(5, -1), light_basis(PIXELS, 6))
+    basis = light_basis(PIXELS, 6)
+    bench = Bench(sensor=sensor, loads=forces.reshape(5, -1), basis=basis, levels=frames)
     at = start(bench, 3).moved(np.full(17, 0.01))
     weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
     gradient = _linearised(bench, at, tangent, weight)[1]

@@ -20,16 +20,13 @@ from fringeforce.calibration.design_tangent import (
     varied,
 )
 from fringeforce.calibration.findings import findings, unidentified
-from fringeforce.calibration.frame_fit import (
+from fringeforce.calibration.frame_fit import Bench, Fit, climb, residuals
+from fringeforce.calibration.unknowns import (
     SHIFT,
-    Bench,
-    Fit,
     Unknowns,
-    climb,
     light_basis,
     on_strip,
     phase_and_matrix,
-    residuals,
     start,
 )
 from fringeforce.design import Sensor
@@ -99,8 +96,9 @@ def calibrate(
         If frames and forces do not fit the sensor or each other, or a path cannot be calibrated.
     """
     levels, loads = checks.checked_bench(sensor, frames, forces)
-    paths = _checked_paths(sensor, parameters)
-    bench = Bench(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
+    paths = checked_paths(sensor, parameters)
+    basis = light_basis(sensor.camera.pixels, LIGHTS)
+    bench = Bench(sensor=sensor, loads=loads, basis=basis, levels=levels)
     report = progress or (lambda title, done, expected: None)
     found = _fitted(bench, paths, report)
     model = _built(bench, paths, found)
@@ -118,7 +116,14 @@ class _Found:
         return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
 
 
-def _checked_paths(sensor: Sensor, parameters: Sequence[str]) -> tuple[str, ...]:
+def checked_paths(sensor: Sensor, parameters: Sequence[str]) -> tuple[str, ...]:
+    """Paths of design values that can be estimated.
+
+    Raises
+    ------
+    InputError
+        If one cannot, or is named twice.
+    """
     for path in parameters:
         design_value(sensor, path)
         if path.startswith("camera.") or path in ("transducer.length", "tactels.count"):

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.checks import remarks
-from fringeforce.calibration.frame_fit import PRIOR, Bench
+from fringeforce.calibration.frame_fit import Bench
+from fringeforce.calibration.unknowns import PRIOR
 from fringeforce.imaging import Calibration
 from fringeforce.model import SensorModel
 from fringeforce.reading import Status
