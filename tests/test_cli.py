@@ -12,7 +12,17 @@ import fringeforce as ff
 from fringeforce.files import load_frames
 from fringeforce.tables import save_forces
 
-COMMANDS = ["new", "characterize", "show", "simulate", "read", "calibrate", "check", "reproduce"]
+COMMANDS = [
+    "new",
+    "characterize",
+    "show",
+    "simulate",
+    "read",
+    "plan",
+    "calibrate",
+    "check",
+    "reproduce",
+]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fringeforce.calibration.calibrate import calibrate
+    from fringeforce.calibration.candidates import Limits
+    from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -17,27 +19,35 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FringeforceError",
+    "Limits",
+    "Plan",
     "Reader",
     "Reading",
     "Sensor",
     "SensorModel",
     "Status",
+    "assess_presses",
     "calibrate",
     "characterize",
     "load_model",
     "load_sensor",
+    "plan_presses",
     "polar",
     "recover_phase",
 ]
 
 _HOME = {
     "FringeforceError": "errors",
+    "Limits": "calibration.candidates",
+    "Plan": "calibration.planning",
     "Reader": "reader",
     "Reading": "reading",
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",
+    "assess_presses": "calibration.planning",
     "calibrate": "calibration.calibrate",
+    "plan_presses": "calibration.planning",
     "characterize": "model",
     "load_model": "files",
     "load_sensor": "design",

@@ -183,10 +183,42 @@ def draw_readings(readings: Sequence[Reading], path: Path) -> None:
             forces(ax, readings[0].forces, readings[0].std)
         else:
             force_history(ax, np.array([reading.forces[0] for reading in readings]))
-        try:
-            canvas.savefig(path)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written: {error.strerror}.") from None
+        _saved(canvas, path)
+
+
+def gain(ax: Axes, ratio: ArrayLike) -> None:
+    """What calibration errors add to readings, over the number of presses.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    ratio : array_like, shape (k + 1,)
+        Error of readings over that of a perfectly known sensor, from no press on.
+    """
+    excess = np.asarray(ratio)[1:] - 1
+    ax.semilogy(1 + np.arange(len(excess)), 100 * excess, "o-", markersize=4)
+    ax.set(xlabel="presses", ylabel="readings err more than\nwith a known sensor by [%]")
+
+
+def draw_plan(ratio: ArrayLike, path: Path) -> None:
+    """Write a picture of what planned presses gain.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    with figure() as (canvas, ax):
+        gain(ax, ratio)
+        _saved(canvas, path)
+
+
+def _saved(canvas: Figure, path: Path) -> None:
+    try:
+        canvas.savefig(path)
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror}.") from None
 
 
 def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, wavelength: float) -> None:

@@ -12,6 +12,7 @@ from fringeforce.cli.bench import calibrate, check
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.paper import reproduce
+from fringeforce.cli.planning import plan
 
 __all__ = ["app", "main"]
 
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (new, characterize, show, simulate, read, calibrate, check, reproduce):
+for command in (new, characterize, show, simulate, read, plan, calibrate, check, reproduce):
     app.command()(command)
 
 

@@ -28,6 +28,7 @@ def calibrate(
 
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
+    from fringeforce.calibration.planning import next_presses
     from fringeforce.design import load_sensor
     from fringeforce.files import load_frames
     from fringeforce.summary import calibration_summary
@@ -44,7 +45,7 @@ def calibrate(
         model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance)
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
-    print("\n".join(calibration_summary(model)))
+    print("\n".join([*calibration_summary(model), next_presses(model, forces)]))
 
 
 def check(
