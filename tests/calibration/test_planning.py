@@ -122,7 +122,6 @@ def test_calibrations_scatter_as_was_predicted_without_a_frame(small, small_mode
     assert low < total < high
 
 
-@pytest.mark.xfail(strict=True, reason="simulated errors are smaller than predicted; cause open")
 def test_the_error_added_to_readings_is_as_predicted(plan, planned_errors) -> None:
     error = planned_errors.std() / np.sqrt(REPEATS)
     assert abs(planned_errors.mean() - added_share(plan) ** 2) < 4 * error
