@@ -12,10 +12,11 @@ import sys
 import numpy as np
 
 import fringeforce as ff
+from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.candidates import candidates, typical_loads
 from fringeforce.calibration.design_tangent import design_tangent
-from fringeforce.calibration.frame_fit import Bench, climb
+from fringeforce.calibration.frame_fit import climb
 from fringeforce.calibration.knowledge import knowledge
 from fringeforce.calibration.planning import TYPICAL
 from fringeforce.force.bounds import covariance
@@ -45,7 +46,7 @@ def simulated(model: ff.SensorModel, loads: np.ndarray, rng: np.random.Generator
     for _ in range(REPEATS):
         frames = model.expose(loads, rng=rng).astype(float)
         flat = loads.reshape(len(loads), -1)
-        bench = Bench(sensor=sensor, loads=flat, basis=known.basis, levels=frames)
+        bench = Bench(sensor, frames, flat, known.bench.basis)
         at = climb(bench, known.unknowns, tangent, known.used).unknowns
         matrix = tangent.matrix(at.design, at.positions(sensor))[known.used]
         seen = at.response(bench).at(known.used)

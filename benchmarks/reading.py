@@ -179,7 +179,9 @@ def judge(tally: Tally, reading: ff.Reading, forces: Array, reader: ff.Reader) -
     tally.false_ok += bool(off[0].max() > 8)
     tally.inside += int((off[0] < 1.96).sum())
     tally.forces += off[0].size
-    bound = cramer_rao_bound(reader.influence @ forces.ravel(), reader.influence, reader.response)
+    bound = cramer_rao_bound(
+        reader.influence @ forces.ravel(), reader.influence, reader.model.response
+    )
     known = np.isfinite(bound)
     tally.squared_error += float(((reading.forces - forces).ravel()[known] ** 2).sum())
     tally.bound += float((bound[known] ** 2).sum())

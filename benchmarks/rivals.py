@@ -65,13 +65,13 @@ class Scene:
 
     def residuals(self, loads: Array) -> Array:
         """What loads leave of the frame, in units of the noise."""
-        response = self.reader.response
+        response = self.reader.model.response
         level = response.level(self.reader.influence @ loads)
         return (level - self.frame) / np.sqrt(response.variance)
 
     def slope(self, loads: Array) -> Array:
         """Derivative of the residuals by the loads."""
-        response = self.reader.response
+        response = self.reader.model.response
         slope = response.slope(self.reader.influence @ loads) / np.sqrt(response.variance)
         return self.reader.influence * slope[:, None]
 
@@ -107,7 +107,7 @@ def random_starts(scene: Scene) -> Array:
 
 
 def fringe_by_fringe(scene: Scene) -> Array:
-    response = scene.reader.response
+    response = scene.reader.model.response
     answers = []
     for window in WINDOWS:
         smooth: Any = savgol_filter(scene.frame, window, polyorder=3)
@@ -176,7 +176,7 @@ def run(largest: float, frames: int, seed: int) -> dict[str, Tally]:
         forces = random_loads(rng, n, largest)
         truth = forces.ravel()
         scene = Scene(reader, model.expose(forces, rng=rng).astype(float), largest, own)
-        bound = cramer_rao_bound(reader.influence @ truth, reader.influence, reader.response)
+        bound = cramer_rao_bound(reader.influence @ truth, reader.influence, reader.model.response)
         for name, method in METHODS.items():
             start = time.perf_counter()
             answer = method(scene)

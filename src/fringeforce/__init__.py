@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.calibration.candidates import Limits
     from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
+    from fringeforce.calibration.references import References
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -23,6 +24,7 @@ __all__ = [
     "Plan",
     "Reader",
     "Reading",
+    "References",
     "Sensor",
     "SensorModel",
     "Status",
@@ -42,6 +44,7 @@ _HOME = {
     "Plan": "calibration.planning",
     "Reader": "reader",
     "Reading": "reading",
+    "References": "calibration.references",
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",

@@ -13,8 +13,8 @@ from fringeforce.force.admissible import admissible
 from fringeforce.force.bounds import systematic_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
-from fringeforce.imaging import camera_response
-from fringeforce.interpretation import Interpretation, interpret
+from fringeforce.interpretation import Interpretation
+from fringeforce.lamp import interpret_in_own_light
 from fringeforce.model import SensorModel
 from fringeforce.reading import Reading, Status
 
@@ -53,14 +53,6 @@ class Reader:
             )
 
     @cached_property
-    def response(self) -> Response:
-        """What the sensor's camera makes of a phase."""
-        camera, imaging = self.model.sensor.camera, self.model.imaging
-        if imaging is None:
-            return camera_response(camera)
-        return camera_response(camera, imaging.amplitude, imaging.offset)
-
-    @cached_property
     def influence(self) -> Array:
         """Influence matrix at the pixels, shape (n_pixels, 2n) [rad/N]."""
         psi = self.model.pixel_influence
@@ -93,10 +85,16 @@ class Reader:
             return self._bad(f"It holds {type(frame).__name__}, not grey levels.")
         if problem := self._problem(levels, used):
             return self._bad(problem)
-        sound = used & ~_dead(levels, self.response)
-        full_scale = self.model.sensor.camera.full_scale
-        found = interpret(
-            levels, sound, self.influence, self.response, full_scale, self.model_error
+        sound = used & ~_dead(levels, self.model.response)
+        full_scale, imaging = self.model.sensor.camera.full_scale, self.model.imaging
+        found = interpret_in_own_light(
+            levels,
+            sound,
+            self.influence,
+            self.model.response,
+            full_scale,
+            self.model_error,
+            (0.0, 0.0) if imaging is None else imaging.drift,
         )
         return self._stated(found, sound)
 
@@ -155,7 +153,7 @@ class Reader:
         phase = self.influence @ found.loads
         modes = imaging.level_modes(found.loads, phase)[:, used]
         return systematic_covariance(
-            phase[used], self.influence[used], self.response.at(used), found.covariance, modes
+            phase[used], self.influence[used], self.model.response.at(used), found.covariance, modes
         )
 
     def _bad(self, detail: str) -> Reading:

@@ -9,8 +9,7 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, _linearised, residuals
-from fringeforce.calibration.unknowns import light_basis, start
+from fringeforce.calibration.frame_fit import Bench, _linearised, light_basis, residuals, start
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
 from fringeforce.reader import Reader
@@ -118,7 +117,7 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
     off, bounds, inside = [], [], []
     known = Reader(true)
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
-    influence, response = known.influence[seen], known.response.at(seen)
+    influence, response = known.influence[seen], true.response.at(seen)
     for load, frame in zip(forces, exposed(true, forces, rng, dead), strict=True):
         reading = calibrated.read(frame)
         assert reading.status is ff.Status.OK
@@ -205,8 +204,7 @@ def test_the_gradient_of_the_fit_is_that_of_its_loss(sensor) -> None:
     forces = combined(rng, 5, largest=0.7)
     tangent = design_tangent(sensor, PARAMETERS, np.zeros(3))
     frames = tangent.model.expose(forces, rng=rng).astype(float)
-    basis = light_basis(PIXELS, 6)
-    bench = Bench(sensor=sensor, loads=forces.reshape(5, -1), basis=basis, levels=frames)
+    bench = Bench(sensor, frames, forces.reshape(5, -1), light_basis(PIXELS, 6))
     at = start(bench, 3).moved(np.full(17, 0.01))
     weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
     gradient = _linearised(bench, at, tangent, weight)[1]

@@ -7,10 +7,11 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
+from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, climb
+from fringeforce.calibration.frame_fit import climb
 from fringeforce.calibration.knowledge import knowledge
 from fringeforce.calibration.planning import next_presses
 from fringeforce.calibration.selection import Stakes
@@ -87,7 +88,7 @@ class Simulation:
     def _one(self, loads: np.ndarray, rng: np.random.Generator) -> float:
         frames, sensor = self.model.expose(loads, rng=rng).astype(float), self.model.sensor
         flat, used = loads.reshape(len(loads), -1), self.known.used
-        bench = Bench(sensor=sensor, loads=flat, basis=self.known.basis, levels=frames)
+        bench = Bench(sensor, frames, flat, self.known.bench.basis)
         at = climb(bench, self.known.unknowns, self.tangent, used).unknowns
         matrix = self.tangent.matrix(at.design, at.positions(sensor))[used]
         response = at.response(bench).at(used)

@@ -8,36 +8,47 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
+from fringeforce.calibration.design_entries import (
+    POSITIONS,
+    STRAIN_OPTIC,
+    design_value,
+    entries,
+    prior,
+    varied,
+)
 from fringeforce.design import Sensor
-from fringeforce.errors import InputError
 from fringeforce.model import SensorModel, characterize
+
+__all__ = ["STRAIN_OPTIC", "DesignTangent", "design_tangent", "design_value", "varied"]
 
 Array = NDArray[np.float64]
 
 STEP = 0.004
-"""Step of the logarithm of a design value for central differences."""
+"""Step of an entry for central differences."""
 GRID = 2001
 """Places along the strip between which matrix and derivatives are interpolated."""
-STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
 
 
 @dataclass(frozen=True, eq=False)
 class DesignTangent:
-    """Influence matrix and its derivatives by logarithms of design values.
+    """Influence matrix and its derivatives by the entries of a design.
 
     Attributes
     ----------
     centre : ndarray, shape (d,)
-        Logarithms of the values over those of the drawing.
+        Entries, as in `design_entries`; zero for the drawing.
     model : SensorModel
         The sensor characterised there.
     spline : CubicSpline
         Along the strip [m]; values of shape (1 + d, 2n): the matrix, then its derivatives.
+    deviations : ndarray, shape (d,)
+        Standard deviations of the entries before any frame is seen.
     """
 
     centre: Array
     model: SensorModel
     spline: CubicSpline
+    deviations: Array
 
     def at(self, x: ArrayLike, slope: bool = False) -> Array:
         """Matrix at the centre and derivatives, or all their slopes along x, (1 + d, m, 2n)."""
@@ -49,32 +60,6 @@ class DesignTangent:
         """Matrix of a design near the centre, or its slope along x, shape (m, 2n)."""
         parts = self.at(x, slope)
         return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
-
-
-def design_value(sensor: Sensor, path: str) -> float:
-    """Value of a design at a dotted path.
-
-    Raises
-    ------
-    InputError
-        If the path does not name a number other than zero.
-    """
-    value: object = sensor
-    for part in path.split("."):
-        value = getattr(value, part, None)
-    if isinstance(value, bool) or not isinstance(value, int | float) or value == 0:
-        raise InputError(
-            f"{path!r} names no number of a design that can be calibrated; take dotted paths such "
-            f"as {STRAIN_OPTIC!r} or 'transducer.compliant.thickness'."
-        )
-    return float(value)
-
-
-def varied(sensor: Sensor, paths: tuple[str, ...], logarithms: Array) -> Sensor:
-    """The drawing with some values multiplied by the exponentials of given logarithms."""
-    factors = np.exp(logarithms).tolist()
-    values = {p: design_value(sensor, p) * f for p, f in zip(paths, factors, strict=True)}
-    return sensor.replace(**values)
 
 
 def design_tangent(
@@ -89,7 +74,7 @@ def design_tangent(
     paths : tuple of str, length d
         Dotted paths of the values.
     centre : ndarray, shape (d,)
-        Logarithms of the values over those of the drawing.
+        Entries of the design.
     step : float
         Of the central differences; the mesh follows the design, so it must be well above the
         finite elements' relative error.
@@ -98,14 +83,21 @@ def design_tangent(
     half = sensor.transducer.length / 2
     grid = np.linspace(-half, half, GRID)
     values = [middle.influence(grid)]
-    for path, unit in zip(paths, np.eye(len(paths)), strict=True):
+    owners = np.array(entries(sensor, paths))
+    for path in paths:
         if path == STRAIN_OPTIC:  # the phase is proportional to it, equation (2)
             values.append(values[0])
             continue
+        unit = (owners == path).astype(float)
         ahead, behind = (
             characterize(varied(sensor, paths, centre + sign * step * unit)).influence(grid)
             for sign in (1, -1)
         )
-        values.append((ahead - behind) / (2 * step))
-    stacked = np.stack(values, axis=1).reshape(GRID, 1 + len(paths), -1)
-    return DesignTangent(centre, middle, CubicSpline(grid, stacked))
+        change = (ahead - behind) / (2 * step)
+        if path != POSITIONS:
+            values.append(change)
+            continue
+        # a tactel's place moves nothing but its own columns: all are differentiated at once
+        values += [change * own for own in np.eye(change.shape[2])]
+    stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
+    return DesignTangent(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))

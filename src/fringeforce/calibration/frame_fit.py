@@ -2,46 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline
 
+from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
+from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.unknowns import (
-    Presses,
-    Unknowns,
-    level_slopes,
-    on_strip,
-    phase_and_matrix,
-    precision,
-    start,
+from fringeforce.calibration.normal_equations import (
+    Normal,
+    View,
+    frame_weights,
+    linearised,
+    seen,
 )
-from fringeforce.force.likelihood import misfit
+from fringeforce.calibration.pattern import eliminated
+from fringeforce.design import Sensor
+
+__all__ = ["PRIOR", "SHIFT", "Bench", "Fit", "Unknowns", "climb", "light_basis", "on_strip",
+           "phase_and_matrix", "precision", "residuals", "start"]  # fmt: skip
 
 Array = NDArray[np.float64]
 
+PRIOR = {"design": DEVIATION["value"], "shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
+"""Standard deviations of the unknowns before any frame is seen; light in units of A."""
 FAR = 0.15
-"""Change of a design value's logarithm up to which a tangent is followed."""
-SUSPECT = 3.0
-"""Times the median misfit beyond which a frame loses weight."""
-
-
-@dataclass(frozen=True, eq=False)
-class Bench(Presses):
-    """Presses and the frames that were taken of them.
-
-    Attributes
-    ----------
-    levels : ndarray, shape (F, P)
-        Grey levels.
-    """
-
-    levels: Array
-
-    def rows(self, chosen: NDArray[np.bool_]) -> Bench:
-        """Some of the frames."""
-        return replace(self, levels=self.levels[chosen], loads=self.loads[chosen])
+"""Change of a design's entry up to which a tangent is followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +46,61 @@ class Fit:
         Residuals in units of the noise.
     tangent : DesignTangent
         About which the matrix was linear.
+    normal : Normal
+        The frames linearised there.
     """
 
     unknowns: Unknowns
     covariance: Array
     slopes: Array
     tangent: DesignTangent
+    normal: Normal
+
+
+def light_basis(pixels: int, count: int) -> Array:
+    """Cubic B-splines along the frame that sum to one, shape (pixels, count)."""
+    degree = min(3, count - 1)
+    inner = np.linspace(0, 1, count - degree + 1)
+    knots = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
+    places = (np.arange(pixels) + 0.5) / pixels
+    return BSpline.design_matrix(places, knots, degree).toarray()
+
+
+def on_strip(positions: Array, sensor: Sensor) -> NDArray[np.bool_]:
+    """Pixels that see the strip and not its end, shape (P,)."""
+    margin = 2 * sensor.transducer.length / sensor.camera.pixels
+    return np.abs(positions) < sensor.transducer.length / 2 - margin
+
+
+def start(bench: Bench, parameters: int) -> Unknowns:
+    """Unknowns as drawn."""
+    camera, ones = bench.sensor.camera, np.ones(bench.basis.shape[1])
+    lights = camera.amplitude * ones, camera.offset * ones
+    return Unknowns(np.zeros(parameters), np.zeros(2), *lights)
+
+
+def precision(bench: Bench, parameters: int, design: ArrayLike = DEVIATION["value"]) -> Array:
+    """Inverse variances of the unknowns before any frame is seen.
+
+    Parameters
+    ----------
+    bench : Bench
+        The frames.
+    parameters : int
+        Number of the design's entries.
+    design : array_like, shape (d,) or scalar
+        Their standard deviations.
+    """
+    size, k = bench.sensor.camera.amplitude, bench.basis.shape[1]
+    deviations = np.concatenate(
+        [
+            np.broadcast_to(design, parameters),
+            [PRIOR["shift"], PRIOR["scale"]],
+            np.full(k, PRIOR["amplitude"] * size),
+            np.full(k, PRIOR["offset"] * size),
+        ]
+    )
+    return 1 / deviations**2
 
 
 def climb(
@@ -87,20 +124,21 @@ def climb(
     steps : int
         Largest number of steps.
     """
-    prior, origin = precision(bench, len(at.design)), start(bench, len(at.design)).flat
+    prior = precision(bench, len(at.design), tangent.deviations)
+    origin = start(bench, len(at.design)).flat
     damping, step = 1e-3, np.zeros(len(prior))
     for _ in range(steps):
         weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
-        slopes, gradient, hessian = _linearised(bench, at, tangent, weight)
-        shares = _frame_weights(slopes)
-        before = _loss(slopes, weight, shares) + prior @ (at.flat - origin) ** 2
-        gradient = gradient + prior * (at.flat - origin)
-        hessian = hessian + np.diag(prior)
+        normal = linearised(bench, at, tangent, weight)
+        shares = frame_weights(normal.view.slopes, bench.averaged)
+        before = _loss(normal.view, weight, shares) + prior @ (at.flat - origin) ** 2
+        gradient = normal.gradient + prior * (at.flat - origin)
+        hessian = normal.profiled + np.diag(prior)
         while damping < 1e9:
             step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
             reach = np.abs((at.design + step[: len(at.design)]) - tangent.centre).max(initial=FAR)
             there = at.moved(step * (FAR / reach))
-            left = residuals(bench, there, tangent)
+            left = seen(bench, there, tangent, weight)
             if _loss(left, weight, shares) + prior @ (there.flat - origin) ** 2 <= before:
                 at, damping = there, damping / 10
                 break
@@ -109,31 +147,43 @@ def climb(
         if far or step @ hessian @ step < 1e-4:
             break
     weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
-    slopes, _, hessian = _linearised(bench, at, tangent, weight)
-    return Fit(at, np.asarray(np.linalg.inv(hessian + np.diag(prior)), float), slopes, tangent)
+    normal = linearised(bench, at, tangent, weight)
+    return Fit(at, _covariance(bench, normal, prior), normal.view.slopes, tangent, normal)
 
 
-def residuals(bench: Bench, at: Unknowns, tangent: DesignTangent) -> Array:
+def _covariance(bench: Bench, normal: Normal, prior: Array) -> Array:
+    """Of the unknowns of the bench, with frames' own light and the pixels' pattern free."""
+    unknowns = len(prior)
+    if bench.pattern is None:
+        information = normal.profiled + np.diag(prior)
+    else:
+        pixels = bench.pattern.information(normal.pixels)
+        information = eliminated(normal.whole, normal.coupling, pixels)
+        information[np.diag_indices(unknowns)] += prior
+    return np.asarray(np.linalg.inv(information), float)[:unknowns, :unknowns]
+
+
+def phase_and_matrix(bench: Bench, at: Unknowns, tangent: DesignTangent) -> tuple[Array, Array]:
+    """Phase of every frame, shape (F, P), and matrix with derivatives, (1 + d, P, 2n)."""
+    positions = at.positions(bench.sensor)
+    return bench.loads @ tangent.matrix(at.design, positions).T, tangent.at(positions)
+
+
+def residuals(
+    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
+) -> Array:
     """Residuals of all frames in units of the noise, shape (F, P)."""
-    response = at.response(bench)
-    phase, _ = phase_and_matrix(bench, at, tangent)
-    return misfit(bench.levels, response.level(phase), response).slope
+    return seen(bench, at, tangent, weight).slopes
 
 
-def _loss(slopes: Array, weight: Array, shares: Array) -> float:
-    return float(shares @ (slopes**2 @ weight))
-
-
-def _frame_weights(slopes: Array) -> Array:
-    size = np.median(slopes**2, axis=1)
-    return 1 / np.maximum(1, size / (SUSPECT * max(float(np.median(size)), 1e-12))) ** 2
+def _loss(view: View, weight: Array, shares: Array) -> float:
+    own = (view.drift**2).sum(axis=0) if view.drift.size else np.zeros(len(shares))
+    return float(shares @ (view.slopes**2 @ weight + own))
 
 
 def _linearised(
     bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array
 ) -> tuple[Array, Array, Array]:
     """Residuals, half the gradient and half the Hessian of the loss."""
-    slopes = residuals(bench, at, tangent)
-    weights = _frame_weights(slopes)[:, None] * weight
-    along = level_slopes(bench, at, tangent)
-    return slopes, along.gradient(weights * slopes), along.information(weights)
+    normal = linearised(bench, at, tangent, weight)
+    return normal.view.slopes, normal.gradient, normal.profiled

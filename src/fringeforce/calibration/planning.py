@@ -7,20 +7,21 @@ in the fit).  What is made small is not the unknowns' covariance but what it doe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.calibration.bench import Unknowns
 from fringeforce.calibration.candidates import Limits, candidates, typical_loads
-from fringeforce.calibration.design_tangent import DesignTangent, design_tangent
 from fringeforce.calibration.findings import named
 from fringeforce.calibration.knowledge import Knowledge, knowledge
+from fringeforce.calibration.normal_equations import level_slopes
 from fringeforce.calibration.selection import Stakes
-from fringeforce.calibration.unknowns import Unknowns, level_slopes, phase_and_matrix
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
-from fringeforce.force.bounds import covariance
+from fringeforce.force.bounds import covariance, systematic_errors
+from fringeforce.force.own_light import own_light
 from fringeforce.model import SensorModel
 
 Array = NDArray[np.float64]
@@ -157,7 +158,6 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
 @dataclass(frozen=True, eq=False)
 class _Scene:
     known: Knowledge
-    tangent: DesignTangent
     limits: Limits
     typical: Array
     pairs: int
@@ -171,35 +171,36 @@ class _Scene:
         return Stakes(np.array(told), np.array(worth))
 
     def _told(self, truth: Unknowns, loads: Array) -> Array:
-        presses, root = self.known.presses(loads), self.known.root
-        slopes = level_slopes(presses, truth, self.tangent)
-        used = self.known.used.astype(float)
-        return np.array([root.T @ one.information(used[None]) @ root for one in slopes.frames()])
+        known, presses = self.known, self.known.presses(loads, truth)
+        slopes, used = level_slopes(presses, truth, known.tangent), known.used.astype(float)
+        return np.array(
+            [known.root.T @ one.normal(used).profiled @ known.root for one in slopes.frames()]
+        )
 
     def _worth(self, truth: Unknowns) -> Array:
-        """Variance that errors of the unknowns add to readings, over that of noise alone.
-
-        As in `systematic_covariance`: a reading moves by -C J' d where the levels, in units of the
-        noise, are wrong by d.
-        """
-        presses, used = self.known.presses(self.typical), self.known.used
-        response = truth.response(presses).at(used)
-        phases, _ = phase_and_matrix(presses, truth, self.tangent)
-        positions = truth.positions(presses.sensor)
-        influence = np.ascontiguousarray(self.tangent.matrix(truth.design, positions)[used])
-        slopes = level_slopes(presses, truth, self.tangent)
-        noise, added = 0.0, np.zeros_like(self.known.root)
-        for phase, one in zip(phases[:, used], slopes.frames(), strict=True):
-            spread = covariance(phase, influence, response)
-            turned = influence * (response.slope(phase) / np.sqrt(response.variance))[:, None]
-            moved = self.known.root.T @ one.dense[:, 0, used] @ turned @ spread
+        """Variance that errors of the unknowns add to readings, over that of noise alone."""
+        known, presses = self.known, self.known.presses(self.typical, truth)
+        used, root = known.used, known.root
+        influence = known.tangent.matrix(truth.design, truth.positions(known.sensor))
+        slopes = level_slopes(presses, truth, known.tangent)
+        found, drift = slopes.view.response.at(used), presses.drift
+        response = replace(found, variance=found.variance + known.light_variance)
+        seen = np.ascontiguousarray(influence[used])
+        noise, added = 0.0, np.zeros_like(root)
+        for load, level, one in zip(presses.loads, presses.levels, slopes.frames(), strict=True):
+            phase, modes = one.view.phase[0, used], root.T @ one.dense[:, 0, used]
+            spread = covariance(phase, seen, response)
+            if any(drift):
+                spread += own_light(level[used], load, seen, response, spread, drift).covariance
+            levels = modes / one.view.scale
+            moved = systematic_errors(phase, seen, response, spread, levels)
             noise += float(np.trace(spread))
             added += moved @ moved.T
         return added / noise
 
     def best(self, presses: int) -> Plan:
         """The best so many presses within the limits."""
-        loads = candidates(self.tangent.model, self.limits)
+        loads = candidates(self.known.tangent.model, self.limits)
         stakes = self.stakes(loads)
         rows = stakes.chosen(presses)
         return self.plan(loads[rows], stakes, rows)
@@ -222,12 +223,11 @@ def _scene(
     pairs: int = PAIRS,
 ) -> _Scene:
     known = knowledge(source, parameters)
-    tangent = design_tangent(known.sensor, known.paths, known.unknowns.design)
     if typical is None:
-        loads = typical_loads(tangent.model, limits, TYPICAL)
+        loads = typical_loads(known.tangent.model, limits, TYPICAL)
     else:
         loads = _checked(typical, known.sensor)
-    return _Scene(known, tangent, limits, loads, pairs)
+    return _Scene(known, limits, loads, pairs)
 
 
 def _checked(forces: ArrayLike, sensor: Sensor) -> Array:

@@ -21,6 +21,16 @@ def calibrate(
     parameter: Annotated[
         list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
     ] = None,
+    dark: Annotated[Path | None, typer.Option(help="Frames with the light off.")] = None,
+    unloaded: Annotated[
+        Path | None, typer.Option(help="Frames without load, polarisers crossed.")
+    ] = None,
+    bright: Annotated[
+        Path | None, typer.Option(help="Frames without load, the analyser turned by 90 degrees.")
+    ] = None,
+    plot: Annotated[
+        bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
+    ] = True,
 ) -> None:
     """Make the model agree with the sensor on the bench, from frames with known loads."""
     from rich.console import Console
@@ -29,23 +39,31 @@ def calibrate(
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.planning import next_presses
+    from fringeforce.calibration.references import References
     from fringeforce.design import load_sensor
     from fringeforce.files import load_frames
+    from fringeforce.plot import draw_residuals
     from fringeforce.summary import calibration_summary
     from fringeforce.tables import load_forces
 
     sensor = load_sensor(design)
     images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
+    given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
+    references = References(*given)
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
         task = progress.add_task("Calibrating")
 
         def advance(title: str, done: int, expected: int) -> None:
             progress.update(task, description=title, completed=done, total=expected)
 
-        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance)
+        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance, references)
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
     print("\n".join([*calibration_summary(model), next_presses(model, forces)]))
+    if plot:
+        picture = output.with_suffix(".png")
+        draw_residuals(model, images, forces, picture)
+        print(f"{picture}: what the model leaves of the frames, in units of the noise")
 
 
 def check(

@@ -57,7 +57,7 @@ def recovered(example: Example) -> Recovery:
     mean_magnitude, mean_angle = worst_errors(groups.mean(axis=1))
     return Recovery(
         reading=readings[0],
-        bound=cramer_rao_bound(phase, reader.influence, reader.response).reshape(2, -1),
+        bound=cramer_rao_bound(phase, reader.influence, reader.model.response).reshape(2, -1),
         magnitude_error=magnitude,
         angle_error=angle,
         averaged_magnitude=float(np.median(mean_magnitude)),
