@@ -41,6 +41,7 @@ from fringeforce.errors import InputError
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.force.estimate import least_squares as least_squares_of_phase
 from fringeforce.phase.noise_free import recover_phase
+from fringeforce.single_frame import SingleFrameReader
 
 Array = np.ndarray
 
@@ -58,7 +59,7 @@ WINDOWS = (21, 61, 181)
 class Scene:
     """One frame, and what every method may know."""
 
-    reader: ff.Reader
+    reader: SingleFrameReader
     frame: Array
     largest: float
     rng: np.random.Generator
@@ -166,7 +167,7 @@ class Tally:
 def run(largest: float, frames: int, seed: int) -> dict[str, Tally]:
     rng, own = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     model = ff.characterize(ff.load_sensor("saad"))
-    reader = ff.Reader(model)
+    reader = SingleFrameReader(model)
     n = model.sensor.tactels.count
     warm_up = model.expose(ff.polar(min(largest, 1.0), 10, n=n), rng=0).astype(float)
     for method in METHODS.values():

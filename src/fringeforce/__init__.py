@@ -6,10 +6,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.calibration.candidates import Limits
     from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.calibration.references import References
+    from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from fringeforce.reading import Reading, Status
 
 __all__ = [
+    "Batch",
+    "Contact",
+    "Friction",
     "FringeforceError",
     "Limits",
     "Plan",
@@ -39,6 +44,9 @@ __all__ = [
 ]
 
 _HOME = {
+    "Batch": "batch",
+    "Contact": "contact",
+    "Friction": "contact",
     "FringeforceError": "errors",
     "Limits": "calibration.candidates",
     "Plan": "calibration.planning",

@@ -24,8 +24,8 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import intensity
 
 if TYPE_CHECKING:
-    from fringeforce.reader import Reader
     from fringeforce.reading import Reading
+    from fringeforce.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 
@@ -184,14 +184,14 @@ class SensorModel:
         return -left if self.imaging is None else -left * self.imaging.usable
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
-        """Forces from one frame, without any earlier state; see `fringeforce.Reader.read`."""
+        """Forces from one frame, without any earlier state; see `fringeforce.Reader`."""
         return self._reader.read(frame, mask)
 
     @cached_property
-    def _reader(self) -> Reader:
-        from fringeforce.reader import Reader
+    def _reader(self) -> SingleFrameReader:
+        from fringeforce.single_frame import SingleFrameReader
 
-        return Reader(self)
+        return SingleFrameReader(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to an HDF5 file, all of it or nothing."""

@@ -9,7 +9,7 @@ import fringeforce as ff
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Calibration, Imaging
 from fringeforce.optics.camera import expose
-from fringeforce.reader import Reader
+from fringeforce.single_frame import SingleFrameReader
 
 N, PIXELS = 11, 512
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
@@ -76,7 +76,7 @@ class Held:
 
 def held_out(model, true, rng, count: int = 40, gain: float = 0.0, offset: float = 0.0) -> Held:
     """Read new frames; errors in units of the bound of a perfectly known sensor."""
-    forces, known = combined(rng, count), Reader(true)
+    forces, known = combined(rng, count), SingleFrameReader(true)
     frames = shots(
         true, forces, rng, gain * rng.standard_normal(count), offset * rng.standard_normal(count)
     )

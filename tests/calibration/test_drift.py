@@ -115,7 +115,7 @@ def test_a_frame_tells_its_own_gain_beside_its_loads(true) -> None:
     rng = np.random.default_rng(46)
     pixels = np.abs(true.pixel_positions) < 12e-3
     influence = true.pixel_influence.reshape(PIXELS, -1)[pixels]
-    response = true._reader.model.response.at(pixels)
+    response = true.response.at(pixels)
     loads = ff.polar(1.0, 10, n=11).ravel()
     frame = response.level(influence @ loads) * 1.02 + rng.normal(0, 1.5, pixels.sum())
     sigma = np.sqrt(response.variance)
