@@ -12,10 +12,11 @@ from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC
-from fringeforce.calibration.design_tangent import design_tangent
-from fringeforce.calibration.frame_fit import climb
+from fringeforce.calibration.design_tangent import DesignTangent, design_tangent
+from fringeforce.calibration.frame_fit import climb, light_basis, start
 from fringeforce.calibration.knowledge import knowledge
 from fringeforce.calibration.planning import next_presses
+from fringeforce.calibration.result import Found, built
 from fringeforce.calibration.selection import Stakes
 from fringeforce.force.bounds import covariance
 from fringeforce.force.estimate import maximum_likelihood
@@ -24,6 +25,8 @@ from fringeforce.imaging import Imaging, camera_response
 from fringeforce.single_frame import SingleFrameReader
 
 N, BUDGET, REPEATS = 11, 8, 40
+TWO = PARAMETERS[:2]
+LIGHT = np.full(256, 200.0), np.full(256, 20.0)
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,12 @@ def small(sensor: ff.Sensor) -> ff.Sensor:
 @pytest.fixture(scope="module")
 def small_model(small: ff.Sensor) -> ff.SensorModel:
     return ff.characterize(small)
+
+
+@pytest.fixture(scope="module")
+def few(small: ff.Sensor) -> ff.SensorModel:
+    """A sensor of few tactels, to which there are few loads."""
+    return ff.characterize(small.replace(**{"tactels.count": 4}))
 
 
 @pytest.fixture(scope="module")
@@ -51,23 +60,22 @@ def timid(small: ff.Sensor, small_model: ff.SensorModel) -> tuple[ff.SensorModel
     """A sensor that was calibrated with too little, and what it was calibrated with."""
     forces = np.zeros((6, 2, N))
     forces[np.arange(6), 0, np.arange(6)] = 1.0
-    return ff.calibrate(small, small_model.expose(forces, rng=1), forces), forces
+    return ff.calibrate(small, small_model.expose(forces, rng=1), forces, TWO), forces
 
 
 @pytest.fixture(scope="module")
-def drifting(small: ff.Sensor, small_model: ff.SensorModel) -> tuple[ff.SensorModel, np.ndarray]:
-    """A sensor under a drifting lamp, with unknown places, a pattern of pixels and references."""
-    rng, bare = np.random.default_rng(4), np.zeros((8, 2, N))
-    forces = typical_loads(small_model, ff.Limits(force=1.5), 24)
-    amplitude = 200 + 3 * rng.standard_normal(256)
-    offset = 20 + rng.standard_normal(256)
-    lit = replace(small_model, imaging=Imaging.known(small.pixel_positions, amplitude, offset))
-    frames = shots(lit, forces, rng, gains=0.02 * rng.standard_normal(24))
-    paths = [STRAIN_OPTIC, "transducer.photoelastic.poissons_ratio", POSITIONS]
-    references = ff.References(unloaded=shots(lit, bare, rng))
-    model = ff.calibrate(small, frames, forces, paths, references=references)
-    assert model.imaging is not None and any(model.imaging.drift)
-    return model, forces
+def moved(small: ff.Sensor, small_model: ff.SensorModel) -> tuple[ff.SensorModel, DesignTangent]:
+    """A fit of the tactels' places and of Poisson's ratio under a drifting lamp."""
+    rng = np.random.default_rng(4)
+    loads = typical_loads(small_model, ff.Limits(force=1.5), 12)
+    lit = replace(small_model, imaging=Imaging.known(small.pixel_positions, *LIGHT))
+    frames = shots(lit, loads, rng, gains=0.02 * rng.standard_normal(12)).astype(float)
+    paths = (STRAIN_OPTIC, "transducer.photoelastic.poissons_ratio", POSITIONS)
+    tangent = design_tangent(small, paths, np.zeros(2 + N))
+    bench = Bench(small, frames, loads.reshape(12, -1), light_basis(256, 10), drift=(0.02, 0.0))
+    sound = np.ones(256, dtype=bool)
+    fit = climb(bench, start(bench, 2 + N), tangent, sound)
+    return built(Found(bench, fit, sound, np.ones(12, dtype=bool)), paths, 12), tangent
 
 
 def even_singles() -> np.ndarray:
@@ -187,11 +195,11 @@ def test_exchange_finds_the_best_of_all_small_plans() -> None:
         ff.Limits(force=8.0, fringe_density=0.1),
     ],
 )
-def test_no_press_is_beyond_the_limits(small, small_model, limits) -> None:
-    loads = ff.plan_presses(small, 3, [STRAIN_OPTIC], limits).loads
+def test_no_press_is_beyond_the_limits(few, limits) -> None:
+    loads = ff.plan_presses(few.sensor, 3, [STRAIN_OPTIC], limits).loads
     assert np.hypot(*loads.sum(axis=2).T).max() <= limits.force * (1 + 1e-9)
     assert (np.abs(loads).max(axis=1) > 0).sum(axis=1).max() <= limits.together
-    assert fringes_per_pixel(small_model, loads).max() <= limits.fringe_density
+    assert fringes_per_pixel(few, loads).max() <= limits.fringe_density
     assert (loads[:, 0] >= 0).all()
     if limits.friction is not None:
         assert (np.abs(loads[:, 1]) <= limits.friction * loads[:, 0] + 1e-12).all()
@@ -203,13 +211,26 @@ def test_a_calibration_is_the_prior_of_the_next(timid, small, small_model) -> No
     predicted = ff.assess_presses(model, more)
     np.testing.assert_allclose(predicted.std[0], model.calibration.std, rtol=1e-6)
     forces = np.concatenate([before, more])
-    both = ff.calibrate(small, small_model.expose(forces, rng=3), forces)
+    both = ff.calibrate(small, small_model.expose(forces, rng=3), forces, TWO)
     assert both.calibration is not None
     np.testing.assert_allclose(predicted.std[-1], both.calibration.std, rtol=0.1)
 
 
-def test_the_error_before_the_next_press_is_what_readings_state(timid, drifting, typical) -> None:
-    for model in (timid[0], drifting[0]):
+def test_a_calibration_gives_back_its_derivatives_and_deviations(moved) -> None:
+    model, tangent = moved
+    known, x = knowledge(model), model.pixel_positions[model.imaging.usable]
+    np.testing.assert_allclose(known.tangent.at(x)[1:], tangent.at(x)[1:], rtol=0, atol=1e-8)
+    slope = (model.influence(x + 1e-7) - model.influence(x - 1e-7)).reshape(len(x), -1) / 2e-7
+    off = known.tangent.matrix(np.zeros(2 + N), x, slope=True) - slope
+    assert np.abs(off).max() < 0.01 * np.abs(slope).max()
+    said = ff.assess_presses(model, np.ones((1, 2, N)), typical=np.ones((1, 2, N)))
+    np.testing.assert_allclose(said.std[0], model.calibration.std, rtol=1e-6)
+    np.testing.assert_allclose(said.values, model.calibration.values, rtol=1e-12)
+    assert said.names == model.calibration.names
+
+
+def test_the_error_before_the_next_press_is_what_readings_state(timid, moved, typical) -> None:
+    for model in (timid[0], moved[0]):
         reader, used = SingleFrameReader(model), model.imaging.usable
         influence, response = reader.influence[used], model.response.at(used)
         noise = added = 0.0
@@ -227,7 +248,7 @@ def test_the_error_before_the_next_press_is_what_readings_state(timid, drifting,
 
 
 def test_what_was_pressed_changes_what_to_press_next(timid, small, typical) -> None:
-    plans = [ff.plan_presses(source, 3, typical=typical).loads for source in (small, timid[0])]
+    plans = [ff.plan_presses(s, 3, TWO, typical=typical).loads for s in (small, timid[0])]
     assert {load.tobytes() for load in plans[0]} != {load.tobytes() for load in plans[1]}
 
 
