@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from benches import shots
 from scipy.stats import chi2 as chi_square
+from simulation import REPEATS, Simulation
 
 import fringeforce as ff
 from fringeforce.calibration.bench import Bench
@@ -19,12 +20,11 @@ from fringeforce.calibration.planning import next_presses
 from fringeforce.calibration.result import Found, built
 from fringeforce.calibration.selection import Stakes
 from fringeforce.force.bounds import covariance
-from fringeforce.force.estimate import maximum_likelihood
 from fringeforce.force.own_light import own_light
-from fringeforce.imaging import Imaging, camera_response
+from fringeforce.imaging import Imaging
 from fringeforce.single_frame import SingleFrameReader
 
-N, BUDGET, REPEATS = 11, 8, 40
+N, BUDGET = 11, 8
 TWO = PARAMETERS[:2]
 LIGHT = np.full(256, 200.0), np.full(256, 20.0)
 
@@ -92,38 +92,6 @@ def random_singles(model: ff.SensorModel) -> np.ndarray:
 def added_share(plan: ff.Plan) -> float:
     """Error that the calibration adds to readings, over that of noise."""
     return float(np.sqrt(plan.ratio[-1] ** 2 - 1))
-
-
-class Simulation:
-    """Frames of loads, fitted; then typical loads read without noise: only the fit's errors act."""
-
-    def __init__(self, model: ff.SensorModel, typical: np.ndarray) -> None:
-        self.model, self.known = model, knowledge(model)
-        self.tangent = design_tangent(model.sensor, PARAMETERS, np.zeros(3))
-        truth = model.pixel_influence.reshape(model.sensor.camera.pixels, -1)
-        response, used = camera_response(model.sensor.camera), self.known.used
-        self.typical = typical.reshape(len(typical), -1)
-        self.levels = [response.level(truth @ load)[used] for load in self.typical]
-        spreads = [covariance(truth[used] @ f, truth[used], response) for f in self.typical]
-        self.noise = float(np.mean([np.trace(spread) for spread in spreads]))
-
-    def added(self, loads: np.ndarray) -> np.ndarray:
-        """Squared share of error that each of REPEATS calibrations adds."""
-        rng = np.random.default_rng(6)
-        return np.array([self._one(loads, rng) for _ in range(REPEATS)])
-
-    def _one(self, loads: np.ndarray, rng: np.random.Generator) -> float:
-        frames, sensor = self.model.expose(loads, rng=rng).astype(float), self.model.sensor
-        flat, used = loads.reshape(len(loads), -1), self.known.used
-        bench = Bench(sensor, frames, flat, self.known.bench.basis)
-        at = climb(bench, self.known.unknowns, self.tangent, used).unknowns
-        matrix = self.tangent.matrix(at.design, at.positions(sensor))[used]
-        response = at.response(bench).at(used)
-        off = [
-            maximum_likelihood(level, matrix, response, load, tolerance=1e-8).loads - load
-            for level, load in zip(self.levels, self.typical, strict=True)
-        ]
-        return float(np.square(off).sum(axis=1).mean() / self.noise)
 
 
 @pytest.fixture(scope="module")
@@ -268,6 +236,8 @@ def test_a_calibration_says_what_to_press_next_or_that_it_is_enough(timid, small
         calibration=replace(model.calibration, covariance=model.calibration.covariance / 1e4),
     )
     assert "more presses gain less than" in next_presses(sure, forces)
+    for impossible in (0.0 * forces, 400.0 * forces):
+        assert "No press is proposed" in next_presses(model, impossible)
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,10 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     """
     loads = np.asarray(forces, dtype=float)
     strongest = float(np.hypot(loads[:, 0], loads[:, 1]).max())
-    plan = _scene(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
+    try:
+        plan = _scene(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
+    except InputError as reason:
+        return f"No press is proposed: {reason}"
     before, after = plan.ratio[0], plan.ratio[-1]
     said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
     if before <= DOMINATED:
