@@ -18,6 +18,7 @@ COMMANDS = [
     "show",
     "simulate",
     "read",
+    "live",
     "plan",
     "calibrate",
     "check",

@@ -6,11 +6,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.acquisition.live import live
     from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.calibration.candidates import Limits
     from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.calibration.references import References
+    from fringeforce.cameras.choice import open_camera
     from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
+    from fringeforce.sinks.choice import open_sink
 
 __all__ = [
     "Batch",
@@ -36,8 +39,11 @@ __all__ = [
     "assess_presses",
     "calibrate",
     "characterize",
+    "live",
     "load_model",
     "load_sensor",
+    "open_camera",
+    "open_sink",
     "plan_presses",
     "polar",
     "recover_phase",
@@ -60,8 +66,11 @@ _HOME = {
     "calibrate": "calibration.calibrate",
     "plan_presses": "calibration.planning",
     "characterize": "model",
+    "live": "acquisition.live",
     "load_model": "files",
     "load_sensor": "design",
+    "open_camera": "cameras.choice",
+    "open_sink": "sinks.choice",
     "polar": "model",
     "recover_phase": "phase.noise_free",
 }

@@ -81,20 +81,14 @@ def read_batch(
     progress: Callable[[int], None] | None,
 ) -> Batch:
     """Read a recording; see `fringeforce.Reader.read_batch`."""
-    levels, (pixels, loads) = np.asarray(frames), single.influence.shape
-    if levels.ndim != 2 or levels.shape[1] != pixels or levels.dtype.kind not in "uif":
-        raise InputError(
-            f"A recording of shape {levels.shape} and type {levels.dtype} does not fit; this "
-            f"sensor's are numbers of shape (frames, {pixels})."
-        )
-    used = single.usable(mask)
-    batch = Batch.of(len(levels), loads // 2, covariance)
+    levels, used = checked_recording(single, frames), single.usable(mask)
+    batch = Batch.of(len(levels), single.influence.shape[1] // 2, covariance)
     count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))
     ends = np.linspace(0, len(levels), count + 1).astype(int)
     parts = [slice(*ends[i : i + 2]) for i in range(count)]
     with ThreadPoolExecutor(count) as pool:
         jobs = [
-            pool.submit(_read_part, single, levels[rows], used, batch[rows], progress)
+            pool.submit(read_on, Tracker(single), levels[rows], used, batch[rows], progress)
             for rows in parts
         ]
         for job in jobs:
@@ -102,15 +96,35 @@ def read_batch(
     return batch
 
 
-def _read_part(
-    single: SingleFrameReader,
+def checked_recording(single: SingleFrameReader, frames: ArrayLike) -> NDArray[Any]:
+    """Frames as an array, shape (k, n_pixels).
+
+    Raises
+    ------
+    InputError
+        If they are none of this sensor.
+    """
+    levels, pixels = np.asarray(frames), single.influence.shape[0]
+    if levels.ndim != 2 or levels.shape[1] != pixels or levels.dtype.kind not in "uif":
+        raise InputError(
+            f"A recording of shape {levels.shape} and type {levels.dtype} does not fit; this "
+            f"sensor's are numbers of shape (frames, {pixels})."
+        )
+    return levels
+
+
+def read_on(
+    tracker: Tracker,
     levels: NDArray[Any],
     used: Mask,
     batch: Batch,
-    progress: Callable[[int], None] | None,
+    progress: Callable[[int], None] | None = None,
 ) -> None:
-    """Fill in the readings of consecutive frames."""
-    tracker, track = Tracker(single), Track.of(BLOCK, single.influence.shape[1], covariances=True)
+    """Fill in the readings of consecutive frames, from where a tracker stands."""
+    single = tracker.single
+    if not tracker.holds(used):
+        tracker.release()
+    track = Track.of(min(BLOCK, len(levels)), single.influence.shape[1], covariances=True)
     whole = batch.covariance is not None
     for first in range(0, len(levels), BLOCK):
         block, result = levels[first : first + BLOCK], batch[first : first + BLOCK]

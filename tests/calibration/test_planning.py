@@ -13,7 +13,7 @@ from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC
-from fringeforce.calibration.design_tangent import DesignTangent, design_tangent
+from fringeforce.calibration.design_tangent import design_tangent
 from fringeforce.calibration.frame_fit import climb, light_basis, start
 from fringeforce.calibration.knowledge import knowledge
 from fringeforce.calibration.planning import next_presses
@@ -64,7 +64,7 @@ def timid(small: ff.Sensor, small_model: ff.SensorModel) -> tuple[ff.SensorModel
 
 
 @pytest.fixture(scope="module")
-def moved(small: ff.Sensor, small_model: ff.SensorModel) -> tuple[ff.SensorModel, DesignTangent]:
+def moved(small, small_model):
     """A fit of the tactels' places and of Poisson's ratio under a drifting lamp."""
     rng = np.random.default_rng(4)
     loads = typical_loads(small_model, ff.Limits(force=1.5), 12)

@@ -11,6 +11,7 @@ import typer
 from fringeforce.cli.bench import calibrate, check
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.frames import read, simulate
+from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
 from fringeforce.cli.planning import plan
 
@@ -29,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (new, characterize, show, simulate, read, plan, calibrate, check, reproduce):
+for command in (new, characterize, show, simulate, read, live, plan, calibrate, check, reproduce):
     app.command()(command)
 
 
