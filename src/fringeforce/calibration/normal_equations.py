@@ -6,6 +6,7 @@ likeliest values wherever the others are evaluated, and eliminated from the norm
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,8 @@ class View:
         Own gain and offset of the frames, in units of their deviations.
     slopes : ndarray, shape (F, P)
         Residuals in units of the noise.
+    averaged : ndarray, shape (F,)
+        How many frames each row is the mean of.
     """
 
     phase: Array
@@ -50,6 +53,20 @@ class View:
     shifts: Array
     drift: Array
     slopes: Array
+    averaged: Array
+
+    def rows(self, chosen: slice) -> View:
+        """Some of the frames."""
+        return View(
+            phase=self.phase[chosen],
+            light=self.light[chosen],
+            response=self.response,
+            scale=self.scale[chosen],
+            shifts=self.shifts[:, chosen],
+            drift=self.drift[:, chosen],
+            slopes=self.slopes[chosen],
+            averaged=self.averaged[chosen],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +117,67 @@ class Normal:
         return np.block([[self.hessian, self.side], [self.side.T, corner]])
 
 
+@dataclass(frozen=True, eq=False)
+class LevelSlopes:
+    """Derivatives of the expected grey levels by all unknowns, in units of the noise.
+
+    Attributes
+    ----------
+    view : View
+        Where they were taken.
+    moving : ndarray, shape (d + 2, F, P)
+        By the design and the camera's place.
+    lit : ndarray, shape (2, F, P)
+        By amplitude and offset at the pixel.
+    basis : ndarray, shape (P, k)
+        Smooth functions that make up the lighting.
+    """
+
+    view: View
+    moving: Array
+    lit: Array
+    basis: Array
+
+    @property
+    def dense(self) -> Array:
+        """Unknown by unknown of the bench, shape (d + 2 + 2k, F, P)."""
+        return np.concatenate([self.moving, *self.lit[:, None] * self.basis.T[None, :, None]])
+
+    def frames(self) -> Iterator[LevelSlopes]:
+        """Those of one frame after the other."""
+        for row in range(self.moving.shape[1]):
+            one = slice(row, row + 1)
+            yield LevelSlopes(
+                self.view.rows(one), self.moving[:, one], self.lit[:, one], self.basis
+            )
+
+    def normal(self, weight: Array) -> Normal:
+        """Normal equations of the frames, with weights (P,) of the pixels."""
+        view, moving, lit, basis = self.view, self.moving, self.lit, self.basis
+        shares = frame_weights(view.slopes, view.averaged)
+        weights = shares[:, None] * weight
+        heavy = weights * lit
+        flat = (moving * np.sqrt(weights)).reshape(len(moving), -1)
+        to_pixels = np.einsum("mfp,kfp->mkp", moving, heavy)
+        pixels = np.einsum("afp,bfp->abp", heavy, lit)
+        mixed = np.concatenate(list(np.moveaxis(to_pixels @ basis, 1, 0)), axis=1)
+        block = np.block([[basis.T @ (each[:, None] * basis) for each in row] for row in pixels])
+        pixel_gradient = (heavy * view.slopes).sum(axis=1)
+        to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
+        lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
+        return Normal(
+            view=view,
+            gradient=np.concatenate([flat @ (view.slopes * np.sqrt(weights)).ravel(),
+                                     (pixel_gradient @ basis).ravel()]),
+            hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
+            side=to_frames,
+            own=own,
+            coupling=np.concatenate([np.moveaxis(to_pixels, 2, 0), lights, drifting], axis=1),
+            pixel_gradient=pixel_gradient,
+            pixels=pixels,
+        )  # fmt: skip
+
+
 def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None) -> View:
     """Compare all frames with what the unknowns let expect.
 
@@ -124,13 +202,13 @@ def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | Non
     gain, offset = bench.drift
     if not (gain or offset):
         none = np.empty((2, 0, light.shape[1]))
-        return View(phase, light, response, scale, none, np.zeros((2, 0)), slopes)
+        return View(phase, light, response, scale, none, np.zeros((2, 0)), slopes, bench.averaged)
     shifts = np.stack([gain * response.amplitude * light, np.full_like(light, offset)]) * scale
     even = np.ones(light.shape[1]) if weight is None else weight
     drift = own_light(slopes, shifts, even)
     level = level + np.einsum("cf,cfp->fp", drift, shifts) / scale
     slopes = misfit(bench.levels, level, response).slope * root
-    return View(phase, light, response, scale, shifts, drift, slopes)
+    return View(phase, light, response, scale, shifts, drift, slopes, bench.averaged)
 
 
 def own_light(slopes: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
@@ -152,34 +230,20 @@ def frame_weights(slopes: Array, averaged: Array) -> Array:
 
 def linearised(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Normal:
     """Normal equations of all frames; parameters as in `seen`."""
-    view, basis = seen(bench, at, tangent, weight), bench.basis
-    shares = frame_weights(view.slopes, bench.averaged)
-    weights = shares[:, None] * weight
-    gain = np.ones((len(shares), 1))
+    return level_slopes(bench, at, tangent, weight).normal(weight)
+
+
+def level_slopes(
+    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
+) -> LevelSlopes:
+    """Derivatives of the grey levels of all frames; parameters as in `seen`."""
+    view = seen(bench, at, tangent, weight)
+    gain = np.ones((len(view.slopes), 1))
     if bench.drift[0]:
         gain += bench.drift[0] * view.drift[0][:, None]
     moving = _moving(bench, at, tangent, view.response.slope(view.phase) * view.scale * gain)
-    lit = np.stack([view.light * gain * view.scale, np.broadcast_to(view.scale, weights.shape)])
-    heavy = weights * lit
-    flat = (moving * np.sqrt(weights)).reshape(len(moving), -1)
-    to_pixels = np.einsum("mfp,kfp->mkp", moving, heavy)
-    pixels = np.einsum("afp,bfp->abp", heavy, lit)
-    mixed = np.concatenate(list(np.moveaxis(to_pixels @ basis, 1, 0)), axis=1)
-    block = np.block([[basis.T @ (each[:, None] * basis) for each in row] for row in pixels])
-    pixel_gradient = (heavy * view.slopes).sum(axis=1)
-    to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
-    lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
-    return Normal(
-        view=view,
-        gradient=np.concatenate([flat @ (view.slopes * np.sqrt(weights)).ravel(),
-                                 (pixel_gradient @ basis).ravel()]),
-        hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
-        side=to_frames,
-        own=own,
-        coupling=np.concatenate([np.moveaxis(to_pixels, 2, 0), lights, drifting], axis=1),
-        pixel_gradient=pixel_gradient,
-        pixels=pixels,
-    )  # fmt: skip
+    even = np.broadcast_to(view.scale, view.light.shape)
+    return LevelSlopes(view, moving, np.stack([view.light * gain * view.scale, even]), bench.basis)
 
 
 def _moving(bench: Bench, at: Unknowns, tangent: DesignTangent, turn: Array) -> Array:

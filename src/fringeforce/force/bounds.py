@@ -117,7 +117,18 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
 def systematic_covariance(
     phase: Array, influence: Array, response: Response, spread: Array, modes: Array
 ) -> Array:
-    """Covariance that errors of the expected grey levels add to loads read from a frame.
+    """Covariance that errors of the expected grey levels add to loads read from a frame, (m, m).
+
+    Parameters as in `systematic_errors`.
+    """
+    moved = systematic_errors(phase, influence, response, spread, modes)
+    return moved.T @ moved
+
+
+def systematic_errors(
+    phase: Array, influence: Array, response: Response, spread: Array, modes: Array
+) -> Array:
+    """What errors of the expected grey levels do to loads read from a frame, shape (k, m) [N].
 
     To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
 
@@ -134,8 +145,7 @@ def systematic_covariance(
     modes : ndarray, shape (k, P)
         Independent errors of the levels of unit variance, grey levels.
     """
-    moved = (modes * response.slope(phase)) @ influence @ spread / response.variance
-    return moved.T @ moved
+    return (modes * response.slope(phase)) @ influence @ spread / response.variance
 
 
 def _phase_variance(influence: Array, loads: Array) -> Array:
