@@ -55,11 +55,13 @@ Finite = Annotated[float, AllowInfNan(False), Strict()]
 Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(plain_integer)]
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
+    """A table of a text file: unknown keys are errors, and nothing changes once it is read."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", protected_namespaces=())
 
 
-class Layer(_Part):
+class Layer(Part):
     """One layer of the strip, isotropic and linear elastic."""
 
     thickness: Length = Field(description="height of the layer along z [m]")
@@ -75,7 +77,7 @@ class PhotoelasticLayer(Layer):
     )
 
 
-class Transducer(_Part):
+class Transducer(Part):
     """The strip: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
 
     length: Length = Field(description="full length c along x [m]")
@@ -90,7 +92,7 @@ class Transducer(_Part):
     photoelastic: PhotoelasticLayer
 
 
-class Tactels(_Part):
+class Tactels(Part):
     """Where forces act: evenly spaced line loads, centred on the strip."""
 
     count: Count = Field(description="number of tactels")
@@ -102,13 +104,13 @@ class Tactels(_Part):
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
 
-class Polariscope(_Part):
+class Polariscope(Part):
     """The light and the polarisers."""
 
     wavelength: Length = Field(description="wavelength in vacuum [m]")
 
 
-class Camera(_Part):
+class Camera(Part):
     """The line camera of equation (13): grey = round(amplitude I + noise + offset)."""
 
     pixels: Count = Field(description="pixels along the strip")
@@ -143,7 +145,7 @@ class Camera(_Part):
         return 2**self.bits - 1
 
 
-class Sensor(_Part):
+class Sensor(Part):
     """A complete sensor, from strip to camera.
 
     Every number is an SI float; in `Sensor(...)` and `replace` a quantity may also be given as text
