@@ -12,6 +12,7 @@ from fringeforce.cli.bench import calibrate, check
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.paper import reproduce
+from fringeforce.cli.studies import optimise, study, sweep
 
 __all__ = ["app", "main"]
 
@@ -28,7 +29,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (new, characterize, show, simulate, read, calibrate, check, reproduce):
+for command in (
+    new, characterize, show, simulate, read, calibrate, check,
+    study, sweep, optimise, reproduce,
+):  # fmt: skip
     app.command()(command)
 
 

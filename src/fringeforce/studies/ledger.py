@@ -105,7 +105,7 @@ def open_ledger(
     with existing_file(place, KIND) as file:
         if file.attrs["study"] != study or len(file["design"]) != designs:  # pyright: ignore[reportArgumentType]
             raise InputError(
-                f"{place} holds the results of another study, or of this one before it was changed; "
+                f"{place} holds the results of another study, or of this one before a change; "
                 "write to another file, or remove that one."
             )
     try:
@@ -143,7 +143,9 @@ def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
             "state": np.zeros(designs, dtype=np.uint8),
             "error": np.zeros(designs, dtype=f"S{ERROR_BYTES}"),
         }
-        columns |= {axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if _is_text(axis)}
+        columns |= {
+            axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if _is_text(axis)
+        }
         columns |= {name: np.full(designs, np.nan) for name in numbers}
         for name, values in columns.items():
             dataset = file.create_dataset(name, data=values)

@@ -1,7 +1,8 @@
 """Loads at which something must end: the paper's start, the camera's pixels, linear elasticity.
 
-A load is admissible up to L if every tactel's normal force is from 0 to L and its tangential one is
-within friction.  What is asked of phases is linear in the forces, so each limit is a linear program.
+A load is admissible up to L if every tactel's normal force is from 0 to L and its tangential one
+is within friction.  What is asked of phases is linear in the forces, so each limit is a linear
+program.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ LARGEST_STRAIN = 0.1
 def border_influence(model: SensorModel) -> Array:
     """Influence matrix at the strip's two ends, shape (2, 2, n) [rad/N].
 
-    A free end carries no stress, so its phase is zero by the boundary condition; the elements, which
-    meet it weakly, come within about 1e-3 of their peak and are not asked.
+    A free end carries no stress, so its phase is zero by the boundary condition; the elements,
+    which meet it weakly, come within about 1e-3 of their peak and are not asked.
     """
     half = model.sensor.transducer.length / 2
     if model.sensor.transducer.edges == "free":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +16,6 @@ from fringeforce.studies.limits import NYQUIST, densest_fringes, largest_phase
 Array = NDArray[np.float64]
 Load = Callable[[np.random.Generator, int, float], Array]
 Judge = Callable[[np.random.Generator, float], bool]
-Progress = Callable[[str, int, int], Any]
 
 DEVIATIONS = 6.0
 """Standard deviations within which every force of a reading must lie to be right."""
@@ -78,7 +76,6 @@ def reading_limit(
     stop: float,
     count: int,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> float:
     """Largest load at which at least 99 % of random loads are judged right.
 
@@ -95,27 +92,14 @@ def reading_limit(
         Random loads at every level.
     seed : int
         Of loads and noise.
-    progress : callable, optional
-        Called with words, the levels done and an estimate of their count.
 
     Returns
     -------
     float
         Load [N]; zero if the start fails, `stop` if nothing up to it does.
     """
-    refinements = int(np.ceil(np.log2(np.log(STEP) / np.log(FINEST))))
-    expected = int(np.ceil(np.log(max(stop / start, 1)) / np.log(STEP))) + refinements
-    tried = 0
-
-    def passes(load: float) -> bool:
-        nonlocal tried
-        if progress:
-            progress(f"{load:.3g} N", tried, expected)
-        tried += 1
-        return _passes(judge, load, count, seed)
-
     good, bad = 0.0, start
-    while passes(bad):
+    while _passes(judge, bad, count, seed):
         good, bad = bad, min(bad * STEP, stop)
         if good >= stop:
             return stop
@@ -123,7 +107,7 @@ def reading_limit(
         return 0.0
     while bad / good > FINEST:
         middle = float(np.sqrt(good * bad))
-        good, bad = (middle, bad) if passes(middle) else (good, middle)
+        good, bad = (middle, bad) if _passes(judge, middle, count, seed) else (good, middle)
     return good
 
 

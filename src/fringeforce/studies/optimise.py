@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
+from scipy.stats import qmc
 
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
@@ -94,18 +95,21 @@ def optimise(
     with open_ledger(path, study.canonical(sensor), axes, places) as ledger:
         first = evaluate_missing(pool, ledger, setting, [start(axes, sensor)], progress=progress)
         evaluate = _generation(pool, ledger, axes, setting, limits, study.search, progress)
+        # SciPy's own types forget the array and the map that its documentation allows
+        options: dict[str, Any] = {
+            "init": _first_generation(crowd, len(axes), seed),
+            "workers": evaluate,
+        }
         differential_evolution(
             lambda shares: 0.0,  # the map below evaluates whole generations itself
             [(0.0, 1.0)] * len(axes),
-            popsize=CROWD,
-            init=_first_generation(crowd, len(axes), seed),
             maxiter=generations - 1,
             tol=0,
             atol=0,
             polish=False,
             updating="deferred",
-            workers=evaluate,
             rng=np.random.default_rng(seed.spawn(1)[0]),
+            **options,
         )
     return _best(study, sensor, read_results(path), axes, first[0])
 
@@ -127,15 +131,13 @@ def _shape(search: Search, dimensions: int) -> tuple[int, int]:
     generations = search.budget // crowd
     if generations < 2:
         raise InputError(
-            f"search.budget = {search.budget} is not enough for two generations of {crowd} designs; "
+            f"search.budget = {search.budget} is too small for two generations of {crowd} designs; "
             f"give {2 * crowd} or more."
         )
     return crowd, generations
 
 
 def _first_generation(crowd: int, dimensions: int, seed: np.random.SeedSequence) -> Array:
-    from scipy.stats import qmc
-
     return qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(crowd)
 
 

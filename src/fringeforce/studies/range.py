@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,8 @@ from matplotlib.axes import Axes
 
 from fringeforce.design import Sensor
 from fringeforce.model import SensorModel, characterize
+from fringeforce.studies.evaluation import Progress
+from fringeforce.studies.execution import completed
 from fringeforce.studies.limits import (
     PAPER_START,
     SIGN_BY_CONTACT,
@@ -19,12 +22,12 @@ from fringeforce.studies.limits import (
     strain_limit,
 )
 from fringeforce.studies.loads import ANGLE, scattered_load, uniform_load
-from fringeforce.studies.monte_carlo import Progress, bracket, reader_judge, reading_limit
+from fringeforce.studies.monte_carlo import bracket, reader_judge, reading_limit
 from fringeforce.studies.statement import Statement
 
 CASES = {"free": "Case 1 (free edges)", "roller": "Case 2 (roller edges)"}
 SETS = {"uniform": (True, uniform_load), "any distribution": (False, scattered_load)}
-FRAMES = 200
+FRAMES = 100
 """Random loads at each level of the Monte Carlo search."""
 
 
@@ -63,7 +66,11 @@ LABELS = {
 
 
 def range_study(
-    sensor: Sensor, frames: int = FRAMES, seed: int = 0, progress: Progress | None = None
+    sensor: Sensor,
+    pool: Executor,
+    frames: int = FRAMES,
+    seed: int = 0,
+    progress: Progress | None = None,
 ) -> Statement:
     """Dynamic range of a design with free and with roller edges.
 
@@ -71,33 +78,45 @@ def range_study(
     ----------
     sensor : Sensor
         The design; its own kind of edges is set aside.
+    pool : Executor
+        Where cases and sets of loads are worked on.
     frames : int
         Random loads at each level of the Monte Carlo search.
     seed : int
         Of loads and noise.
     progress : callable, optional
-        Called with words, the steps done and an estimate of their count.
+        Called with words, the cases done and their count.
     """
-    models = {
-        edges: characterize(sensor.replace(**{"transducer.edges": edges})) for edges in CASES
-    }
-    found = {
-        (edges, loads): limits(model, loads, frames, seed, progress)
-        for edges, model in models.items()
-        for loads in SETS
-    }
+    cases = [sensor.replace(**{"transducer.edges": edges}) for edges in CASES]
+    questions = [_Question(case, loads, frames, seed) for case in cases for loads in SETS]
+    answers: dict[int, Limits] = {}
+    for index, answer in completed(pool, _answer, enumerate(questions)):
+        answers[index] = answer
+        if progress:
+            progress("cases and loads", len(answers), len(questions))
+    found = {(q.case.transducer.edges, q.loads): answers[i] for i, q in enumerate(questions)}
     rows = tuple(
-        (label, *(_newtons(getattr(one, name)) for one in found.values()))
+        (label, *(newtons(getattr(one, name)) for one in found.values()))
         for name, label in LABELS.items()
     )
     header = ("limit", *(f"{CASES[edges]}, {loads}" for edges, loads in found))
-    text = _words(models["roller"], found)
+    text = _words(characterize(cases[-1]), found)
     return Statement("range", header, rows, text, lambda ax: _draw(ax, found))
 
 
-def limits(
-    model: SensorModel, loads: str, frames: int, seed: int = 0, progress: Progress | None = None
-) -> Limits:
+@dataclass(frozen=True)
+class _Question:
+    case: Sensor
+    loads: str
+    frames: int
+    seed: int
+
+
+def _answer(question: _Question) -> Limits:
+    return limits(characterize(question.case), question.loads, question.frames, question.seed)
+
+
+def limits(model: SensorModel, loads: str, frames: int, seed: int = 0) -> Limits:
     """All limits of one model under one of the `SETS` of loads."""
     uniform, draw = SETS[loads]
     border = border_influence(model)
@@ -107,7 +126,7 @@ def limits(
         sign_by_contact=edge_limit(border, uniform, SIGN_BY_CONTACT),
         nyquist=nyquist_limit(model, uniform),
         strain=strain_limit(model),
-        reader=reading_limit(reader_judge(model, draw), start, stop, frames, seed, progress),
+        reader=reading_limit(reader_judge(model, draw), start, stop, frames, seed),
     )
 
 
@@ -126,30 +145,29 @@ def _words(roller: SensorModel, found: dict[tuple[str, str], Limits]) -> str:
     if one.sign_by_contact == two.sign_by_contact:
         verdict = "For the paper's algorithm both cases have the same range."
     else:
-        verdict = (
-            f"For the paper's algorithm Case {1 if one.sign_by_contact > two.sign_by_contact else 2} "
-            "has the larger range."
-        )
+        larger = 1 if one.sign_by_contact > two.sign_by_contact else 2
+        verdict = f"For the paper's algorithm Case {larger} has the larger range."
     held = (
         f"Roller edges carry stress: {border[0]:.3g} rad per newton of normal and {border[1]:.3g} "
         f"rad per newton of tangential force on every tactel at the left border. A uniform load "
         f"steeper than {max(angle, 0):.1f} degrees turns a border's phase above zero however small "
-        f"the load, so [-pi, 0] is guaranteed up to {_newtons(two.paper_start)} for angles up to "
-        f"{ANGLE:g} degrees, and up to {_newtons(two.sign_by_contact)} where contact tells the sign."
+        f"the load, so [-pi, 0] is guaranteed up to {newtons(two.paper_start)} for angles up to "
+        f"{ANGLE:g} degrees, and up to {newtons(two.sign_by_contact)} where contact tells the sign."
     )
     readers = {edges: min(found[edges, loads].reader for loads in SETS) for edges in CASES}
     strain = min(one.strain, two.strain)
     first = "before" if strain < min(readers.values()) else "after"
     return (
-        f"Free edges carry no stress, so their phase is zero whatever the load and the paper's start "
-        f"holds up to {_newtons(one.paper_start)}. {held} {verdict} Our reader starts from the "
-        "influence matrix and not from a border's phase: of random loads at least 99 % read right up "
-        f"to {_newtons(readers['free'])} in Case 1 and {_newtons(readers['roller'])} in Case 2. "
-        f"Linear elasticity ends {first} that, at {_newtons(strain)} on a tactel."
+        "Free edges carry no stress, so their phase is zero and the paper's start holds for "
+        f"{newtons(one.paper_start)}. {held} {verdict} Our reader starts from the "
+        "influence matrix and not from a border's phase: of random loads at least 99 % read right "
+        f"up to {newtons(readers['free'])} in Case 1 and {newtons(readers['roller'])} in Case 2. "
+        f"Linear elasticity ends {first} that, at {newtons(strain)} on a tactel."
     )
 
 
-def _newtons(value: float) -> str:
+def newtons(value: float) -> str:
+    """A limit in words."""
     return "any load" if np.isinf(value) else f"{value:.3g} N"
 
 
@@ -165,9 +183,13 @@ def _draw(ax: Axes, found: dict[tuple[str, str], Limits]) -> None:
         style: dict[str, Any] = {"alpha": 1.0 if loads == "uniform" else 0.5}
         colour = "#0072b2" if edges == "free" else "#d55e00"
         widths = np.clip(values, low, high) - low
-        ax.barh(y, widths, height * 0.9, low, color=colour, label=f"{CASES[edges]}, {loads}", **style)
+        ax.barh(
+            y, widths, height * 0.9, low, color=colour, label=f"{CASES[edges]}, {loads}", **style
+        )
         for place, value in zip(y, values, strict=True):
-            ax.text(np.clip(value, low, high) * 1.05, place, _newtons(value), va="center", fontsize=7)
+            ax.text(
+                np.clip(value, low, high) * 1.05, place, newtons(value), va="center", fontsize=7
+            )
     ax.set(xscale="log", xlim=(low, high * 4), xlabel="largest normal force on a tactel [N]")
     wrapped = [label.replace(", ", ",\n", 1) for label in LABELS.values()]
     ax.set_yticks(places, wrapped)

@@ -91,8 +91,8 @@ def _words(found: Resolution, largest: float) -> str:
         f"{typical[1].mean() * 1e3:.3g} mN (standard deviation, median load, mean over tactels); "
         f"the worst is {worst.max() * 1e3:.3g} mN, the {component} force of tactel "
         f"{int(where[2]) + 1}. Errors are most alike between {_name(first, n)} and "
-        f"{_name(second, n)} (correlation {others.max():.2f}). The influence matrix has a condition "
-        f"number of {found.condition:.3g}."
+        f"{_name(second, n)} (correlation {others.max():.2f}). The influence matrix has a "
+        f"condition number of {found.condition:.3g}."
     )
 
 
@@ -104,7 +104,7 @@ def _draw(ax: Axes, found: Resolution) -> None:
     """Deviations of every tactel above, crosstalk below."""
     n = found.std.shape[2]
     ax.axis("off")
-    above, below = ax.inset_axes((0, 0.6, 1, 0.4)), ax.inset_axes((0, 0, 1, 0.44))
+    above, below = ax.inset_axes((0, 0.6, 0.9, 0.4)), ax.inset_axes((0, 0, 0.9, 0.44))
     tactel = np.arange(1, n + 1)
     for component, name in enumerate(("normal", "tangential")):
         low, middle, high = np.percentile(found.std[:, component], [0, 50, 100], axis=0) * 1e3
@@ -120,4 +120,5 @@ def _draw(ax: Axes, found: Resolution) -> None:
     below.axvline(n - 0.5, color="white", linewidth=0.8)
     below.axhline(n - 0.5, color="white", linewidth=0.8)
     below.grid(visible=False)
-    ax.figure.colorbar(image, ax=below, label="correlation of errors")
+    scale = below.inset_axes((1.03, 0, 0.03, 1))
+    ax.figure.colorbar(image, cax=scale, label="correlation of errors")

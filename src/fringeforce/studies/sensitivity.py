@@ -87,9 +87,8 @@ def slopes(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel, Slopes]:
     levels = (psi @ forces.ravel()) * response.slope(phase)
     jacobian = influence * response.slope(phase)[:, None]
     moved = np.linalg.solve(information, jacobian.T @ levels.T / response.variance).T
-    return model, Slopes(tuple(paths), psi.reshape(len(paths), len(x), 2, -1), moved.reshape(
-        len(paths), 2, -1
-    ))  # fmt: skip
+    shape = (len(paths), -1, *model.psi.shape[1:])
+    return model, Slopes(tuple(paths), psi.reshape(shape), np.asarray(moved.reshape(shape)[:, 0]))
 
 
 def variance_indices(
@@ -121,9 +120,7 @@ def variance_indices(
         raise InputError(f"samples = {samples}: must be a power of two, such as 32.")
     dists = [uniform(low, high - low) for low, high in zip(lowest, highest, strict=True)]
     rng = np.random.default_rng(seed)
-    found = sobol_indices(
-        func=lambda points: function(points.T).T, n=samples, dists=dists, rng=rng
-    )
+    found = sobol_indices(func=lambda points: function(points.T).T, n=samples, dists=dists, rng=rng)
     return np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)
 
 
@@ -147,7 +144,9 @@ def sensitivity_study(
     def outputs(points: Array) -> Array:
         nonlocal known
         values = np.full((len(points), len(OUTPUTS)), np.nan)
-        tasks = ((i, Candidate(setting, _values(sensor, paths, row))) for i, row in enumerate(points))
+        tasks = (
+            (i, Candidate(setting, _values(sensor, paths, row))) for i, row in enumerate(points)
+        )
         for i, outcome in completed(pool, evaluate, tasks):
             if isinstance(outcome, str):
                 raise InputError(f"A design within the tolerances cannot be computed: {outcome}")
@@ -183,8 +182,8 @@ def _words(paths: tuple[str, ...], tolerance: Array, moved: Array, total: Array)
     widest = int(np.argmax(within))
     phase, uncertainty = (int(np.argmax(total[s])) for s in (0, 1))
     return (
-        f"Under {LOAD:g} N at {ANGLE:g} degrees, read forces react most to {paths[by_reading]}: 1 % "
-        f"of it moves normal ones by {moved[by_reading, 0]:.2f} % and tangential ones by "
+        f"Under {LOAD:g} N at {ANGLE:g} degrees, read forces react most to {paths[by_reading]}: "
+        f"1 % of it moves normal ones by {moved[by_reading, 0]:.2f} % and tangential ones by "
         f"{moved[by_reading, 1]:.2f} % of the load (root mean square over tactels). Within its "
         f"tolerance of {tolerance[widest]:.0%}, {paths[widest]} matters most, so calibrate it "
         f"first. The peak phase owes {total[0, phase]:.0%} of its variance to {paths[phase]}, and "
@@ -199,8 +198,10 @@ def _draw(ax: Axes, paths: tuple[str, ...], moved: Array, total: Array) -> None:
     places = np.arange(len(paths))
     for shift, values, name in ((-0.2, moved[:, 0], "normal"), (0.2, moved[:, 1], "tangential")):
         left.barh(places + shift, values, 0.38, label=name)
-    left.set_xlabel("change of read forces, % of load per %")
-    labels = [path.replace("transducer.", "").replace("_", " ").replace(".", "\n") for path in paths]
+    left.set(xlabel="change of read forces, % of load per %", xscale="log")
+    labels = [
+        path.replace("transducer.", "").replace("_", " ").replace(".", "\n") for path in paths
+    ]
     left.set_yticks(places, labels, fontsize=8)
     for index, name in enumerate(OUTPUTS):
         right.barh(places + (index - 1) * 0.27, total[index], 0.25, label=name.replace("_", " "))
