@@ -59,8 +59,8 @@ def dynamic_range_statements(example: Example) -> Iterator[tuple[str, str, str]]
         "Case 1 has the larger dynamic range",
         f"for uniform loads at any angle up to {ANGLE:g} degrees the border phase stays in "
         f"[-pi, 0] for {newtons(strict[0])} in Case 1 and up to {newtons(strict[1])} in Case 2, "
-        f"where a load steeper than {steepest_angle(example.models['roller']):.1f} degrees turns one border "
-        f"above zero; with the sign from contact, for {newtons(signed[0])} and up to "
+        f"where a load steeper than {steepest_angle(example.models['roller']):.1f} degrees turns "
+        f"one border above zero; with the sign from contact, for {newtons(signed[0])} and up to "
         f"{newtons(signed[1])}. A reader that uses the influence matrix needs no start: at "
         f"{largest:g} N ours reads {ours[0]:.0%} and {ours[1]:.0%} right",
     )

@@ -99,12 +99,13 @@ def _draw_heat_map(ax: Axes, sweep: Sweep, axes: list[Axis], best: int | None) -
     scaled = [sweep.columns[one.path] * FACTORS[one.unit][0] for one in axes]
     edges = [_edges(one) for one in axes]
     first, second = scaled
+    # SciPy's own types forget the function and the edges that its documentation allows
+    cells: dict[str, Any] = {
+        "statistic": lambda values: np.min(values) if len(values) else np.nan,
+        "bins": edges,
+    }
     least, *_ = binned_statistic_2d(
-        first[feasible],
-        second[feasible],
-        sweep.columns[UNCERTAINTY][feasible] * 1e3,
-        statistic=lambda v: np.min(v) if len(v) else np.nan,
-        bins=edges,
+        first[feasible], second[feasible], sweep.columns[UNCERTAINTY][feasible] * 1e3, **cells
     )
     image = ax.pcolormesh(edges[0], edges[1], least.T, cmap="viridis_r", norm="log")
     _marks(ax, first, second, best)

@@ -88,7 +88,9 @@ def slopes(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel, Slopes]:
     jacobian = influence * response.slope(phase)[:, None]
     moved = np.linalg.solve(information, jacobian.T @ levels.T / response.variance).T
     shape = (len(paths), -1, *model.psi.shape[1:])
-    return model, Slopes(tuple(paths), psi.reshape(shape), np.asarray(moved.reshape(shape)[:, 0]))
+    return model, Slopes(
+        tuple(paths), psi.reshape(shape), np.asarray(moved.reshape(shape)[:, 0], float)
+    )
 
 
 def variance_indices(
