@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
@@ -89,8 +91,10 @@ def _draw_front(ax: Axes, sweep: Sweep, best: int | None) -> None:
     front = sweep.pareto(UNCERTAINTY, RANGE)
     ax.plot(x[front], y[front], "-", color="#009e73", label="Pareto front")
     _marks(ax, x, y, best)
-    ax.set(xlabel="worst uncertainty [mN]", ylabel="largest load [N]", xscale="log", yscale="log")
-    ax.legend(fontsize=7)
+    ax.set(xlabel="worst uncertainty [mN]", ylabel="largest load [N]")
+    _scaled(ax.xaxis, True)
+    _scaled(ax.yaxis, True)
+    ax.legend(fontsize=7, loc="upper left", frameon=True, framealpha=0.85)
 
 
 def _draw_heat_map(ax: Axes, sweep: Sweep, axes: list[Axis], best: int | None) -> None:
@@ -109,8 +113,8 @@ def _draw_heat_map(ax: Axes, sweep: Sweep, axes: list[Axis], best: int | None) -
     )
     image = ax.pcolormesh(edges[0], edges[1], least.T, cmap="viridis_r", norm="log")
     _marks(ax, first, second, best)
-    for one, set_scale in zip(axes, (ax.set_xscale, ax.set_yscale), strict=True):
-        set_scale("log" if one.logarithmic else "linear")
+    _scaled(ax.xaxis, axes[0].logarithmic)
+    _scaled(ax.yaxis, axes[1].logarithmic)
     ax.set(xlabel=_title(axes[0]), ylabel=_title(axes[1]))
     ax.grid(visible=False)
     scale = ax.inset_axes((1.03, 0, 0.04, 1))
@@ -126,10 +130,11 @@ def _draw_trade_off(ax: Axes, sweep: Sweep, one: Axis, best: int | None) -> None
         ax.set_xticks(range(len(names)), names)
     else:
         x = values * FACTORS[one.unit][0]
-        ax.set_xscale("log" if one.logarithmic else "linear")
+        _scaled(ax.xaxis, one.logarithmic)
     _cloud(ax, sweep, x, y)
     _marks(ax, x, y, best)
-    ax.set(xlabel=_title(one, "\n"), ylabel="worst uncertainty [mN]", yscale="log")
+    _scaled(ax.yaxis, True)
+    ax.set(xlabel=_title(one, "\n"), ylabel="worst uncertainty [mN]")
 
 
 def _cloud(ax: Axes, sweep: Sweep, x: NDArray[Any], y: NDArray[Any]) -> None:
@@ -145,6 +150,16 @@ def _marks(ax: Axes, x: NDArray[Any], y: NDArray[Any], best: int | None) -> None
     )
     if best is not None:
         ax.plot(x[best], y[best], "D", color="#cc79a7", markersize=8, label="the best", **style)
+
+
+def _scaled(axis: XAxis | YAxis, logarithmic: bool) -> None:
+    """A scale with few ticks, in plain numbers where it is logarithmic."""
+    if not logarithmic:
+        return
+    getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _edges(one: Axis) -> NDArray[np.float64]:
