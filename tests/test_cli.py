@@ -12,7 +12,10 @@ import fringeforce as ff
 from fringeforce.files import load_frames
 from fringeforce.tables import save_forces
 
-COMMANDS = ["new", "characterize", "show", "simulate", "read", "calibrate", "check", "reproduce"]
+COMMANDS = [
+    "new", "characterize", "show", "simulate", "read", "calibrate", "check",
+    "study", "sweep", "optimise", "reproduce",
+]  # fmt: skip
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -98,6 +101,9 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         ["read", "m.h5", "s.toml", "-o", "r.csv"],
         ["new", "no-such-folder/s.toml"],
         ["reproduce", "saad", "--out", "m.h5"],
+        ["study", "resolution", "nope"],
+        ["study", "resolution", "s.toml", "--out", "m.h5"],
+        ["sweep", "nope.toml", "-o", "r.h5"],
     ],
     ids=" ".join,
 )
