@@ -55,13 +55,11 @@ Finite = Annotated[float, AllowInfNan(False), Strict()]
 Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(plain_integer)]
 
 
-class Part(BaseModel):
-    """A table of a text file: unknown keys are errors, and nothing changes once it is read."""
-
+class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", protected_namespaces=())
 
 
-class Layer(Part):
+class Layer(_Part):
     """One layer of the strip, isotropic and linear elastic."""
 
     thickness: Length = Field(description="height of the layer along z [m]")
@@ -77,7 +75,7 @@ class PhotoelasticLayer(Layer):
     )
 
 
-class Transducer(Part):
+class Transducer(_Part):
     """The strip: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
 
     length: Length = Field(description="full length c along x [m]")
@@ -92,7 +90,7 @@ class Transducer(Part):
     photoelastic: PhotoelasticLayer
 
 
-class Tactels(Part):
+class Tactels(_Part):
     """Where forces act: evenly spaced line loads, centred on the strip."""
 
     count: Count = Field(description="number of tactels")
@@ -104,13 +102,13 @@ class Tactels(Part):
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
 
-class Polariscope(Part):
+class Polariscope(_Part):
     """The light and the polarisers."""
 
     wavelength: Length = Field(description="wavelength in vacuum [m]")
 
 
-class Camera(Part):
+class Camera(_Part):
     """The line camera of equation (13): grey = round(amplitude I + noise + offset)."""
 
     pixels: Count = Field(description="pixels along the strip")
@@ -145,7 +143,7 @@ class Camera(Part):
         return 2**self.bits - 1
 
 
-class Sensor(Part):
+class Sensor(_Part):
     """A complete sensor, from strip to camera.
 
     Every number is an SI float; in `Sensor(...)` and `replace` a quantity may also be given as text

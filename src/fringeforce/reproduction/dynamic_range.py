@@ -24,13 +24,16 @@ def draw_dynamic_range(example: Example, ax: Axes) -> None:
     """Share of random loads that are read right over their size."""
     for edges, case in CASES.items():
         model = example.models[edges]
-        colour = "#0072b2" if edges == "free" else "#d55e00"
+        # broad and narrow, so that lines that agree are both seen
+        colour, width = ("#56b4e9", 5.0) if edges == "free" else ("#d55e00", 1.5)
         for judge, way, style in (
             (paper_judge, "equation (12), no noise", "o--"),
             (reader_judge, "our reader, noisy frames", "s-"),
         ):
             shares = shares_right(judge(model, uniform_load), LOADS, DRAWS)
-            ax.semilogx(LOADS, shares * 100, style, color=colour, alpha=0.8, label=f"{case}, {way}")
+            ax.semilogx(
+                LOADS, shares * 100, style, color=colour, linewidth=width, label=f"{case}, {way}"
+            )
         limit = edge_limit(border_influence(model), uniform=True, interval=SIGN_BY_CONTACT)
         if np.isfinite(limit):
             ax.axvline(

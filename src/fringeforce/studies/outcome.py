@@ -94,7 +94,7 @@ def _draw_front(ax: Axes, sweep: Sweep, best: int | None) -> None:
     ax.set(xlabel="worst uncertainty [mN]", ylabel="largest load [N]")
     _scaled(ax.xaxis, True)
     _scaled(ax.yaxis, True)
-    ax.legend(fontsize=7, loc="upper left", frameon=True, framealpha=0.85)
+    ax.legend(fontsize=7, loc="lower right", frameon=True, framealpha=0.85)
 
 
 def _draw_heat_map(ax: Axes, sweep: Sweep, axes: list[Axis], best: int | None) -> None:

@@ -7,9 +7,9 @@ import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AllowInfNan, Field, model_validator
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
-from fringeforce.design import Count, Finite, Length, Part, Sensor, load_sensor, shipped_designs
+from fringeforce.design import Count, Finite, Length, Sensor, load_sensor, shipped_designs
 from fringeforce.design_text import toml_values
 from fringeforce.errors import InputError
 from fringeforce.studies.performance import MESH_ORDER
@@ -20,7 +20,11 @@ Objective = Literal["worst_uncertainty", "mean_uncertainty", "largest_load", "th
 LARGER_IS_BETTER = ("largest_load",)
 
 
-class Parameter(Part):
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Parameter(_Table):
     """A design value that is varied: between two values, or over choices."""
 
     path: str = Field(description='dotted path in a design, such as "transducer.length"')
@@ -40,14 +44,14 @@ class Parameter(Part):
         return self
 
 
-class Sampling(Part):
+class Sampling(_Table):
     """How designs of a sweep are chosen."""
 
     method: Literal["grid", "latin-hypercube", "sobol"] = "latin-hypercube"
     designs: Count = Field(default=100, description="number of designs; a grid has its points")
 
 
-class Search(Part):
+class Search(_Table):
     """How a best design is sought."""
 
     objective: Objective = Field(description="what is to be as small, or as large, as possible")
@@ -55,7 +59,7 @@ class Search(Part):
     verify: Count = Field(default=1000, description="noisy frames that the best design must read")
 
 
-class Constraints(Part):
+class Constraints(_Table):
     """What no design may exceed; a design without them is free."""
 
     strain: Finite | None = Field(default=None, gt=0, description="at the working load")
@@ -67,7 +71,7 @@ class Constraints(Part):
         return self.model_dump(exclude_none=True)
 
 
-class StudyFile(Part):
+class StudyFile(_Table):
     """A sweep or an optimisation."""
 
     design: str = Field(description="shipped design, or a file beside the study, to start from")
