@@ -13,17 +13,8 @@ from fringeforce.files import load_frames
 from fringeforce.tables import load_forces, save_forces
 
 COMMANDS = [
-    "new",
-    "characterize",
-    "show",
-    "simulate",
-    "read",
-    "live",
-    "plan",
-    "calibrate",
-    "check",
-    "explore",
-    "reproduce",
+    *("new", "characterize", "show", "simulate", "read", "live"),
+    *("plan", "calibrate", "check", "study", "sweep", "optimise", "explore", "reproduce"),
 ]
 
 
@@ -112,6 +103,9 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         ["explore", "nope", "--no-browser"],
         ["explore", "saad", "--no-browser", "--bind", "203.0.113.1"],
         ["reproduce", "saad", "--out", "m.h5"],
+        ["study", "resolution", "nope"],
+        ["study", "resolution", "s.toml", "--out", "m.h5"],
+        ["sweep", "nope.toml", "-o", "r.h5"],
     ],
     ids=" ".join,
 )

@@ -41,7 +41,7 @@ LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 def save_model(model: SensorModel, path: PathLike) -> None:
     """Write a model: influence matrix, design text, provenance, and its calibration if any."""
     sensor = model.sensor
-    with _new_file(path, "model") as file:
+    with new_file(path, "model") as file:
         file.attrs["design"] = sensor.to_toml()
         file.attrs["provenance"] = json.dumps(dict(model.provenance))
         _write(file, "x", model.x, ("x",), "m", "stations along the strip")
@@ -63,7 +63,7 @@ def load_model(path: PathLike) -> SensorModel:
     FileFormatError
         If the file is missing, truncated, of another kind, or damaged.
     """
-    with _existing_file(path, "model") as file:
+    with existing_file(path, "model") as file:
         model = SensorModel(
             sensor=parse_sensor(_text(file, "design"), source=f"The design inside {path}"),
             breaks=_read(file, "breaks"),
@@ -105,7 +105,7 @@ def save_frames(
         Normal and tangential forces [N].
     """
     images = np.asarray(frames)
-    with _new_file(path, "frames") as file:
+    with new_file(path, "frames") as file:
         _write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
         _write(file, "x", np.asarray(x, dtype=float), ("x",), "m", "places of the pixels")
         _write(file, "grey", images, ("frame", "x"), None, "grey levels")
@@ -137,7 +137,7 @@ def load_frames(path: PathLike) -> NDArray[Any]:
     """
     ending = Path(path).suffix.lower()
     if ending in (".h5", ".hdf5", ".nc"):
-        with _existing_file(path, "frames") as file:
+        with existing_file(path, "frames") as file:
             return _read(file, "grey")[: _read(file, "frame").size]
     readers = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in readers:
@@ -160,7 +160,7 @@ def load_times(path: PathLike) -> NDArray[np.float64] | None:
     """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
     if Path(path).suffix.lower() not in (".h5", ".hdf5", ".nc"):
         return None
-    with _existing_file(path, "frames") as file:
+    with existing_file(path, "frames") as file:
         return _read(file, "time")[: _read(file, "frame").size] if "time" in file else None
 
 
@@ -182,7 +182,7 @@ def _load_tiff(path: PathLike) -> NDArray[Any]:
 
 
 @contextmanager
-def _new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
     """An HDF5 file that takes its name only once it is complete."""
     target = Path(path)
     if not target.parent.is_dir():
@@ -210,7 +210,8 @@ def _umask() -> int:
 
 
 @contextmanager
-def _existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+def existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file of one kind, opened to read; FileFormatError for any other."""
     try:
         with _opened(path) as file:
             found = file.attrs.get("format", "a foreign HDF5 file")

@@ -122,11 +122,16 @@ class SensorModel:
     def _pictures(self) -> list[Picture]:
         return pictures(self.sensor.polariscope)
 
+    @property
+    def dispersions(self) -> tuple[float, ...]:
+        """Phase lead of every channel over that of the polariscope's own wavelength."""
+        return tuple(picture.dispersion for picture in self._pictures)
+
     @cached_property
     def frame_influence(self) -> Array:
         """Influence matrix at the pixels of all channels in turn, shape (size of a frame, 2n)."""
         psi = self.pixel_influence.reshape(len(self.pixel_influence), -1)
-        return np.concatenate([picture.dispersion * psi for picture in self._pictures])
+        return np.concatenate([ratio * psi for ratio in self.dispersions])
 
     @cached_property
     def response(self) -> Response:

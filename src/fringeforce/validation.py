@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -59,7 +59,7 @@ def _problem(model: type[BaseModel], values: Mapping[str, Any], detail: ErrorDet
         return f"{path} is missing{hint}; it is the {_description(model, detail['loc'])}."
     if detail["type"] == "extra_forbidden":
         hint = suggestion(str(detail["loc"][-1]), _fields(model, detail["loc"][:-1]))
-        return f"{path} is not a key of a design; {hint}"
+        return f"{path} is not a key; {hint}"
     given = _given(values, detail)
     shown = "a table" if isinstance(given, Mapping) else repr(given)
     if detail["type"] == "value_error":
@@ -102,17 +102,25 @@ def _limit(detail: ErrorDetails) -> str:
 def _present(values: Any, location: tuple[int | str, ...]) -> list[str]:
     """Keys that stand beside a missing one."""
     for key in location[:-1]:
-        values = values.get(key, {}) if isinstance(values, Mapping) else {}
+        if isinstance(values, list) and isinstance(key, int):
+            values = values[key]
+        else:
+            values = values.get(key, {}) if isinstance(values, Mapping) else {}
     return list(values) if isinstance(values, Mapping) else []
 
 
 def _model_at(model: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel]:
     for key in location:
-        annotation = model.model_fields[str(key)].annotation
-        assert isinstance(annotation, type)
-        assert issubclass(annotation, BaseModel)
-        model = annotation
+        if isinstance(key, str):  # numbers count the tables of a list
+            model = _table_of(model.model_fields[key].annotation)
     return model
+
+
+def _table_of(annotation: Any) -> type[BaseModel]:
+    """The model of a table, of a list of tables, or of a table that may be left out."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(_table_of(part) for part in get_args(annotation) if part is not type(None))
 
 
 def _fields(model: type[BaseModel], location: Sequence[int | str]) -> list[str]:

@@ -15,6 +15,7 @@ from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
 from fringeforce.cli.planning import plan
+from fringeforce.cli.studies import optimise, study, sweep
 
 __all__ = ["app", "main"]
 
@@ -33,7 +34,7 @@ app = typer.Typer(
 
 COMMANDS = (
     *(new, characterize, show, simulate, read, live),
-    *(plan, calibrate, check, explore, reproduce),
+    *(plan, calibrate, check, study, sweep, optimise, explore, reproduce),
 )
 for command in COMMANDS:
     app.command()(command)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,19 +10,17 @@ from numpy.typing import NDArray
 
 from fringeforce.design import Sensor
 from fringeforce.loads import polar
-from fringeforce.mechanics import fourier
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 from fringeforce.mechanics.stress import stress_field
 from fringeforce.model import SensorModel, characterize
 from fringeforce.optics.photoelasticity import (
-    phase_lead,
     phase_lead_rectangle_rule,
     stress_optic_constant,
 )
+from fringeforce.studies.range import CASES
 
 Array = NDArray[np.float64]
-CASES = {"free": "Case 1 (free edges)", "roller": "Case 2 (roller edges)"}
 DEPTHS = (0.5e-3, 1.5e-3, 2.5e-3)
 LOAD, ANGLE = 1.0, 10.0
 
@@ -75,12 +72,6 @@ class Example:
         return stress_field(self.displacement(edges).superposed(self.forces), x, z)
 
 
-def relative_error(found: Array, reference: Array) -> float:
-    """Largest relative L2 error over the columns of an influence matrix (m, 2, n)."""
-    difference = np.linalg.norm(found - reference, axis=0)
-    return float((difference / np.linalg.norm(reference, axis=0)).max())
-
-
 def rectangle_rule(study: Example) -> tuple[Array, Array]:
     """Phase on the paper's mesh, integrated consistently and by equation (3), at `study.x`."""
     sensor = study.sensor
@@ -91,21 +82,3 @@ def rectangle_rule(study: Example) -> tuple[Array, Array]:
     rule = phase_lead_rectangle_rule(sigma_x, nodes[1] - nodes[0], study.constant)
     model = characterize(sensor.replace(**{"transducer.edges": "free"}), mesh="paper")
     return model.phase(study.forces, study.x), rule
-
-
-def mesh_errors(study: Example) -> Iterator[tuple[str, list[int], list[float]]]:
-    """Errors of roller-edge influence matrices against the exact solution, by family of meshes."""
-    sensor = study.sensor.replace(**{"transducer.edges": "roller"})
-    strip, tactels = sensor.transducer, sensor.tactels.positions
-    x = sensor.pixel_positions
-    exact = phase_lead(fourier.integrated_stress(strip, tactels, x, terms=1500), study.constant)
-    families: dict[str, list[Mesh]] = {
-        "paper's mesh, order 1, refined": [
-            paper_mesh(strip, tactels).refined(factor) for factor in (1, 2, 3)
-        ],
-        "our mesh, order 2 to 9": [strip_mesh(strip, tactels, order) for order in range(2, 10)],
-    }
-    for label, meshes in families.items():
-        found = [characterize(sensor, mesh).influence(x) for mesh in meshes]
-        errors = [relative_error(psi, exact) for psi in found]
-        yield label, [mesh.unknowns for mesh in meshes], errors

@@ -10,7 +10,9 @@ from matplotlib.axes import Axes
 from fringeforce import plot
 from fringeforce.mechanics.mesh import paper_mesh, strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead
-from fringeforce.reproduction.example import CASES, DEPTHS, Example, mesh_errors, rectangle_rule
+from fringeforce.reproduction.dynamic_range import draw_dynamic_range
+from fringeforce.reproduction.example import CASES, DEPTHS, Example, rectangle_rule
+from fringeforce.studies.convergence import mesh_errors
 
 
 def _draw_overview(example: Example, ax: Axes) -> None:
@@ -105,7 +107,7 @@ def _draw_quadrature(example: Example, ax: Axes) -> None:
 
 
 def _draw_convergence(example: Example, ax: Axes) -> None:
-    labels, unknowns, errors = zip(*mesh_errors(example), strict=True)
+    labels, unknowns, errors = zip(*mesh_errors(example.models["roller"].sensor), strict=True)
     plot.convergence(ax, unknowns, errors, labels)
 
 
@@ -132,6 +134,11 @@ FIGURES = (
      "Phase lead for 0.4 N normal and 0.2 N tangential on the leftmost tactel, Case 1."),
     ("figure-8-intensity", _draw_intensity, WIDE, "Figure 8: intensity, Case 1",
      "What an ideal camera would see of Figure 6: equation (11)."),
+    ("section-4-range", draw_dynamic_range, WIDE, "Section IV: dynamic range",
+     "Uniform loads at random angles up to 20 degrees. Equation (12) needs a border phase that it "
+     "knows where to start from: free edges hold it at zero for every load, rollers let it go. The "
+     "sign of a phase that starts above zero is put right by contact in both cases. A reader that "
+     "starts from the influence matrix does not depend on the edges."),
     ("figure-9-frame", _draw_frame, WIDE, "Figure 9: the noisy frame, Case 1",
      "What the camera of the paper delivers: equation (13)."),
     ("figure-10-recovery", _draw_recovery, WIDE, "Figure 10: applied and recovered phase, Case 1",

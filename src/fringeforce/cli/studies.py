@@ -1,0 +1,166 @@
+"""Commands that ask which sensor to build: study, sweep, optimise."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fringeforce.cli.arguments import Design
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from fringeforce.design import Sensor
+    from fringeforce.studies.statement import Statement
+
+Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")]
+Results = Annotated[
+    Path, typer.Option("-o", "--output", help="HDF5 file of results; gone on with if it exists.")
+]
+Scheduler = Annotated[
+    str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
+]
+Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
+
+
+class Question(StrEnum):
+    """What a study answers."""
+
+    range = "range"
+    resolution = "resolution"
+    convergence = "convergence"
+    sensitivity = "sensitivity"
+
+
+def study(
+    question: Annotated[Question, typer.Argument(help="What to find out.")],
+    design: Design,
+    out: Annotated[Path, typer.Option("--out", help="Folder for figure, table and words.")] = Path(
+        "study"
+    ),
+    load: Annotated[
+        float, typer.Option(help="Largest normal force on a tactel for `resolution` [N].")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of loads and noise.")] = 0,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+) -> None:
+    """Answer one question about a design: a figure, a table and a paragraph of plain words."""
+    from fringeforce.design import load_sensor
+
+    sensor = load_sensor(design)
+    with _progress() as advance:
+        found = _answer(question, sensor, load, seed, (scheduler, workers), advance)
+    print("\n".join(found.lines()))
+    print("\n" + ", ".join(str(path) for path in found.save(out)))
+
+
+def sweep(
+    study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
+) -> None:
+    """Evaluate many designs; a sweep that was stopped goes on where it was."""
+    from fringeforce.studies.outcome import sweep_statement
+    from fringeforce.studies.study_file import load_study
+    from fringeforce.studies.sweep import run_sweep
+
+    plan, sensor = load_study(study)
+    with _executor(scheduler, workers) as pool, _progress() as advance:
+        found = sweep_statement(run_sweep(plan, sensor, output, pool, advance), output.stem)
+    print("\n".join(found.lines()))
+    print("\n" + ", ".join(str(path) for path in [output, *found.save(output.parent)]))
+
+
+def optimise(
+    study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
+) -> None:
+    """Seek the best design within the constraints, and read noisy frames of it."""
+    from fringeforce.studies.optimise import optimise as sought
+    from fringeforce.studies.outcome import optimum_statement
+    from fringeforce.studies.study_file import load_study
+    from fringeforce.studies.sweep import prepared
+    from fringeforce.studies.verification import verified
+
+    plan, sensor = load_study(study)
+    with _executor(scheduler, workers) as pool, _progress() as advance:
+        best = sought(plan, sensor, output, pool, advance)
+        assert plan.search is not None
+        advance("reading noisy frames", 0, 2)
+        seed, frames = prepared(plan, sensor)[1].seed, plan.search.verify
+        checks = [
+            verified(one, plan.working_load, seed, frames, pool) for one in (sensor, best.sensor)
+        ]
+    found = optimum_statement(best, checks, output.stem)
+    drawing = output.with_suffix(".toml")
+    drawing.write_text(best.sensor.to_toml(), encoding="utf-8")
+    print("\n".join(found.lines()))
+    print("\n" + ", ".join(str(path) for path in [drawing, output, *found.save(output.parent)]))
+
+
+def _answer(
+    question: Question,
+    sensor: Sensor,
+    load: float,
+    seed: int,
+    where: tuple[str | None, int | None],
+    advance: Callable[[str, int, int], None],
+) -> Statement:
+    if question is Question.range:
+        from fringeforce.studies.range import range_study
+
+        with _executor(*where) as pool:
+            return range_study(sensor, pool, seed=seed, progress=advance)
+    if question is Question.resolution:
+        from fringeforce.model import characterize
+        from fringeforce.studies.resolution import resolution_study
+
+        return resolution_study(characterize(sensor), load, seed)
+    if question is Question.convergence:
+        from fringeforce.studies.convergence import convergence_study
+
+        return convergence_study(sensor)
+    from fringeforce.studies.sensitivity import sensitivity_study
+
+    with _executor(*where) as pool:
+        return sensitivity_study(sensor, pool, seed=seed, progress=advance)
+
+
+@contextmanager
+def _executor(scheduler: str | None, workers: int | None) -> Iterator[Executor]:
+    from fringeforce.studies.execution import executor
+
+    with executor(scheduler, workers) as pool:
+        yield pool
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, int, int], None]]:
+    """A bar on the terminal with an estimate of the time that is left."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description:<24}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not sys.stderr.isatty()) as progress:
+        task = progress.add_task("")
+
+        def advance(title: str, done: int, expected: int) -> None:
+            progress.update(task, description=title, completed=done, total=expected)
+
+        yield advance

@@ -1,0 +1,1 @@
+"""Which sensor should I build?  Range, resolution, sensitivity, sweeps and optimisation."""

@@ -1,0 +1,112 @@
+"""What one design does, or why it cannot be known: the call that travels to the workers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from fringeforce.design import Sensor
+from fringeforce.studies.execution import completed
+from fringeforce.studies.ledger import OPEN, Ledger, Outcome
+from fringeforce.studies.performance import coarse_model, performance
+from fringeforce.studies.sampling import Value
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What all designs of a study share.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The design that they vary.
+    working_load : float
+        Largest normal force on a tactel [N].
+    mesh_order : int
+        Of the elements.
+    seed : SeedSequence
+        Of the loads that designs are judged by.
+    """
+
+    sensor: Sensor
+    working_load: float
+    mesh_order: int
+    seed: np.random.SeedSequence
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One design: the setting and the values that differ, by dotted path."""
+
+    setting: Setting
+    changes: Mapping[str, Value]
+
+    @property
+    def sensor(self) -> Sensor:
+        """The whole design; DesignError if its values do not go together."""
+        return self.setting.sensor.replace(**self.changes)
+
+
+def evaluate(candidate: Candidate) -> Outcome:
+    """Performance of a design, or the text of whatever error it raised."""
+    setting = candidate.setting
+    try:
+        model = coarse_model(candidate.sensor, setting.mesh_order)
+        return performance(model, setting.working_load, setting.seed)
+    except Exception as error:  # a design that fails must not end the study of the others
+        return f"{type(error).__name__}: {error}"
+
+
+def evaluate_missing(
+    pool: Executor,
+    ledger: Ledger,
+    setting: Setting,
+    candidates: Sequence[Mapping[str, Value]],
+    first: int = 0,
+    progress: Progress | None = None,
+) -> list[Outcome]:
+    """Evaluate designs that the ledger does not know yet, and write each down as it comes.
+
+    Parameters
+    ----------
+    pool : Executor
+        Where they are evaluated.
+    ledger : Ledger
+        Keeps the results.
+    setting : Setting
+        What they share.
+    candidates : sequence of mapping
+        Their values by path; they have the ledger's places `first`, `first + 1`, ...
+    first : int
+        Place of the first.
+    progress : callable, optional
+        Called with words, the number of designs known and their count.
+
+    Returns
+    -------
+    list
+        Outcomes in the order of the candidates.
+    """
+    states = ledger.states
+    places = range(first, first + len(candidates))
+
+    def tasks() -> Iterator[tuple[int, Candidate]]:
+        for place, changes in zip(places, candidates, strict=True):
+            if states[place] == OPEN:
+                yield place, Candidate(setting, changes)
+
+    known = int((states != OPEN).sum())
+    if progress:
+        progress("designs", known, len(states))
+    for place, outcome in completed(pool, evaluate, tasks()):
+        ledger.record(place, candidates[place - first], outcome)
+        known += 1
+        if progress:
+            progress("designs", known, len(states))
+    found = [ledger.outcome(place) for place in places]
+    return [outcome for outcome in found if outcome is not None]

@@ -1,0 +1,146 @@
+"""Many calls on many cores or machines, through the one interface of concurrent.futures."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from fringeforce.errors import InputError
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+AHEAD = 128
+"""Calls that are handed over before the first one is back."""
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Inline(Executor):
+    """Runs every call at once in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call and hand over the finished result."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@contextmanager
+def executor(scheduler: str | None = None, workers: int | None = None) -> Iterator[Executor]:
+    """Where calls run: processes of this machine, or the workers of a Dask cluster.
+
+    Parameters
+    ----------
+    scheduler : str, optional
+        Address of a Dask scheduler, such as "tcp://10.0.0.1:8786"; processes if not given.
+    workers : int, optional
+        Number of processes; one for each core if not given, and none for 0: this process alone.
+
+    Raises
+    ------
+    InputError
+        If the scheduler cannot be reached or the package for it is not installed.
+    """
+    if scheduler is not None:
+        with _cluster(scheduler) as pool:
+            yield pool
+    elif workers == 0:
+        yield Inline()
+    else:
+        spawn = multiprocessing.get_context("spawn")
+        with (
+            _one_thread_each(),
+            ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_parent) as pool,
+        ):
+            yield pool
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "A scheduler needs Dask; install it with  pip install 'fringeforce[cluster]'."
+        ) from None
+    try:
+        client = Client(address, timeout=10)
+    except (OSError, ValueError) as error:
+        raise InputError(f"No scheduler answers at {address!r}: {error}.") from None
+    with client, client.get_executor() as pool:
+        yield pool
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """New processes run linear algebra on one thread: as many processes as cores are enough."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _end_with_parent() -> None:
+    """Let a worker end when the process that started it is killed and cannot tell it to."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_wait_and_end, args=(parent,), daemon=True).start()
+
+
+def _wait_and_end(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def completed(
+    pool: Executor, function: Callable[[Task], Result], tasks: Iterable[tuple[int, Task]]
+) -> Iterator[tuple[int, Result]]:
+    """Results of numbered calls as they come, in any order.
+
+    Parameters
+    ----------
+    pool : Executor
+        Where the calls run.
+    function : callable
+        Of one task; both must travel to other processes.
+    tasks : iterable of (int, task)
+        Numbered tasks.
+
+    Yields
+    ------
+    (int, result)
+        The number of a task and what came of it.
+    """
+    remaining = iter(tasks)
+    running: dict[Future[Result], int] = {}
+    exhausted = False
+    while True:
+        while not exhausted and len(running) < AHEAD:
+            following = next(remaining, None)
+            if following is None:
+                exhausted = True
+            else:
+                number, task = following
+                future = pool.submit(function, task)
+                running[future] = number
+                if future.done():
+                    break  # what is finished is handed over before the next begins
+        if not running:
+            return
+        finished, _ = wait(running, return_when=FIRST_COMPLETED)
+        for future in finished:
+            yield running.pop(future), future.result()

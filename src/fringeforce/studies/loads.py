@@ -1,0 +1,56 @@
+"""Loads that a study asks about: what a dry finger can do to the skin."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ANGLE = 20.0
+"""Largest angle of a force from the surface normal [degrees]."""
+FRICTION = float(np.tan(np.radians(ANGLE)))
+"""Largest tangential force over normal force."""
+SCATTERED = 16
+"""Random maps among the loads on which designs are compared."""
+
+
+def uniform_load(rng: np.random.Generator, n: int, normal: float) -> Array:
+    """The same force on all tactels at a random angle, shape (2, n) [N]."""
+    tangential = normal * np.tan(np.radians(rng.uniform(-ANGLE, ANGLE)))
+    return np.repeat([[normal], [tangential]], n, axis=1)
+
+
+def scattered_load(rng: np.random.Generator, n: int, largest: float) -> Array:
+    """Independent forces: normal ones from nothing to the largest, any angle, shape (2, n) [N]."""
+    normal = rng.uniform(0, largest, n)
+    return np.stack([normal, normal * np.tan(np.radians(rng.uniform(-ANGLE, ANGLE, n)))])
+
+
+def load_maps(seed: np.random.SeedSequence, n: int, largest: float) -> Array:
+    """Loads on which designs are compared, the same for all that have as many tactels.
+
+    Uniform loads of a third, two thirds and all of the largest at the extreme angles and straight,
+    then scattered ones.
+
+    Parameters
+    ----------
+    seed : SeedSequence
+        Of the scattered loads.
+    n : int
+        Number of tactels.
+    largest : float
+        Largest normal force [N].
+
+    Returns
+    -------
+    ndarray, shape (k, 2, n)
+        Normal and tangential forces [N].
+    """
+    rng = np.random.default_rng(seed)
+    uniform = [
+        np.repeat([[share * largest], [share * largest * slope]], n, axis=1)
+        for share in (1 / 3, 2 / 3, 1.0)
+        for slope in (-FRICTION, 0.0, FRICTION)
+    ]
+    return np.array(uniform + [scattered_load(rng, n, largest) for _ in range(SCATTERED)])

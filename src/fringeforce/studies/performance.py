@@ -1,0 +1,131 @@
+"""One design in a few numbers, by which designs are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from fringeforce.design import Sensor
+from fringeforce.force.bounds import covariance
+from fringeforce.mechanics.mesh import strip_mesh
+from fringeforce.model import SensorModel, characterize
+from fringeforce.studies.limits import (
+    SIGN_BY_CONTACT,
+    border_influence,
+    densest_fringes,
+    edge_limit,
+    largest_phase,
+    nyquist_limit,
+    strain_limit,
+    strain_per_newton,
+)
+from fringeforce.studies.loads import load_maps
+
+MESH_ORDER = 5
+"""Order of the elements where many designs are compared; within 1e-3 of the exact influence."""
+
+
+@dataclass(frozen=True)
+class Performance:
+    """What a design does under loads up to a working load.
+
+    Attributes
+    ----------
+    worst_uncertainty, mean_uncertainty : float
+        Largest and mean deviation of a force read from one frame, over loads and tactels [N].
+    largest_load : float
+        Normal force on a tactel up to which camera and linear elasticity follow any load [N].
+    edge_load : float
+        The same for the paper's start, with the sign from contact [N].
+    nyquist_load, strain_load : float
+        The two limits behind `largest_load` [N].
+    peak_phase : float
+        Largest phase under the worst load [rad].
+    fringes_per_pixel, strain : float
+        At the working load.
+    condition : float
+        Condition number of the influence matrix.
+    thickness, volume : float
+        Of the strip [m], [m^3].
+    """
+
+    worst_uncertainty: float
+    mean_uncertainty: float
+    largest_load: float
+    edge_load: float
+    nyquist_load: float
+    strain_load: float
+    peak_phase: float
+    fringes_per_pixel: float
+    strain: float
+    condition: float
+    thickness: float
+    volume: float
+
+
+UNITS = {
+    "worst_uncertainty": "N",
+    "mean_uncertainty": "N",
+    "largest_load": "N",
+    "edge_load": "N",
+    "nyquist_load": "N",
+    "strain_load": "N",
+    "peak_phase": "rad",
+    "fringes_per_pixel": "",
+    "strain": "",
+    "condition": "",
+    "thickness": "m",
+    "volume": "m^3",
+}
+"""Unit of every number."""
+NAMES = tuple(field.name for field in fields(Performance))
+
+
+def coarse_model(sensor: Sensor, order: int = MESH_ORDER) -> SensorModel:
+    """A design characterised on elements of a given order."""
+    return characterize(sensor, strip_mesh(sensor.transducer, sensor.tactels.positions, order))
+
+
+def performance(
+    model: SensorModel, working_load: float, seed: np.random.SeedSequence
+) -> Performance:
+    """Compute what a design does.
+
+    Parameters
+    ----------
+    model : SensorModel
+        Characterised.
+    working_load : float
+        Largest normal force on a tactel that it is to read [N].
+    seed : SeedSequence
+        Of the scattered loads among those that it is judged by.
+    """
+    strip = model.sensor.transducer
+    loads = load_maps(seed, model.sensor.tactels.count, working_load)
+    std = uncertainties(model, loads)
+    nyquist, strain = nyquist_limit(model), strain_limit(model)
+    psi = model.pixel_influence
+    thickness = strip.compliant.thickness + strip.photoelastic.thickness
+    return Performance(
+        worst_uncertainty=float(std.max()),
+        mean_uncertainty=float(std.mean()),
+        largest_load=min(nyquist, strain),
+        edge_load=edge_limit(border_influence(model), interval=SIGN_BY_CONTACT),
+        nyquist_load=nyquist,
+        strain_load=strain,
+        peak_phase=working_load * float(largest_phase(psi).max()),
+        fringes_per_pixel=working_load * densest_fringes(model),
+        strain=working_load * strain_per_newton(model),
+        condition=float(np.linalg.cond(psi.reshape(len(psi), -1))),
+        thickness=thickness,
+        volume=thickness * strip.length * strip.width,
+    )
+
+
+def uncertainties(model: SensorModel, loads: np.ndarray) -> np.ndarray:
+    """Deviations of one frame's forces under loads (k, 2, n), shape (k, 2, n) [N]."""
+    psi = model.frame_influence
+    phases = loads.reshape(len(loads), -1) @ psi.T
+    spreads = [covariance(phase, psi, model.response) for phase in phases]
+    return np.sqrt(np.diagonal(spreads, axis1=1, axis2=2)).reshape(loads.shape)

@@ -1,0 +1,108 @@
+"""Study files: which designs to try, over what, and what is wanted of them."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
+
+from fringeforce.design import Count, Finite, Length, Sensor, load_sensor, shipped_designs
+from fringeforce.design_text import toml_values
+from fringeforce.errors import InputError
+from fringeforce.studies.performance import MESH_ORDER
+from fringeforce.validation import validated
+
+Number = Annotated[float, AllowInfNan(False)]
+Objective = Literal["worst_uncertainty", "mean_uncertainty", "largest_load", "thickness", "volume"]
+LARGER_IS_BETTER = ("largest_load",)
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Parameter(_Table):
+    """A design value that is varied: between two values, or over choices."""
+
+    path: str = Field(description='dotted path in a design, such as "transducer.length"')
+    lowest: str | int | Number | None = Field(default=None, description="smallest value")
+    highest: str | int | Number | None = Field(default=None, description="largest value")
+    scale: Literal["linear", "log"] = "linear"
+    choices: list[str | int | Number] | None = Field(default=None, description="values to try")
+    points: Count = Field(default=5, description="values of a grid between lowest and highest")
+
+    @model_validator(mode="after")
+    def _range_or_choices(self) -> Parameter:
+        bounded = self.lowest is not None and self.highest is not None
+        if bounded == bool(self.choices):
+            raise ValueError(
+                f"{self.path!r} needs either lowest and highest or a list of choices, and not both"
+            )
+        return self
+
+
+class Sampling(_Table):
+    """How designs of a sweep are chosen."""
+
+    method: Literal["grid", "latin-hypercube", "sobol"] = "latin-hypercube"
+    designs: Count = Field(default=100, description="number of designs; a grid has its points")
+
+
+class Search(_Table):
+    """How a best design is sought."""
+
+    objective: Objective = Field(description="what is to be as small, or as large, as possible")
+    budget: Count = Field(default=500, description="designs that may be characterised")
+    verify: Count = Field(default=1000, description="noisy frames that the best design must read")
+
+
+class Constraints(_Table):
+    """What no design may exceed; a design without them is free."""
+
+    strain: Finite | None = Field(default=None, gt=0, description="at the working load")
+    fringes_per_pixel: Finite | None = Field(default=None, gt=0, description="at the working load")
+    thickness: Length | None = Field(default=None, description="of both layers [m]")
+
+    def limits(self) -> dict[str, float]:
+        """Largest value of each quantity that is limited."""
+        return self.model_dump(exclude_none=True)
+
+
+class StudyFile(_Table):
+    """A sweep or an optimisation."""
+
+    design: str = Field(description="shipped design, or a file beside the study, to start from")
+    working_load: Finite = Field(gt=0, description="largest normal force on a tactel to read [N]")
+    seed: Annotated[int, Field(ge=0)] = 0
+    mesh_order: Count = Field(default=MESH_ORDER, ge=2, le=12, description="of the elements")
+    parameters: list[Parameter] = Field(min_length=1, description="design values to vary")
+    sampling: Sampling = Sampling()
+    search: Search | None = None
+    constraints: Constraints = Constraints()
+
+    def canonical(self, sensor: Sensor) -> str:
+        """A text that two studies share if and only if they ask the same of the same design."""
+        return json.dumps({"study": self.model_dump(), "design": sensor.model_dump()})
+
+
+def load_study(path: str | os.PathLike[str]) -> tuple[StudyFile, Sensor]:
+    """Read a study file and the design that it starts from.
+
+    Raises
+    ------
+    InputError
+        If a file is missing or has problems; all of them are in the message.
+    """
+    place = Path(path)
+    try:
+        text = place.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"There is no study {str(place)!r} to read ({error}).") from None
+    values: dict[str, Any] = toml_values(text, str(place))
+    study = validated(StudyFile, values, str(place), from_file=True)
+    beside = place.parent / study.design
+    shipped = study.design in shipped_designs()
+    return study, load_sensor(study.design if shipped else beside)

@@ -1,0 +1,113 @@
+"""A predicted uncertainty put to the test: noisy frames read, errors counted."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design import Sensor
+from fringeforce.model import characterize
+from fringeforce.reading import Status
+from fringeforce.single_frame import SingleFrameReader
+from fringeforce.studies.execution import completed
+from fringeforce.studies.loads import load_maps
+from fringeforce.studies.monte_carlo import DEVIATIONS
+from fringeforce.studies.performance import uncertainties
+
+Array = NDArray[np.float64]
+BATCH = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """Readings of many noisy frames of one design.
+
+    Attributes
+    ----------
+    frames : int
+        At the design's worst load.
+    predicted, found : float
+        Deviation of the worst force: as predicted, and root mean square error of the readings [N].
+    read_right : float
+        Share of those frames with the verdict OK and all forces within 6 deviations.
+    elsewhere : float
+        The same over as many frames of all loads of the study.
+    """
+
+    frames: int
+    predicted: float
+    found: float
+    read_right: float
+    elsewhere: float
+
+
+@dataclass(frozen=True)
+class _Batch:
+    sensor: Sensor
+    loads: Array
+    seed: np.random.SeedSequence
+
+
+def verified(
+    sensor: Sensor,
+    working_load: float,
+    seed: np.random.SeedSequence,
+    frames: int,
+    pool: Executor,
+) -> Verified:
+    """Read noisy frames of a design, on the full mesh, at its worst load and at all loads.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    working_load : float
+        Largest normal force on a tactel [N].
+    seed : SeedSequence
+        Of the study's loads; the noise has seeds of its own.
+    frames : int
+        Frames at the worst load, and again over all loads.
+    pool : Executor
+        Where they are read.
+    """
+    model = characterize(sensor)
+    loads = load_maps(seed, sensor.tactels.count, working_load)
+    std = uncertainties(model, loads)
+    worst = np.unravel_index(int(np.argmax(std)), std.shape)
+    many = np.repeat(loads[[worst[0]]], frames, axis=0)
+    all_loads = loads[np.arange(frames) % len(loads)]
+    noise = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 1)).spawn(2)
+    errors, right = _read_all(pool, sensor, many, noise[0])
+    _, elsewhere = _read_all(pool, sensor, all_loads, noise[1])
+    squares = errors[:, worst[1], worst[2]] ** 2
+    return Verified(
+        frames, float(std.max()), float(np.sqrt(squares.mean())), right.mean(), elsewhere.mean()
+    )
+
+
+def _read_all(
+    pool: Executor, sensor: Sensor, loads: Array, seed: np.random.SeedSequence
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Errors (k, 2, n) [N] and whether each frame was read right, (k,)."""
+    cuts = range(0, len(loads), BATCH)
+    seeds = seed.spawn(len(cuts))
+    batches = [
+        (i, _Batch(sensor, loads[cut : cut + BATCH], one))
+        for i, (cut, one) in enumerate(zip(cuts, seeds, strict=True))
+    ]
+    found = dict(completed(pool, _read_batch, batches))
+    errors, right = zip(*(found[i] for i in range(len(batches))), strict=True)
+    return np.concatenate(errors), np.concatenate(right)
+
+
+def _read_batch(batch: _Batch) -> tuple[Array, NDArray[np.bool_]]:
+    model = characterize(batch.sensor)
+    reader, rng = SingleFrameReader(model), np.random.default_rng(batch.seed)
+    readings = [reader.read(model.expose(load, rng=rng)) for load in batch.loads]
+    errors = np.array([reading.forces for reading in readings]) - batch.loads
+    std = np.array([reading.std for reading in readings])
+    sound = np.array([reading.status is Status.OK for reading in readings])
+    return errors, sound & (np.abs(errors) < DEVIATIONS * std).all(axis=(1, 2))
