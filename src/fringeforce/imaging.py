@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,16 @@ class Imaging:
         none = np.empty((0, pixels))
         usable = np.ones(pixels, dtype=bool)
         return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 2, 0)), none, none)
+
+    def at(self, pixels: NDArray[Any] | slice) -> Imaging:
+        """Imaging of some pixels only, chosen by a mask, by numbers or by a slice."""
+        return Imaging(
+            *(values[pixels] for values in (self.positions, self.amplitude, self.offset)),
+            usable=self.usable[pixels],
+            influence_modes=self.influence_modes[:, pixels],
+            amplitude_modes=self.amplitude_modes[:, pixels],
+            offset_modes=self.offset_modes[:, pixels],
+        )
 
     def level_modes(self, loads: Array, phase: Array) -> Array:
         """Modes of the grey levels under given loads.

@@ -5,12 +5,13 @@ Arrays only: a frame, an influence matrix and the camera's response.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.bounds import covariance, phase_information
+from fringeforce.force.bounds import covariance, phase_information, systematic_covariance
 from fringeforce.force.estimate import Estimate, maximum_likelihood
 from fringeforce.force.goodness import is_noise
 from fringeforce.force.likelihood import Response, misfit
@@ -22,6 +23,8 @@ from fringeforce.reading import Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Doubt = Callable[[Array], Array]
+"""From loads (2n,) to modes (k, P) of what the grey levels are uncertain by besides noise."""
 
 CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
@@ -84,6 +87,17 @@ class Scene:
     influence: Array
     response: Response
     model_error: float
+    doubt: Doubt
+
+    def at(self, pixels: Mask) -> Scene:
+        """The same frame by fewer of its pixels."""
+        return Scene(
+            self.frame[pixels],
+            self.influence[pixels],
+            self.response.at(pixels),
+            self.model_error,
+            lambda loads: self.doubt(loads)[:, pixels],
+        )
 
     def climbed(self, start: Array) -> Estimate:
         """Top of the likelihood that a start leads to."""
@@ -102,8 +116,14 @@ class Scene:
     def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
         """What the frame says of errors of shape of the influence matrix."""
         slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
+        modes = self.doubt(estimate.loads) / np.sqrt(self.response.variance)
         residuals = estimate.misfit.slope
-        return shape_error(residuals, slope, self.influence, estimate.loads, spread)
+        return shape_error(residuals, slope, self.influence, estimate.loads, spread, modes)
+
+    def systematic(self, estimate: Estimate, spread: Array) -> Array:
+        """Covariance that the doubt adds to the loads."""
+        modes = self.doubt(estimate.loads)
+        return systematic_covariance(estimate.phase, self.influence, self.response, spread, modes)
 
     def images(self, estimate: Estimate) -> Array:
         """Mirror images of an explanation, the likeliest first."""
@@ -118,7 +138,8 @@ def interpret(
     influence: Array,
     response: Response,
     full_scale: int,
-    model_error: float = 0.0,
+    model_error: float,
+    doubt: Doubt,
 ) -> Interpretation:
     """Explain a frame without any earlier state.
 
@@ -136,16 +157,18 @@ def interpret(
         Largest grey level of the converter.
     model_error : float
         Relative size of the influence matrix's errors of shape, where it is known.
+    doubt : callable
+        What the levels are uncertain by besides noise, for given loads.
     """
     ends = np.flatnonzero(used)[[0, -1]]
     span = slice(ends[0], ends[1] + 1)
+    scene = Scene(levels, influence, response, model_error, doubt).at(used)
     levels, used, influence = levels[span], used[span], influence[span]
     response = response.at(span)
     pixels = np.arange(len(levels))
     filled = levels if used.all() else np.interp(pixels, pixels[used], levels[used])
     intensity = (filled - response.offset) / response.amplitude
     variance = float(np.mean(response.variance / response.amplitude**2))
-    scene = Scene(levels[used], influence[used], response.at(used), model_error)
     tops: list[Estimate] = []
     for starts in explanations(intensity, variance, influence):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)
@@ -153,9 +176,7 @@ def interpret(
             break
         sound = _sound_pixels(tops[0], len(levels))
         if sound is not None and not is_noise(tops[0].misfit.slope, len(tops[0].loads)):
-            rest = Scene(
-                scene.frame[sound], scene.influence[sound], scene.response.at(sound), model_error
-            )
+            rest = scene.at(sound)
             top = rest.climbed(tops[0].loads)
             if is_noise(top.misfit.slope, len(top.loads)):
                 return _judged(rest, [top])
@@ -168,7 +189,9 @@ def interpret(
     elif phase_pace(intensity, variance).max() > DENSE:
         status = Status.FRINGES_TOO_DENSE
     best = _pushing(tops[0])
-    return Interpretation(best.loads, scene.covariance(best), best.misfit.slope, status, [])
+    spread = scene.covariance(best)
+    whole = spread + scene.systematic(best, spread)
+    return Interpretation(best.loads, whole, best.misfit.slope, status, [])
 
 
 def _climbed(scene: Scene, starts: Array) -> list[Estimate]:
@@ -208,7 +231,7 @@ def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
     if wrong.chance < IMPOSSIBLE and not scene.model_error:
         status = Status.MODEL_MISMATCH
     size = max(wrong.size if wrong.chance < DOUBTFUL else 0.0, scene.model_error)
-    whole = whole + size**2 * wrong.bias
+    whole = whole + size**2 * wrong.bias + scene.systematic(best, spread)
     return Interpretation(mean, whole, best.misfit.slope, status, rivals)
 
 
@@ -221,6 +244,7 @@ def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
     # a load and its negative are equally likely, and neither shows: their mean is none
     nothing = Estimate(np.zeros(unknowns), dark, silent)
     spread = scene.covariance(nothing)
+    spread = spread + scene.systematic(nothing, spread)
     return Interpretation(nothing.loads, spread, silent.slope, Status.NO_CONTACT, [])
 
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
-from fringeforce.force.bounds import systematic_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
@@ -20,6 +19,9 @@ from fringeforce.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+THINNED = 4
+"""Every so many pixels tell what a calibration leaves uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,9 +98,15 @@ class Reader:
         sound = used & ~_dead(levels, self.response)
         full_scale = self.model.sensor.camera.full_scale
         found = interpret(
-            levels, sound, self.influence, self.response, full_scale, self.model_error
+            levels,
+            sound,
+            self.influence,
+            self.response,
+            full_scale,
+            self.model_error,
+            self._doubt,
         )
-        return self._stated(found, sound)
+        return self._stated(found)
 
     def _usable(self, mask: ArrayLike | None) -> Mask:
         pixels, imaging = len(self.influence), self.model.imaging
@@ -130,8 +138,8 @@ class Reader:
             return f"All pixels are {seen[0]:g}."
         return ""
 
-    def _stated(self, found: Interpretation, used: Mask) -> Reading:
-        covariance = found.covariance + self._calibration_covariance(found, used)
+    def _stated(self, found: Interpretation) -> Reading:
+        covariance = found.covariance
         loads, n = found.loads, len(found.loads) // 2
         limited = np.zeros(n, dtype=bool)
         if self.friction is not None:
@@ -147,16 +155,15 @@ class Reader:
             limited=limited,
         )
 
-    def _calibration_covariance(self, found: Interpretation, used: Mask) -> Array:
-        """Covariance of the loads that the calibration's own errors cause."""
-        imaging = self.model.imaging
+    def _doubt(self, loads: Array) -> Array:
+        """Modes of the grey levels that the calibration leaves uncertain, shape (k, P)."""
+        pixels, imaging = len(self.influence), self.model.imaging
         if imaging is None:
-            return np.zeros_like(found.covariance)
-        phase = self.influence @ found.loads
-        modes = imaging.level_modes(found.loads, phase)[:, used]
-        return systematic_covariance(
-            phase[used], self.influence[used], self.response.at(used), found.covariance, modes
-        )
+            return np.empty((0, pixels))
+        # the modes are smooth: some pixels tell of their neighbours
+        some = slice(None, None, THINNED)
+        modes = imaging.at(some).level_modes(loads, self.influence[some] @ loads)
+        return np.repeat(modes, THINNED, axis=1)[:, :pixels]
 
     def _bad(self, detail: str) -> Reading:
         pixels, unknowns = self.influence.shape

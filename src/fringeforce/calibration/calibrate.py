@@ -13,18 +13,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.calibration import checks
+from fringeforce.calibration.column_fit import ColumnFit, fit_columns
+from fringeforce.calibration.column_modes import column_imaging
 from fringeforce.calibration.design_tangent import (
     DesignTangent,
     design_tangent,
     design_value,
+    followed,
     varied,
 )
 from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.frame_fit import (
     SHIFT,
+    STAGES,
     Bench,
     Fit,
     Unknowns,
+    calm,
     climb,
     light_basis,
     on_strip,
@@ -49,14 +54,10 @@ PARAMETERS = (
 """Design values that drawings know worst."""
 LIGHTS = 10
 """Smooth functions along the frame that make up amplitude and offset each."""
-STAGES = (3.0, 10.0, np.inf)
-"""Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts that are tried first, in units of SHIFT."""
 ROUNDS = 10
 """Largest number of tangents of the last stage."""
-SETTLED = 1e-3
-"""Change of a design value's logarithm below which a tangent is as good as the matrix itself."""
 
 
 def calibrate(
@@ -65,6 +66,7 @@ def calibrate(
     forces: ArrayLike,
     parameters: Sequence[str] = PARAMETERS,
     progress: Progress | None = None,
+    columns: bool = False,
 ) -> SensorModel:
     """Make the model agree with the sensor on the bench.
 
@@ -87,6 +89,9 @@ def calibrate(
         combination that no frame shows is named and the drawing kept along it.
     progress : callable, optional
         Called with a title, the steps done and the steps expected.
+    columns : bool
+        Also correct the columns of the influence matrix where no design value can: smooth along
+        the strip, and by no more than the frames themselves make probable, which may be nothing.
 
     Returns
     -------
@@ -103,6 +108,9 @@ def calibrate(
     bench = Bench(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
     report = progress or (lambda title, done, expected: None)
     found = _fitted(bench, paths, report)
+    if columns:
+        report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))
+        found = _corrected(bench, paths, found)
     model = _built(bench, paths, found)
     report("Done", 2 * len(STAGES), 2 * len(STAGES))
     return model
@@ -113,6 +121,7 @@ class _Found:
     fit: Fit
     sound: Mask
     kept: Mask
+    columns: ColumnFit | None = None
 
     def used(self, sensor: Sensor) -> Mask:
         return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
@@ -140,10 +149,10 @@ def _fitted(bench: Bench, paths: tuple[str, ...], report: Progress) -> _Found:
     tangent = design_tangent(sensor, paths, at.design)
     at = _placed(bench, at, tangent, sound)
     for number, limit in enumerate(STAGES):
-        chosen = _calm(bench, at, tangent, limit)
+        chosen = calm(bench, at, tangent, limit)
         report(f"Fitting {chosen.sum()} frames", 1 + number, 2 * len(STAGES))
         at = climb(bench.rows(chosen), at, tangent, sound).unknowns
-        tangent = _followed(sensor, paths, at, tangent)
+        tangent = followed(sensor, paths, at.design, tangent)
     fit = climb(bench, at, tangent, sound)
     for number in range(ROUNDS):
         report(f"Fitting {kept.sum()} frames", min(4 + number, 5), 2 * len(STAGES))
@@ -152,38 +161,32 @@ def _fitted(bench: Bench, paths: tuple[str, ...], report: Progress) -> _Found:
         before = kept, sound
         kept = ~checks.misfitting_frames(left[:, sound & seen])
         sound = sound & ~(checks.misfitting_pixels(left[kept]) & seen)
-        previous, tangent = tangent, _followed(sensor, paths, fit.unknowns, tangent)
+        previous, tangent = tangent, followed(sensor, paths, fit.unknowns.design, tangent)
         if previous is tangent and all(map(np.array_equal, before, (kept, sound))):
             break
         fit = climb(bench.rows(kept), fit.unknowns, tangent, sound)
     return _Found(fit, sound, kept)
 
 
+def _corrected(bench: Bench, paths: tuple[str, ...], found: _Found) -> _Found:
+    """The fit with corrected columns, or the one without if the frames show no error of them."""
+    stuck = checks.stuck_pixels(bench.levels, bench.sensor.camera)
+    columns = fit_columns(bench, paths, found.fit, stuck, found.kept)
+    if columns.belief.size == 0:
+        return found
+    return _Found(columns.fit, columns.sound, columns.kept, columns)
+
+
 def _placed(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask) -> Unknowns:
     """The start with the shift under which calm frames fit best."""
-    calm = bench.rows(_calm(bench, at, tangent, STAGES[0]))
+    few = bench.rows(calm(bench, at, tangent, STAGES[0]))
     trials = [replace(at, place=np.array([shift, 0.0])) for shift in SHIFTS]
     losses = []
     for trial in trials:
         seen = sound & on_strip(trial.positions(bench.sensor), bench.sensor)
-        left = residuals(calm, trial, tangent)[:, seen] ** 2
+        left = residuals(few, trial, tangent)[:, seen] ** 2
         losses.append(np.minimum(left, 1e3).mean(axis=1).sum())
     return trials[int(np.argmin(losses))]
-
-
-def _calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> Mask:
-    """Frames whose phase is small enough, but never less than the calmest quarter."""
-    peaks = np.abs(phase_and_matrix(bench, at, tangent)[0]).max(axis=1)
-    return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
-
-
-def _followed(
-    sensor: Sensor, paths: tuple[str, ...], at: Unknowns, tangent: DesignTangent
-) -> DesignTangent:
-    """A tangent at the new design, or the old one if that is near enough."""
-    if np.abs(at.design - tangent.centre).max(initial=0.0) < SETTLED:
-        return tangent
-    return design_tangent(sensor, paths, at.design)
 
 
 def _built(bench: Bench, paths: tuple[str, ...], found: _Found) -> SensorModel:
@@ -209,10 +212,17 @@ def _built(bench: Bench, paths: tuple[str, ...], found: _Found) -> SensorModel:
         chi2=chi2,
         findings=(),
     )
-    imaging = _imaging(bench, found, np.asarray(np.linalg.cholesky(covariance), float))
     origin = {"method": "finite elements, calibrated", "calibration frames": int(kept.sum())}
+    if found.columns is None:
+        imaging = _imaging(bench, found, np.asarray(np.linalg.cholesky(covariance), float))
+        psi = model.psi
+    else:
+        imaging = column_imaging(bench, found.columns, max(chi2, 1.0))
+        psi = model.psi + found.columns.correction(model.x).reshape(model.psi.shape)
+        origin |= found.columns.origin
     model = replace(
         model,
+        psi=psi,
         imaging=imaging,
         calibration=calibration,
         provenance={**model.provenance, **origin},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 STEP = 0.004
 """Step of the logarithm of a design value for central differences."""
+SETTLED = 1e-3
+"""Change of a design value's logarithm below which a tangent is as good as the matrix itself."""
 GRID = 2001
 """Places along the strip between which matrix and derivatives are interpolated."""
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
@@ -49,6 +51,12 @@ class DesignTangent:
         """Matrix of a design near the centre, or its slope along x, shape (m, 2n)."""
         parts = self.at(x, slope)
         return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
+
+    def plus(self, change: Array) -> DesignTangent:
+        """The same derivatives of a matrix that differs by values (GRID, 2n) on the grid."""
+        values = np.array(self.spline(self.spline.x))
+        values[:, 0] += change
+        return replace(self, spline=CubicSpline(self.spline.x, values))
 
 
 def design_value(sensor: Sensor, path: str) -> float:
@@ -109,3 +117,12 @@ def design_tangent(
         values.append((ahead - behind) / (2 * step))
     stacked = np.stack(values, axis=1).reshape(GRID, 1 + len(paths), -1)
     return DesignTangent(centre, middle, CubicSpline(grid, stacked))
+
+
+def followed(
+    sensor: Sensor, paths: tuple[str, ...], design: Array, tangent: DesignTangent
+) -> DesignTangent:
+    """A tangent at another design, or the old one if that is near enough."""
+    if np.abs(design - tangent.centre).max(initial=0.0) < SETTLED:
+        return tangent
+    return design_tangent(sensor, paths, design)

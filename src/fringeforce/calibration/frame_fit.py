@@ -25,6 +25,8 @@ PRIOR = {"design": 0.5, "shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 
 """Standard deviations of the unknowns before any frame is seen; light in units of A."""
 FAR = 0.15
 """Change of a design value's logarithm up to which a tangent is followed."""
+STAGES = (3.0, 10.0, np.inf)
+"""Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 SUSPECT = 3.0
 """Times the median misfit beyond which a frame loses weight."""
 
@@ -167,8 +169,8 @@ def climb(
     damping, step = 1e-3, np.zeros(len(prior))
     for _ in range(steps):
         weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
-        slopes, gradient, hessian = _linearised(bench, at, tangent, weight)
-        shares = _frame_weights(slopes)
+        slopes, gradient, hessian = linearised(bench, at, tangent, weight)
+        shares = frame_weights(slopes)
         before = _loss(slopes, weight, shares) + prior @ (at.flat - origin) ** 2
         gradient = gradient + prior * (at.flat - origin)
         hessian = hessian + np.diag(prior)
@@ -185,7 +187,7 @@ def climb(
         if far or step @ hessian @ step < 1e-4:
             break
     weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
-    slopes, _, hessian = _linearised(bench, at, tangent, weight)
+    slopes, _, hessian = linearised(bench, at, tangent, weight)
     return Fit(at, np.asarray(np.linalg.inv(hessian + np.diag(prior)), float), slopes, tangent)
 
 
@@ -202,24 +204,31 @@ def residuals(bench: Bench, at: Unknowns, tangent: DesignTangent) -> Array:
     return misfit(bench.levels, response.level(phase), response).slope
 
 
+def calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> NDArray[np.bool_]:
+    """Frames whose phase is small enough, but never less than the calmest quarter, shape (F,)."""
+    peaks = np.abs(phase_and_matrix(bench, at, tangent)[0]).max(axis=1)
+    return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
+
+
 def _loss(slopes: Array, weight: Array, shares: Array) -> float:
     return float(shares @ (slopes**2 @ weight))
 
 
-def _frame_weights(slopes: Array) -> Array:
+def frame_weights(slopes: Array) -> Array:
+    """Weights of frames by their residuals (F, P): less for those much worse than most, (F,)."""
     size = np.median(slopes**2, axis=1)
     return 1 / np.maximum(1, size / (SUSPECT * max(float(np.median(size)), 1e-12))) ** 2
 
 
-def _linearised(
+def linearised(
     bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array
 ) -> tuple[Array, Array, Array]:
-    """Residuals, half the gradient and half the Hessian of the loss."""
+    """Residuals (F, P), half the gradient and half the Hessian of the loss by the unknowns."""
     response = at.response(bench)
     phase, parts = phase_and_matrix(bench, at, tangent)
     slopes = misfit(bench.levels, response.level(phase), response).slope
     sigma = np.sqrt(response.variance)
-    weights = _frame_weights(slopes)[:, None] * weight
+    weights = frame_weights(slopes)[:, None] * weight
     turn = response.slope(phase) / sigma
     along = bench.loads @ tangent.matrix(at.design, at.positions(bench.sensor), slope=True).T
     moving = [turn * (bench.loads @ part.T) for part in parts[1:]]

@@ -21,6 +21,9 @@ def calibrate(
     parameter: Annotated[
         list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
     ] = None,
+    columns: Annotated[
+        bool, typer.Option("--columns", help="Also correct the matrix where no value can.")
+    ] = False,
 ) -> None:
     """Make the model agree with the sensor on the bench, from frames with known loads."""
     from rich.console import Console
@@ -41,7 +44,7 @@ def calibrate(
         def advance(title: str, done: int, expected: int) -> None:
             progress.update(task, description=title, completed=done, total=expected)
 
-        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance)
+        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance, columns)
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
     print("\n".join(calibration_summary(model)))
