@@ -5,33 +5,28 @@ Arrays only: a frame, an influence matrix and the camera's response.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.bounds import covariance, phase_information, systematic_covariance
-from fringeforce.force.estimate import Estimate, maximum_likelihood
+from fringeforce.force.estimate import Estimate
 from fringeforce.force.goodness import is_noise
 from fringeforce.force.likelihood import Response, misfit
-from fringeforce.force.shape import ShapeError, shape_error
 from fringeforce.phase.folding import phase_pace
-from fringeforce.phase.reflections import reflections
 from fringeforce.phase.tracking import explanations
 from fringeforce.reading import Status
+from fringeforce.scene import Doubt, Scene
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Doubt = Callable[[Array], Array]
-"""From loads (2n,) to modes (k, P) of what the grey levels are uncertain by besides noise."""
 
 CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
 SAME_BASIN, SAME_START, SAME_TOP = 0.5, 0.1, 0.05
 """Phases nowhere farther apart are one: of the search, of mirror images, of climbs [rad]."""
-IMAGES, TRIED = 16, 40
-"""Mirror images of one explanation that are tried, and of all of them together."""
+TRIED = 40
+"""Mirror images that are tried in all."""
 SATISFIED = 2.5
 """Standard deviations of pure noise within which an explanation ends the search."""
 RIVAL = 16.0
@@ -79,59 +74,6 @@ class Interpretation:
     rivals: list[Array]
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """The pixels of one frame that are used, and what they can show."""
-
-    frame: Array
-    influence: Array
-    response: Response
-    model_error: float
-    doubt: Doubt
-
-    def at(self, pixels: Mask) -> Scene:
-        """The same frame by fewer of its pixels."""
-        return Scene(
-            self.frame[pixels],
-            self.influence[pixels],
-            self.response.at(pixels),
-            self.model_error,
-            lambda loads: self.doubt(loads)[:, pixels],
-        )
-
-    def climbed(self, start: Array) -> Estimate:
-        """Top of the likelihood that a start leads to."""
-        return maximum_likelihood(self.frame, self.influence, self.response, start)
-
-    def half_climbed(self, start: Array) -> Estimate:
-        """Nearly the top, near enough to be ranked."""
-        return maximum_likelihood(
-            self.frame, self.influence, self.response, start, steps=8, tolerance=0.1
-        )
-
-    def covariance(self, estimate: Estimate) -> Array:
-        """Covariance of an estimate."""
-        return covariance(estimate.phase, self.influence, self.response)
-
-    def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
-        """What the frame says of errors of shape of the influence matrix."""
-        slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
-        modes = self.doubt(estimate.loads) / np.sqrt(self.response.variance)
-        residuals = estimate.misfit.slope
-        return shape_error(residuals, slope, self.influence, estimate.loads, spread, modes)
-
-    def systematic(self, estimate: Estimate, spread: Array) -> Array:
-        """Covariance that the doubt adds to the loads."""
-        modes = self.doubt(estimate.loads)
-        return systematic_covariance(estimate.phase, self.influence, self.response, spread, modes)
-
-    def images(self, estimate: Estimate) -> Array:
-        """Mirror images of an explanation, the likeliest first."""
-        information = phase_information(estimate.phase, self.response)
-        changes = reflections(estimate.phase, self.influence, information)
-        return estimate.loads + changes[:IMAGES]
-
-
 def interpret(
     levels: Array,
     used: Mask,
@@ -168,7 +110,7 @@ def interpret(
     pixels = np.arange(len(levels))
     filled = levels if used.all() else np.interp(pixels, pixels[used], levels[used])
     intensity = (filled - response.offset) / response.amplitude
-    variance = float(np.mean(response.variance / response.amplitude**2))
+    variance = float(np.median(response.variance / response.amplitude**2))
     tops: list[Estimate] = []
     for starts in explanations(intensity, variance, influence):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)

@@ -77,11 +77,12 @@ class ColumnFit:
     @property
     def origin(self) -> dict[str, str | int]:
         """How the columns came about, in words and numbers."""
-        belief = self.belief
+        x = self.shapes.parts.x
+        change, columns = self.correction(x), self.fit.tangent.at(x)[0]
+        share = np.sqrt((change**2).sum() / (columns**2).sum())
         return {
             "method": "finite elements, calibrated, columns corrected",
-            "column error": f"{belief.size:.2g}",
-            "column error length": f"{1e3 * belief.length:.2g} mm",
+            "column correction": f"{share:.2%}, smooth over {1e3 * self.belief.length:.2g} mm",
         }
 
 

@@ -42,7 +42,8 @@ def column_imaging(bench: Bench, found: ColumnFit, scale: float) -> Imaging:
     few = _imaging(bench, found, np.arange(0, bench.levels.shape[1], THINNED), others, columns)
     turn = _turned(bench, found, few)
     every = np.arange(bench.levels.shape[1])
-    return _imaging(bench, found, every, turn.T @ others, np.tensordot(turn.T, columns, 1))
+    turned = np.asarray(np.tensordot(turn.T, columns, 1), dtype=float)
+    return _imaging(bench, found, every, turn.T @ others, turned)
 
 
 def _imaging(
@@ -56,7 +57,8 @@ def _imaging(
     along = np.stack([slope * SHIFT, slope * sensor.pixel_positions[pixels, None]])
     changes = np.concatenate([tangent.at(positions)[1:], along])
     own, bright, dark = np.split(others, np.cumsum([len(changes), len(at.amplitude)]), axis=1)
-    modes = np.tensordot(own, changes, 1) + found.shapes.correction(columns, positions)
+    modes = np.asarray(np.tensordot(own, changes, 1), dtype=float)
+    modes += found.shapes.correction(columns, positions)
     return Imaging(
         positions=positions,
         amplitude=np.asarray(response.amplitude, dtype=float),

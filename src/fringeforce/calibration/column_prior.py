@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 DEGREE = 3
 PER_DEPTH = 4
 """Splines per thickness of the strip, over which stresses are smooth."""
-LENGTHS = np.geomspace(0.4, 8.0, 9)
+LENGTHS = np.geomspace(0.25, 8.0, 11)
 """Correlation lengths that are tried, in units of the strip's thickness."""
-MIDDLE = (3, 0)
+MIDDLE = (4, 0)
 """Length and kind that are tried first."""
 KINDS = ((0,), (0, 1), (1,))
 """Which errors are tried: of height, of both, and of place."""

@@ -27,6 +27,8 @@ FAR = 0.15
 """Change of a design value's logarithm up to which a tangent is followed."""
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
+DIMMEST = 1.0
+"""Smallest amplitude of the light, where no fringe shows any [grey levels]."""
 SUSPECT = 3.0
 """Times the median misfit beyond which a frame loses weight."""
 
@@ -82,8 +84,9 @@ class Unknowns:
 
     def response(self, bench: Bench) -> Response:
         """Response of the camera under this lighting."""
-        lights = (np.maximum(bench.basis @ c, 0.0) for c in (self.amplitude, self.offset))
-        return camera_response(bench.sensor.camera, *lights)
+        bright = np.maximum(bench.basis @ self.amplitude, DIMMEST)
+        dark = np.maximum(bench.basis @ self.offset, 0.0)
+        return camera_response(bench.sensor.camera, bright, dark)
 
 
 @dataclass(frozen=True, eq=False)
