@@ -43,6 +43,7 @@ class Bench:
     stuck: Array
 
     def frames(self, forces: Array, rng: np.random.Generator) -> Array:
+        """What its camera delivers."""
         frames = self.true.expose(forces, rng=rng)
         frames[..., self.dead] = self.stuck
         return frames
@@ -100,6 +101,7 @@ def rows(bench: Bench, seed: int) -> dict[str, Callable[[], ff.SensorModel]]:
     rng, n = np.random.default_rng(seed), bench.drawing.tactels.count
     weak, strong = single(n, WEAK, FRAMES), mixed(rng, n)
     pressed, frames = bench.frames(weak, rng), bench.frames(strong, rng)
+    assert bench.true.imaging is not None
     imaging = replace(bench.true.imaging, usable=usable(bench))
     quiet = replace(
         bench.true, sensor=bench.drawing.replace(**{"camera.noise": 0.01, "camera.bits": 16})
@@ -111,7 +113,7 @@ def rows(bench: Bench, seed: int) -> dict[str, Callable[[], ff.SensorModel]]:
         f"  light known, mean of {SMOOTHED} pixels": lambda: single_press_matrix(
             bench.drawing, pressed, weak, SMOOTHED, imaging
         ),
-        "  light known, next to no noise": lambda: single_press_matrix(
+        "  light known, rounding alone": lambda: single_press_matrix(
             bench.drawing, quiet.expose(weak, rng=1), weak, imaging=imaging
         ),
         "design values": lambda: ff.calibrate(bench.drawing, frames, strong),

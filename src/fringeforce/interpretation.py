@@ -132,7 +132,7 @@ def interpret(
         status = Status.FRINGES_TOO_DENSE
     best = _pushing(tops[0])
     spread = scene.covariance(best)
-    whole = spread + scene.systematic(best, spread)
+    whole = spread + scene.systematic(best, spread, scene.doubt(best.loads))
     return Interpretation(best.loads, whole, best.misfit.slope, status, [])
 
 
@@ -169,11 +169,12 @@ def _judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
     status, rivals = Status.OK, []
     if not anchored or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
         mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
-    wrong = scene.shape_error(best, spread)
+    doubt = scene.doubt(best.loads)
+    wrong = scene.shape_error(best, spread, doubt)
     if wrong.chance < IMPOSSIBLE and not scene.model_error:
         status = Status.MODEL_MISMATCH
     size = max(wrong.size if wrong.chance < DOUBTFUL else 0.0, scene.model_error)
-    whole = whole + size**2 * wrong.bias + scene.systematic(best, spread)
+    whole = whole + size**2 * wrong.bias + scene.systematic(best, spread, doubt)
     return Interpretation(mean, whole, best.misfit.slope, status, rivals)
 
 
@@ -186,7 +187,7 @@ def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
     # a load and its negative are equally likely, and neither shows: their mean is none
     nothing = Estimate(np.zeros(unknowns), dark, silent)
     spread = scene.covariance(nothing)
-    spread = spread + scene.systematic(nothing, spread)
+    spread = spread + scene.systematic(nothing, spread, scene.doubt(nothing.loads))
     return Interpretation(nothing.loads, spread, silent.slope, Status.NO_CONTACT, [])
 
 

@@ -12,7 +12,7 @@ from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
-from fringeforce.imaging import camera_response
+from fringeforce.imaging import Imaging, camera_response
 from fringeforce.interpretation import Interpretation, interpret
 from fringeforce.model import SensorModel
 from fringeforce.reading import Reading, Status
@@ -155,14 +155,19 @@ class Reader:
             limited=limited,
         )
 
+    @cached_property
+    def _thinned(self) -> tuple[Imaging, Array] | None:
+        """Imaging and influence of some pixels, whose modes are smooth enough to tell of all."""
+        imaging, some = self.model.imaging, np.arange(0, len(self.influence), THINNED)
+        return None if imaging is None else (imaging.at(some), self.influence[some])
+
     def _doubt(self, loads: Array) -> Array:
         """Modes of the grey levels that the calibration leaves uncertain, shape (k, P)."""
-        pixels, imaging = len(self.influence), self.model.imaging
-        if imaging is None:
+        pixels = len(self.influence)
+        if self._thinned is None:
             return np.empty((0, pixels))
-        # the modes are smooth: some pixels tell of their neighbours
-        some = slice(None, None, THINNED)
-        modes = imaging.at(some).level_modes(loads, self.influence[some] @ loads)
+        imaging, influence = self._thinned
+        modes = imaging.level_modes(loads, influence @ loads)
         return np.repeat(modes, THINNED, axis=1)[:, :pixels]
 
     def _bad(self, detail: str) -> Reading:

@@ -57,17 +57,16 @@ class Scene:
         """Covariance of an estimate."""
         return covariance(estimate.phase, self.influence, self.response)
 
-    def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
-        """What the frame says of errors of shape of the influence matrix."""
+    def shape_error(self, estimate: Estimate, spread: Array, doubt: Array) -> ShapeError:
+        """What the frame says of errors of shape beyond modes of doubt (k, P)."""
         slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
-        modes = self.doubt(estimate.loads) / np.sqrt(self.response.variance)
+        modes = doubt / np.sqrt(self.response.variance)
         residuals = estimate.misfit.slope
         return shape_error(residuals, slope, self.influence, estimate.loads, spread, modes)
 
-    def systematic(self, estimate: Estimate, spread: Array) -> Array:
-        """Covariance that the doubt adds to the loads."""
-        modes = self.doubt(estimate.loads)
-        return systematic_covariance(estimate.phase, self.influence, self.response, spread, modes)
+    def systematic(self, estimate: Estimate, spread: Array, doubt: Array) -> Array:
+        """Covariance that modes of doubt (k, P) add to loads of covariance (m, m) from noise."""
+        return systematic_covariance(estimate.phase, self.influence, self.response, spread, doubt)
 
     def images(self, estimate: Estimate) -> Array:
         """Mirror images of an explanation, the likeliest first."""

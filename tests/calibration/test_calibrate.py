@@ -9,7 +9,7 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, linearised, light_basis, residuals, start
+from fringeforce.calibration.frame_fit import Bench, light_basis, linearised, residuals, start
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
 from fringeforce.reader import Reader

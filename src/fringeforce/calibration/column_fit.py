@@ -212,17 +212,19 @@ def expanded(
         pull.T.ravel(),
         np.array([block.T.ravel() for block in cross]),
         _information(
-            matrix[:, doubled][:, :, doubled] * sizes[:, :, None] * sizes[:, None, :], splines
+            matrix[:, doubled][:, :, doubled] * sizes[:, :, None] * sizes[:, None, :],
+            splines,
+            possible.count,
         ),
     )
 
 
-def _information(matrix: Array, splines: csr_array) -> Array:
-    """Sum over pixels of the matrix (P, m, m) times all products of two splines (P, K)."""
+def _information(matrix: Array, splines: csr_array, count: int) -> Array:
+    """Sum over pixels of the matrix (P, m, m) times all products of two of K splines (P, K)."""
     pixels, columns, _ = matrix.shape
-    count = splines.shape[1]
     width = splines.nnz // pixels
-    near, values = splines.indices.reshape(pixels, width), splines.data.reshape(pixels, width)
+    near = np.asarray(splines.indices).reshape(pixels, width)
+    values = np.asarray(splines.data).reshape(pixels, width)
     products = (values[:, :, None] * values[:, None, :]).ravel()
     places = (near[:, :, None] * count + near[:, None, :]).ravel()
     starts = np.arange(0, len(places) + 1, width**2)

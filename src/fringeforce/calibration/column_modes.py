@@ -15,12 +15,14 @@ from fringeforce.imaging import Imaging
 Array = NDArray[np.float64]
 
 LEFT_OUT = 0.01
-"""Share of what the calibration adds to the readings' variances that is not kept."""
+"""Share of what the calibration adds to the readings' variances that need not be kept."""
 THINNED = 8
 """Every so many pixels tell which modes matter."""
 
 
-def column_imaging(bench: Bench, found: ColumnFit, scale: float) -> Imaging:
+def column_imaging(
+    bench: Bench, found: ColumnFit, scale: float, left_out: float = LEFT_OUT
+) -> Imaging:
     """Registration and lighting, with the modes of the covariance that matter.
 
     Modes are turned so that they show in readings one after the other, which for the loads of the
@@ -34,13 +36,15 @@ def column_imaging(bench: Bench, found: ColumnFit, scale: float) -> Imaging:
         Design, camera, light and columns.
     scale : float
         Factor of all covariances.
+    left_out : float
+        Share of what the calibration adds to the readings' variances that need not be kept.
     """
     others = np.concatenate([found.responses, np.linalg.cholesky(found.own)], axis=1).T
     columns = np.zeros((len(others), *found.belief.mean.shape))
     columns[: len(found.belief.modes)] = found.belief.modes
     others, columns = others * np.sqrt(scale), columns * np.sqrt(scale)
     few = _imaging(bench, found, np.arange(0, bench.levels.shape[1], THINNED), others, columns)
-    turn = _turned(bench, found, few)
+    turn = _turned(bench, found, few, left_out)
     every = np.arange(bench.levels.shape[1])
     turned = np.asarray(np.tensordot(turn.T, columns, 1), dtype=float)
     return _imaging(bench, found, every, turn.T @ others, turned)
@@ -70,7 +74,7 @@ def _imaging(
     )
 
 
-def _turned(bench: Bench, found: ColumnFit, imaging: Imaging) -> Array:
+def _turned(bench: Bench, found: ColumnFit, imaging: Imaging, left_out: float) -> Array:
     """Combinations of modes, in order of what they do to readings, shape (all, kept)."""
     used = imaging.usable
     tangent, design = found.fit.tangent, found.fit.unknowns.design
@@ -87,5 +91,5 @@ def _turned(bench: Bench, found: ColumnFit, imaging: Imaging) -> Array:
         total += moved @ moved.T
     sizes, turn = np.linalg.eigh(total)
     sizes, turn = np.maximum(sizes[::-1], 0.0), turn[:, ::-1]
-    enough = np.searchsorted(np.cumsum(sizes), (1 - LEFT_OUT) * sizes.sum()) + 1
+    enough = np.searchsorted(np.cumsum(sizes), (1 - left_out) * sizes.sum()) + 1
     return turn[:, :enough]

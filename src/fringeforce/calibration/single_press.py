@@ -6,6 +6,8 @@ the load.  `calibrate` uses the same frames better; this one needs no design to 
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import uniform_filter1d
@@ -18,6 +20,8 @@ from fringeforce.model import SensorModel, characterize
 
 Array = NDArray[np.float64]
 
+STEADY = 31
+"""Pixels that are averaged to find where a phase changes its sign."""
 FOLD = 0.9 * np.pi
 """Phase up to which the arcsine of the intensity is taken for the phase [rad]."""
 
@@ -31,8 +35,8 @@ def single_press_matrix(
 ) -> SensorModel:
     """Measure the influence matrix pixel by pixel, equations (6) to (8) of the paper.
 
-    Frames of the same press are averaged first.  The sign, which no frame shows, is that of the
-    drawing's finite elements.
+    Frames of the same press are averaged first.  The sign, which no frame shows, changes where the
+    intensity is least between two extremes of the column on the drawing.
 
     Parameters
     ----------
@@ -119,7 +123,25 @@ def _column(
         same = rows[loads[rows] == load]
         mean = uniform_filter1d(levels[same].mean(axis=0) - offset, window, mode="nearest")
         light = np.clip(mean / np.maximum(amplitude, 1e-9), 0, 1)
-        phase = np.sign(drawn * load) * 2 * np.arcsin(np.sqrt(light))
+        phase = _signs(drawn * load, mean) * 2 * np.arcsin(np.sqrt(light))
         share = len(same) * load**2
         total, weight = total + share * phase / load, weight + share
     return total / weight
+
+
+def _signs(drawn: Array, light: Array) -> Array:
+    """Signs of a phase, from the drawn one and an intensity that vanishes where they change."""
+    signs = np.sign(drawn)
+    zeros = np.flatnonzero(signs[:-1] * signs[1:] < 0) + 1
+    edges = [0, *zeros.tolist(), len(drawn)]
+    runs = list(pairwise(edges))
+    tops = [first + int(np.argmax(np.abs(drawn[first:end]))) for first, end in runs]
+    steady = uniform_filter1d(light, STEADY, mode="nearest")
+    places = []
+    for first, end in pairwise(tops):
+        near = max(first, first + int(np.argmin(steady[first:end])) - STEADY)
+        places.append(near + int(np.argmin(light[near : near + 2 * STEADY])))
+    found = np.empty(len(drawn))
+    for (first, _), begin, end in zip(runs, [0, *places], [*places, len(drawn)], strict=True):
+        found[begin:end] = signs[first]
+    return found
