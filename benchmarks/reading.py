@@ -23,6 +23,7 @@ from rich.table import Table
 
 import fringeforce as ff
 from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.single_frame import SingleFrameReader
 
 Array = np.ndarray
 Loads = Callable[[np.random.Generator, int, float], Array]
@@ -153,7 +154,7 @@ def spoilt(trial: Trial, frame: Array, full: int, rng: np.random.Generator) -> A
 def run(trial: Trial, frames: int, seed: int) -> Tally:
     rng = np.random.default_rng(seed)
     model = ff.characterize(sensor_of(trial))
-    reader = ff.Reader(model)
+    reader = SingleFrameReader(model)
     sensor = model.sensor
     reader.read(model.expose(ff.polar(1.0, 10, n=sensor.tactels.count), rng=0))
     tally = Tally()
@@ -168,7 +169,7 @@ def run(trial: Trial, frames: int, seed: int) -> Tally:
     return tally
 
 
-def judge(tally: Tally, reading: ff.Reading, forces: Array, reader: ff.Reader) -> None:
+def judge(tally: Tally, reading: ff.Reading, forces: Array, reader: SingleFrameReader) -> None:
     tally.frames += 1
     tally.statuses[reading.status.name] += 1
     explanations = np.concatenate([reading.forces[None], reading.alternatives])
@@ -179,7 +180,9 @@ def judge(tally: Tally, reading: ff.Reading, forces: Array, reader: ff.Reader) -
     tally.false_ok += bool(off[0].max() > 8)
     tally.inside += int((off[0] < 1.96).sum())
     tally.forces += off[0].size
-    bound = cramer_rao_bound(reader.influence @ forces.ravel(), reader.influence, reader.response)
+    bound = cramer_rao_bound(
+        reader.influence @ forces.ravel(), reader.influence, reader.model.response
+    )
     known = np.isfinite(bound)
     tally.squared_error += float(((reading.forces - forces).ravel()[known] ** 2).sum())
     tally.bound += float((bound[known] ** 2).sum())

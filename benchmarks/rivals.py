@@ -41,6 +41,7 @@ from fringeforce.errors import InputError
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.force.estimate import least_squares as least_squares_of_phase
 from fringeforce.phase.noise_free import recover_phase
+from fringeforce.single_frame import SingleFrameReader
 
 Array = np.ndarray
 
@@ -58,20 +59,20 @@ WINDOWS = (21, 61, 181)
 class Scene:
     """One frame, and what every method may know."""
 
-    reader: ff.Reader
+    reader: SingleFrameReader
     frame: Array
     largest: float
     rng: np.random.Generator
 
     def residuals(self, loads: Array) -> Array:
         """What loads leave of the frame, in units of the noise."""
-        response = self.reader.response
+        response = self.reader.model.response
         level = response.level(self.reader.influence @ loads)
         return (level - self.frame) / np.sqrt(response.variance)
 
     def slope(self, loads: Array) -> Array:
         """Derivative of the residuals by the loads."""
-        response = self.reader.response
+        response = self.reader.model.response
         slope = response.slope(self.reader.influence @ loads) / np.sqrt(response.variance)
         return self.reader.influence * slope[:, None]
 
@@ -107,7 +108,7 @@ def random_starts(scene: Scene) -> Array:
 
 
 def fringe_by_fringe(scene: Scene) -> Array:
-    response = scene.reader.response
+    response = scene.reader.model.response
     answers = []
     for window in WINDOWS:
         smooth: Any = savgol_filter(scene.frame, window, polyorder=3)
@@ -166,7 +167,7 @@ class Tally:
 def run(largest: float, frames: int, seed: int) -> dict[str, Tally]:
     rng, own = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     model = ff.characterize(ff.load_sensor("saad"))
-    reader = ff.Reader(model)
+    reader = SingleFrameReader(model)
     n = model.sensor.tactels.count
     warm_up = model.expose(ff.polar(min(largest, 1.0), 10, n=n), rng=0).astype(float)
     for method in METHODS.values():
@@ -176,7 +177,7 @@ def run(largest: float, frames: int, seed: int) -> dict[str, Tally]:
         forces = random_loads(rng, n, largest)
         truth = forces.ravel()
         scene = Scene(reader, model.expose(forces, rng=rng).astype(float), largest, own)
-        bound = cramer_rao_bound(reader.influence @ truth, reader.influence, reader.response)
+        bound = cramer_rao_bound(reader.influence @ truth, reader.influence, reader.model.response)
         for name, method in METHODS.items():
             start = time.perf_counter()
             answer = method(scene)

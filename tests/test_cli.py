@@ -12,7 +12,17 @@ import fringeforce as ff
 from fringeforce.files import load_frames
 from fringeforce.tables import save_forces
 
-COMMANDS = ["new", "characterize", "show", "simulate", "read", "calibrate", "check", "reproduce"]
+COMMANDS = [
+    "new",
+    "characterize",
+    "show",
+    "simulate",
+    "read",
+    "live",
+    "calibrate",
+    "check",
+    "reproduce",
+]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -119,7 +129,9 @@ def test_a_calibrated_file_passes_the_check_that_the_drawing_fails(place: Path) 
     save_forces(place / "loads.csv", forces)
     np.save(place / "bench.npy", true.expose(forces, rng=rng))
     np.save(place / "unseen.npy", true.expose(forces, rng=rng))
+    np.save(place / "idle.npy", true.expose(np.zeros((4, 2, 11)), rng=rng))
     options = ["--frames", "bench.npy", "--loads", "loads.csv", "-o", "c.h5"]
+    options += ["--unloaded", "idle.npy"]
     result = run("calibrate", "s.toml", *options, "--parameter", coefficient, cwd=place)
     assert result.returncode == 0, result.stderr
     assert "0.05 -> 0.05" in result.stdout

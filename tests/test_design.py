@@ -150,6 +150,29 @@ def test_gaussian_noise_counts_its_mean_only_against_the_converter() -> None:
     assert "258 exceeds" in problem
 
 
+def test_single_places_take_the_place_of_the_pitch_and_survive_the_round_trip() -> None:
+    places = ", ".join(f'"{x} mm"' for x in (-5.1, -4, -3, -2, -1.02, 0, 1, 2, 3, 4.05, 5))
+    sensor = parse_sensor(_edited(('pitch = "1 mm"', f'pitch = "1 mm"\npositions = [{places}]')))
+    assert sensor.tactels.positions[[0, 4, 9]] == pytest.approx([-5.1e-3, -1.02e-3, 4.05e-3])
+    assert parse_sensor(sensor.to_toml()) == sensor
+    moved = sensor.replace(**{"tactels.positions": sensor.tactels.positions + 1e-4})
+    np.testing.assert_array_equal(moved.tactels.positions, sensor.tactels.positions + 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ('"0 mm"', ["tactels", "1 positions", "count = 11", "one for every tactel"]),
+        (", ".join(['"1 mm"'] * 11), ["tactels", "ascend", "tactel 2", "1 mm", "sort"]),
+        (", ".join(f'"{x} mm"' for x in range(5, 16)), ["tactels", "15 mm", "12.5 mm", "nearer"]),
+        ('"0 mm", 3', ["tactels.positions.1", "3", "bare number", '"0.5 mm"']),
+    ],
+)
+def test_wrong_places_are_named_with_their_remedy(places: str, words: list[str]) -> None:
+    (problem,) = _problems(_edited(('pitch = "1 mm"', f'pitch = "1 mm"\npositions = [{places}]')))
+    assert all(word in problem for word in words), problem
+
+
 def test_all_problems_come_in_one_message() -> None:
     problems = _problems(
         _edited((LENGTH, "length = 25"), (NU, "poissons_ratio = 0.7"), ("bits = 8 ", "bits = 99 "))

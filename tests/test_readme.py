@@ -3,6 +3,7 @@
 import os
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -32,12 +33,15 @@ def test_the_python_lines_run(workplace: Path) -> None:
 
 def test_the_commands_run(workplace: Path) -> None:
     (workplace / "forces.csv").write_text("frame,tactel,normal_N,tangential_N\n0,6,1.0,0.1\n")
-    commands = [line for block in _blocks("sh") for line in block.splitlines()]
-    ours = [shlex.split(line, comments=True)[1:] for line in commands if "fringeforce " in line]
-    assert ours
-    for arguments in ours:
-        result = CliRunner().invoke(app, arguments, catch_exceptions=False)
-        assert result.exit_code == 0, (arguments, result.output)
+    shutil.copytree(ROOT / "examples", workplace / "examples")
+    lines = [line for block in _blocks("sh") for line in block.splitlines()]
+    commands = [words for line in lines if (words := shlex.split(line, comments=True))]
+    for program, *arguments in commands:
+        if program == "cd":
+            os.chdir(workplace / arguments[0])
+        elif program == "fringeforce":
+            result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+            assert result.exit_code == 0, (arguments, result.output)
     assert (workplace / "demo" / "report.html").stat().st_size > 100_000
 
 

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import fringeforce as ff
-from fringeforce.plot import light_colour
+from fringeforce.optics.colour import light_colour
 from fringeforce.reproduction.example import Example, mesh_errors, rectangle_rule
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.report import reproduce

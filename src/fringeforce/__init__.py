@@ -6,7 +6,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fringeforce.acquisition.live import live
+    from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
+    from fringeforce.calibration.references import References
+    from fringeforce.cameras.choice import open_camera
+    from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -14,33 +19,48 @@ if TYPE_CHECKING:
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
+    from fringeforce.sinks.choice import open_sink
 
 __all__ = [
+    "Batch",
+    "Contact",
+    "Friction",
     "FringeforceError",
     "Reader",
     "Reading",
+    "References",
     "Sensor",
     "SensorModel",
     "Status",
     "calibrate",
     "characterize",
+    "live",
     "load_model",
     "load_sensor",
+    "open_camera",
+    "open_sink",
     "polar",
     "recover_phase",
 ]
 
 _HOME = {
+    "Batch": "batch",
+    "Contact": "contact",
+    "Friction": "contact",
     "FringeforceError": "errors",
     "Reader": "reader",
     "Reading": "reading",
+    "References": "calibration.references",
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",
     "calibrate": "calibration.calibrate",
     "characterize": "model",
+    "live": "acquisition.live",
     "load_model": "files",
     "load_sensor": "design",
+    "open_camera": "cameras.choice",
+    "open_sink": "sinks.choice",
     "polar": "model",
     "recover_phase": "phase.noise_free",
 }

@@ -5,17 +5,14 @@ from __future__ import annotations
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
-    AllowInfNan,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
-    Strict,
     ValidationInfo,
     field_validator,
     model_validator,
@@ -23,36 +20,8 @@ from pydantic import (
 
 from fringeforce.design_text import toml_text, toml_values
 from fringeforce.errors import DesignError
-from fringeforce.quantities import EXAMPLES, parse_quantity
-from fringeforce.validation import plain_integer, suggestion, validated
-
-
-def _quantity(unit: str) -> Any:
-    """A positive physical quantity: text with a unit, or, from Python only, an SI float."""
-
-    def read(value: Any, info: ValidationInfo) -> Any:
-        if isinstance(value, str):
-            return parse_quantity(value, unit)
-        units_required = bool(info.context and info.context["units_required"])
-        if units_required and not isinstance(value, bool) and isinstance(value, int | float):
-            raise ValueError(f"is a bare number; write it with its unit, as in {EXAMPLES[unit]}")
-        return value
-
-    return Annotated[
-        float,
-        Strict(),
-        AllowInfNan(False),
-        Field(gt=0, json_schema_extra={"unit": unit}),
-        BeforeValidator(read),
-    ]
-
-
-if TYPE_CHECKING:
-    Length = Pressure = float
-else:
-    Length, Pressure = _quantity("meter"), _quantity("pascal")
-Finite = Annotated[float, AllowInfNan(False), Strict()]
-Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(plain_integer)]
+from fringeforce.fields import Count, Finite, Length, Places, Pressure
+from fringeforce.validation import suggestion, validated
 
 
 class _Part(BaseModel):
@@ -91,14 +60,41 @@ class Transducer(_Part):
 
 
 class Tactels(_Part):
-    """Where forces act: evenly spaced line loads, centred on the strip."""
+    """Where forces act: line loads, evenly spaced and centred on the strip, or placed singly."""
 
     count: Count = Field(description="number of tactels")
-    pitch: Length = Field(description="distance between neighbours [m]")
+    pitch: Length = Field(description="distance between neighbours, of the drawing [m]")
+    # the key of a design is `positions`; the attribute of that name always has a place for each
+    placed: Places | None = Field(
+        default=None,
+        alias="positions",
+        description="single places along x, ascending [m]; without them the pitch says where",
+        json_schema_extra={"unit": "meter"},
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Tactels:
+        if self.placed is None:
+            return self
+        if len(self.placed) != self.count:
+            raise ValueError(
+                f"{len(self.placed)} positions do not fit count = {self.count}; give one for every "
+                "tactel, or none and the pitch alone"
+            )
+        if (np.diff(self.placed) <= 0).any():
+            number = int(np.flatnonzero(np.diff(self.placed) <= 0)[0]) + 1
+            raise ValueError(
+                f"positions must ascend: tactel {number + 1} at {self.placed[number] * 1e3:g} mm "
+                f"does not lie right of tactel {number} at {self.placed[number - 1] * 1e3:g} mm; "
+                "sort them"
+            )
+        return self
 
     @property
     def positions(self) -> NDArray[np.float64]:
         """Places of the tactels along x, shape (count,) [m]."""
+        if self.placed is not None:
+            return np.array(self.placed)
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
 
@@ -161,13 +157,15 @@ class Sensor(_Part):
     def _on_the_strip(cls, tactels: Tactels, info: ValidationInfo) -> Tactels:
         transducer = info.data.get("transducer")
         if transducer is not None:
-            outermost, half = tactels.positions[-1], transducer.length / 2
+            outermost, half = np.abs(tactels.positions).max(), transducer.length / 2
             if outermost >= half:
+                single = tactels.placed is not None
+                kind = "" if single else f" at a pitch of {tactels.pitch * 1e3:g} mm"
+                remedy = "positions nearer to it" if single else "a smaller pitch"
                 raise ValueError(
-                    f"the outermost of {tactels.count} tactels at a pitch of "
-                    f"{tactels.pitch * 1e3:g} mm sits {outermost * 1e3:g} mm from the centre, "
-                    f"beyond the strip's end at {half * 1e3:g} mm; take fewer tactels, a smaller "
-                    "pitch or a longer strip"
+                    f"the outermost of {tactels.count} tactels{kind} sits {outermost * 1e3:g} mm "
+                    f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
+                    f"tactels, {remedy} or a longer strip"
                 )
         return tactels
 
@@ -191,7 +189,7 @@ class Sensor(_Part):
         DesignError
             If a path does not exist or the variant is not a valid sensor.
         """
-        values = self.model_dump()
+        values = self.model_dump(by_alias=True, exclude_none=True)
         for path, value in changes.items():
             *parents, key = path.split(".")
             branch = values
@@ -211,7 +209,7 @@ class Sensor(_Part):
 
 def _merged(old: Any, new: Any) -> Any:
     if isinstance(new, BaseModel):
-        new = new.model_dump()
+        new = new.model_dump(by_alias=True, exclude_none=True)
     if isinstance(old, dict) and isinstance(new, dict):
         return old | {key: _merged(old.get(key), value) for key, value in new.items()}
     return new

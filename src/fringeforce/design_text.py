@@ -35,19 +35,31 @@ def _lines(part: BaseModel, path: str) -> Iterator[str]:
         value = getattr(part, key)
         if isinstance(value, BaseModel):
             children.append((f"{path}.{key}" if path else key, value))
-        else:
-            yield f"{key} = {_spelled(value, info)}"
+        elif value is not None:
+            yield f"{info.alias or key} = {_spelled(value, info)}"
     for child_path, child in children:
         yield from _lines(child, child_path)
 
 
+def unit_at(design: BaseModel, path: str) -> str | None:
+    """SI unit of the value at a dotted path, "meter" or "pascal"; none for a plain number."""
+    *parents, name = path.split(".")
+    for parent in parents:
+        design = getattr(design, parent)
+    return _unit(type(design).model_fields[name])
+
+
+def _unit(info: FieldInfo) -> str | None:
+    extra = info.json_schema_extra
+    unit = extra.get("unit") if isinstance(extra, dict) else None
+    return unit if isinstance(unit, str) else None
+
+
 def _spelled(value: Any, info: FieldInfo) -> str:
-    unit = (
-        (info.json_schema_extra or {}).get("unit")
-        if isinstance(info.json_schema_extra, dict)
-        else None
-    )
-    if isinstance(unit, str):
+    if isinstance(value, tuple):
+        return f"[{', '.join(_spelled(single, info) for single in value)}]"
+    unit = _unit(info)
+    if unit:
         return json.dumps(spell_quantity(value, unit))
     if isinstance(value, str):
         # a JSON string is a TOML basic string, but for DEL, which only TOML wants escaped

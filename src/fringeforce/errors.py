@@ -15,3 +15,7 @@ class DesignError(InputError):
 
 class FileFormatError(FringeforceError, OSError):
     """A file is missing, truncated, or not what its name promises."""
+
+
+class CameraLost(FringeforceError, ConnectionError):  # noqa: N818 - what happened, and may pass
+    """A camera does not answer any more; it may come back."""

@@ -138,7 +138,7 @@ def load_frames(path: PathLike) -> NDArray[Any]:
     ending = Path(path).suffix.lower()
     if ending in (".h5", ".hdf5", ".nc"):
         with _existing_file(path, "frames") as file:
-            return _read(file, "grey")
+            return _read(file, "grey")[: _read(file, "frame").size]
     readers = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in readers:
         raise FileFormatError(
@@ -154,6 +154,14 @@ def load_frames(path: PathLike) -> NDArray[Any]:
             "(frames, pixels)."
         )
     return frames
+
+
+def load_times(path: PathLike) -> NDArray[np.float64] | None:
+    """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
+    if Path(path).suffix.lower() not in (".h5", ".hdf5", ".nc"):
+        return None
+    with _existing_file(path, "frames") as file:
+        return _read(file, "time")[: _read(file, "frame").size] if "time" in file else None
 
 
 def _load_npy(path: PathLike) -> NDArray[Any]:
@@ -204,7 +212,7 @@ def _umask() -> int:
 @contextmanager
 def _existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
     try:
-        with h5py.File(path, "r") as file:
+        with _opened(path) as file:
             found = file.attrs.get("format", "a foreign HDF5 file")
             if found != f"fringeforce-{kind}":
                 raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
@@ -226,6 +234,16 @@ def _existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
             f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
             "truncated or of another kind; write it again."
         ) from None
+
+
+def _opened(path: PathLike) -> h5py.File:
+    """The file for reading, even if it is being recorded or its recorder was killed."""
+    try:
+        return h5py.File(path, "r")
+    except FileNotFoundError:
+        raise
+    except OSError:
+        return h5py.File(path, "r", swmr=True)
 
 
 def _write(

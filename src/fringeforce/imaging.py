@@ -35,6 +35,12 @@ class Imaging:
         Modes of the influence matrix [rad/N].
     amplitude_modes, offset_modes : ndarray, shape (k, P), k >= d
         Modes of the lighting, grey levels; the first d belong to the modes of the matrix.
+    light_variance : float
+        Mean variance of the grey levels that amplitude and offset of single pixels, independent
+        of each other, are uncertain by; readings count it as noise.
+    drift : pair of float
+        Standard deviations from frame to frame of the gain of the amplitude, and of the offset in
+        grey levels.
     """
 
     positions: Array
@@ -44,6 +50,8 @@ class Imaging:
     influence_modes: Array
     amplitude_modes: Array
     offset_modes: Array
+    light_variance: float = 0.0
+    drift: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
@@ -93,11 +101,12 @@ class Calibration:
     Attributes
     ----------
     names : tuple of str
-        Unknowns: dotted paths of the design, then "camera shift" [m] and "camera scale" [1].
+        Unknowns: dotted paths of the design or "tactel 1 position" [m] and so on, then "camera
+        shift" [m] and "camera scale" [1].
     drawing, values : ndarray, shape (d,)
         Before and after.
     covariance : ndarray, shape (d, d)
-        Of the logarithms of the design's values, the shift [m] and the scale.
+        Of the logarithms of the design's values, places [m], the shift [m] and the scale.
     unidentified : tuple of str
         Combinations that the frames say nothing of; along them the drawing was kept.
     outliers : tuple of int
@@ -123,12 +132,15 @@ class Calibration:
     @property
     def std(self) -> Array:
         """Standard deviations of the values, shape (d,), in their own units."""
-        relative = np.array([not name.startswith("camera s") for name in self.names])
+        relative = np.array([not name.startswith(("camera s", "tactel ")) for name in self.names])
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
 
 
 def camera_response(
-    camera: Camera, amplitude: Array | None = None, offset: Array | None = None
+    camera: Camera,
+    amplitude: Array | None = None,
+    offset: Array | None = None,
+    light_variance: float = 0.0,
 ) -> Response:
     """Response of a camera; it clips only where its noise can carry a level beyond its range.
 
@@ -138,6 +150,8 @@ def camera_response(
         As designed.
     amplitude, offset : ndarray, shape (P,), optional
         Measured ones, which take the place of the design's, grey levels.
+    light_variance : float
+        Variance by which they are uncertain from pixel to pixel, squared grey levels.
     """
     bright = camera.amplitude if amplitude is None else amplitude
     dark = camera.offset if offset is None else offset
@@ -146,7 +160,7 @@ def camera_response(
     return Response(
         amplitude=bright,
         offset=dark,
-        variance=noise_variance(camera),
+        variance=noise_variance(camera) + light_variance,
         floor=0.0 if np.min(dark) - reach < -0.5 else -np.inf,
         ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
     )

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
-from fringeforce.imaging import Calibration, Imaging
+from fringeforce.force.likelihood import Response, misfit
+from fringeforce.imaging import Calibration, Imaging, camera_response
 from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
@@ -23,8 +24,8 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import intensity
 
 if TYPE_CHECKING:
-    from fringeforce.reader import Reader
     from fringeforce.reading import Reading
+    from fringeforce.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 
@@ -109,6 +110,14 @@ class SensorModel:
         """Where the camera's pixels look, as measured or as designed, shape (n_pixels,) [m]."""
         return self.sensor.pixel_positions if self.imaging is None else self.imaging.positions
 
+    @cached_property
+    def response(self) -> Response:
+        """What the camera makes of a phase, as measured or as designed."""
+        camera, imaging = self.sensor.camera, self.imaging
+        if imaging is None:
+            return camera_response(camera)
+        return camera_response(camera, imaging.amplitude, imaging.offset, imaging.light_variance)
+
     def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
         """Phase lead under given forces, equation (10.a).
 
@@ -154,15 +163,35 @@ class SensorModel:
         lighting = None if imaging is None else (imaging.amplitude, imaging.offset)
         return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
 
+    def residuals(self, frames: ArrayLike, forces: ArrayLike) -> Array:
+        """What known forces leave of frames, in units of the noise; zero where no pixel is usable.
+
+        Parameters
+        ----------
+        frames : array_like, shape (..., n_pixels)
+            Grey levels.
+        forces : array_like, shape (..., 2, n)
+            Forces that acted [N].
+
+        Returns
+        -------
+        ndarray, shape (..., n_pixels)
+            With a standard deviation of one if the model explains the frames.
+        """
+        response = self.response
+        expected = response.level(self.phase(forces))
+        left = misfit(np.asarray(frames, dtype=float), expected, response).slope
+        return -left if self.imaging is None else -left * self.imaging.usable
+
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
-        """Forces from one frame, without any earlier state; see `fringeforce.Reader.read`."""
+        """Forces from one frame, without any earlier state; see `fringeforce.Reader`."""
         return self._reader.read(frame, mask)
 
     @cached_property
-    def _reader(self) -> Reader:
-        from fringeforce.reader import Reader
+    def _reader(self) -> SingleFrameReader:
+        from fringeforce.single_frame import SingleFrameReader
 
-        return Reader(self)
+        return SingleFrameReader(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to an HDF5 file, all of it or nothing."""

@@ -12,11 +12,13 @@ import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fringeforce.design import Transducer
 from fringeforce.errors import InputError
 from fringeforce.mechanics.mesh import Mesh
+from fringeforce.model import SensorModel
+from fringeforce.optics.colour import light_colour
 from fringeforce.reading import Reading
 
 MILLI = 1e3
@@ -178,11 +180,65 @@ def draw_readings(readings: Sequence[Reading], path: Path) -> None:
     InputError
         If the picture cannot be written.
     """
-    with figure() as (canvas, ax):
+    with _picture(path) as ax:
         if len(readings) == 1:
             forces(ax, readings[0].forces, readings[0].std)
         else:
             force_history(ax, np.array([reading.forces[0] for reading in readings]))
+
+
+def residuals(ax: Axes, left: ArrayLike, frames: Sequence[int], pixels: Sequence[int]) -> None:
+    """What a model leaves of frames with known loads, a row for each; what was left out is marked.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    left : array_like, shape (F, P)
+        Residuals in units of the noise.
+    frames, pixels : sequence of int
+        Those that a calibration left out.
+    """
+    image = ax.imshow(left, aspect="auto", cmap="RdBu_r", vmin=-4, vmax=4, interpolation="nearest")
+    count, width = np.shape(left)
+    # marks stand just outside the picture, so that they hide nothing
+    ax.plot(np.full(len(frames), -0.01 * width), frames, ">", color="black", clip_on=False)
+    ax.plot(pixels, np.full(len(pixels), -0.02 * count - 0.5), "v", color="black", clip_on=False)
+    ax.set(xlabel="pixel", ylabel="frame", xlim=(-0.5, width - 0.5), ylim=(count - 0.5, -0.5))
+    ax.grid(visible=False)
+    ax.figure.colorbar(image, ax=ax, label="residual / noise")
+
+
+def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path: Path) -> None:
+    """Write a picture of what a calibrated model leaves of the frames that it was fitted to.
+
+    Parameters
+    ----------
+    model : SensorModel
+        Calibrated.
+    frames : array_like, shape (F, n_pixels)
+        Grey levels.
+    loads : array_like, shape (F, 2, n)
+        Known forces [N].
+    path : Path
+        Of the picture.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    found = model.calibration
+    left = model.residuals(frames, loads)
+    with _picture(path) as ax:
+        residuals(ax, left, found.outliers if found else (), found.dead if found else ())
+
+
+@contextmanager
+def _picture(path: Path) -> Iterator[Axes]:
+    """Axes of a picture that is written at the end."""
+    with figure() as (canvas, ax):
+        yield ax
         try:
             canvas.savefig(path)
         except OSError as error:
@@ -213,34 +269,6 @@ def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, waveleng
     ax.imshow(light ** (1 / 2.2), extent=extent, aspect="auto", interpolation="bilinear")
     ax.set(xlabel="x [mm]", ylabel="y [mm]")
     ax.grid(visible=False)
-
-
-def light_colour(wavelength: float) -> NDArray[np.float64]:
-    """Linear RGB of monochromatic light, brightest channel one, shape (3,).
-
-    Gaussian fits to the CIE 1931 colour matching functions by Wyman, Sloan and Shirley, J. Comput.
-    Graph. Tech. 2 (2), 2013; the wavelength is in metres.
-    """
-    nm = wavelength * 1e9
-
-    def lobe(height: float, centre: float, left: float, right: float) -> float:
-        slope = left if nm < centre else right
-        return height * np.exp(-0.5 * ((nm - centre) * slope) ** 2)
-
-    xyz = np.array(
-        [
-            lobe(1.056, 599.8, 1 / 37.9, 1 / 31.0)
-            + lobe(0.362, 442.0, 1 / 16.0, 1 / 26.7)
-            + lobe(-0.065, 501.1, 1 / 20.4, 1 / 26.2),
-            lobe(0.821, 568.8, 1 / 46.9, 1 / 40.5) + lobe(0.286, 530.9, 1 / 16.3, 1 / 31.1),
-            lobe(1.217, 437.0, 1 / 11.8, 1 / 36.0) + lobe(0.681, 459.0, 1 / 26.0, 1 / 13.8),
-        ]
-    )
-    to_rgb = np.array(
-        [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
-    )
-    rgb = np.clip(to_rgb @ xyz, 0, None)
-    return rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
 
 
 def convergence(

@@ -1,75 +1,76 @@
-"""From a model and a frame to a reading that never fails: checks before, words after."""
+"""Frames as they come to readings as they come: followed from one to the next, or searched."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.batch import Batch, checked_recording, read_batch, read_on
 from fringeforce.force.admissible import admissible
-from fringeforce.force.goodness import reduced_chi_square
-from fringeforce.force.likelihood import Response
-from fringeforce.imaging import Imaging, camera_response
-from fringeforce.interpretation import Interpretation, interpret
+from fringeforce.force.following import FOLLOWED, covariance_at
 from fringeforce.model import SensorModel
 from fringeforce.reading import Reading, Status
+from fringeforce.single_frame import SingleFrameReader
+from fringeforce.tracker import Track, Tracker
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-THINNED = 4
-"""Every so many pixels tell what a calibration leaves uncertain."""
 
 
-@dataclass(frozen=True, eq=False)
 class Reader:
-    """Reads frames of one sensor.
+    """Reads the frames of one sensor in the order in which they were taken.
 
-    Attributes
+    A frame starts from the loads of the last one, which takes tens of microseconds; the first
+    frame, and every one that this does not explain beyond doubt, is searched as `SensorModel.read`
+    does it, which takes milliseconds.  What several loads explain equally well the way there
+    decides: a followed reading is OK where the frame alone would be AMBIGUOUS.  The way is trusted
+    while it is short against the way to any mirror image; after a jump the search decides again.
+
+    The compiled loops take some seconds to compile on the first use on a machine, and about one
+    to load in each process; `prepare` does it before the first frame comes.
+
+    Parameters
     ----------
     model : SensorModel
         The characterised sensor.
-    friction : float or None
+    friction : float, optional
         If given, forces are limited to N >= 0 and |T| <= friction N.
     model_error : float
         Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
         sensor that was characterised from its drawing and never calibrated; it widens the
-        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH.
+        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH; for followed
+        frames this is looked at where their residuals are not plainly noise.
     """
 
-    model: SensorModel
-    friction: float | None = None
-    model_error: float = 0.0
+    def __init__(
+        self, model: SensorModel, friction: float | None = None, model_error: float = 0.0
+    ) -> None:
+        self._single = SingleFrameReader(model, friction, model_error)
+        self._tracker = Tracker(self._single)
+        self._track = Track.of(1, self._single.influence.shape[1], covariances=False)
 
-    def __post_init__(self) -> None:
-        if self.friction is not None and not self.friction > 0:
-            raise InputError(
-                f"friction = {self.friction}: must be greater than 0; leave it out for no limits."
-            )
-        if not 0 <= self.model_error < 1:
-            raise InputError(
-                f"model_error = {self.model_error}: must be from 0 to below 1, such as 0.03."
-            )
+    @property
+    def model(self) -> SensorModel:
+        """The sensor that is read."""
+        return self._single.model
 
-    @cached_property
-    def response(self) -> Response:
-        """What the sensor's camera makes of a phase."""
-        camera, imaging = self.model.sensor.camera, self.model.imaging
-        if imaging is None:
-            return camera_response(camera)
-        return camera_response(camera, imaging.amplitude, imaging.offset)
+    def reset(self) -> None:
+        """Forget the last reading: the next frame is searched."""
+        self._tracker.release()
 
-    @cached_property
-    def influence(self) -> Array:
-        """Influence matrix at the pixels, shape (n_pixels, 2n) [rad/N]."""
-        psi = self.model.pixel_influence
-        return np.ascontiguousarray(psi.reshape(len(psi), -1))
+    def prepare(self) -> None:
+        """Compile or load the compiled loops, which the first frame would wait for otherwise."""
+        n = self.model.sensor.tactels.count
+        frame = self.model.expose(np.stack([np.ones(n), np.zeros(n)]), rng=0)
+        trial = Reader(self.model)
+        for _ in range(2):
+            trial.read(frame).std  # noqa: B018, for the deviations are computed when asked for
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
-        """Read one frame without any earlier state.
+        """Read the next frame.
 
         Parameters
         ----------
@@ -81,114 +82,103 @@ class Reader:
         Returns
         -------
         Reading
-            Never an error for a bad frame: its status says what to do.
+            Never an error for a bad frame: its status says what to do, and the next frame is read
+            as if the bad one had not come.
 
         Raises
         ------
         InputError
             If the mask does not fit the sensor.
         """
-        used = self._usable(mask)
-        try:
-            levels = np.asarray(frame, dtype=float)
-        except (TypeError, ValueError):
-            return self._bad(f"It holds {type(frame).__name__}, not grey levels.")
-        if problem := self._problem(levels, used):
-            return self._bad(problem)
-        sound = used & ~_dead(levels, self.response)
-        full_scale = self.model.sensor.camera.full_scale
-        found = interpret(
-            levels,
-            sound,
-            self.influence,
-            self.response,
-            full_scale,
-            self.model_error,
-            self._doubt,
-        )
-        return self._stated(found)
+        used = self._single.usable(mask)
+        levels = self._single.checked(frame, used)
+        if isinstance(levels, Reading):
+            return levels
+        tracker = self._tracker
+        if tracker.holds(used):
+            packed = tracker.packed(levels[None], used)
+            if tracker.advance(packed, self._track, 0):
+                return self._followed(levels)
+        return tracker.search(levels, used)
 
-    def _usable(self, mask: ArrayLike | None) -> Mask:
-        pixels, imaging = len(self.influence), self.model.imaging
-        usable = np.ones(pixels, dtype=bool) if imaging is None else imaging.usable
-        if mask is None:
-            return usable
-        masked = np.asarray(mask, dtype=bool)
-        if masked.shape != (pixels,) or (usable & ~masked).sum() <= 2 * self.influence.shape[1]:
-            raise InputError(
-                f"A mask of shape {masked.shape} with {int((~masked).sum())} pixels to use does "
-                f"not fit; this sensor has {pixels} pixels and needs more than "
-                f"{2 * self.influence.shape[1]} of them."
-            )
-        return usable & ~masked
+    def stream(self, frames: Iterable[ArrayLike]) -> Iterator[Reading]:
+        """Read frames one after the other, as they come."""
+        for frame in frames:
+            yield self.read(frame)
 
-    def _problem(self, levels: Array, used: Mask) -> str:
-        camera = self.model.sensor.camera
-        if levels.shape != used.shape:
-            return f"It has the shape {levels.shape}; this sensor's frames have {used.shape}."
-        seen = levels[used]
-        if not np.isfinite(seen).all():
-            return f"{int((~np.isfinite(seen)).sum())} pixels are not a number."
-        if seen.min() < 0 or seen.max() > camera.full_scale:
-            return (
-                f"Grey levels from {seen.min():g} to {seen.max():g} exceed the converter's 0 to "
-                f"{camera.full_scale}."
-            )
-        if np.ptp(seen) == 0 and camera.noise > 0.5:
-            return f"All pixels are {seen[0]:g}."
-        return ""
+    def read_on(
+        self, frames: ArrayLike, covariance: bool = False, mask: ArrayLike | None = None
+    ) -> Batch:
+        """Read the next frames at once, much faster than one by one.
 
-    def _stated(self, found: Interpretation) -> Reading:
-        covariance = found.covariance
-        loads, n = found.loads, len(found.loads) // 2
-        limited = np.zeros(n, dtype=bool)
-        if self.friction is not None:
-            loads, limited = admissible(loads, covariance, self.friction)
-        return Reading(
-            forces=loads.reshape(2, n),
-            covariance=covariance,
-            phase=self.influence @ loads,
-            chi2=reduced_chi_square(found.residuals, len(loads)),
-            status=found.status,
-            detail="",
-            alternatives=np.reshape(found.rivals, (-1, 2, n)),
-            limited=limited,
-        )
+        Parameters
+        ----------
+        frames : array_like, shape (k, n_pixels)
+            Grey levels of the frames that follow the last one.
+        covariance, mask
+            As of `read_batch`.
+        """
+        levels = checked_recording(self._single, frames)
+        batch = Batch.of(len(levels), self.model.sensor.tactels.count, covariance)
+        read_on(self._tracker, levels, self._single.usable(mask), batch)
+        return batch
 
-    @cached_property
-    def _thinned(self) -> tuple[Imaging, Array] | None:
-        """Imaging and influence of some pixels, whose modes are smooth enough to tell of all."""
-        imaging, some = self.model.imaging, np.arange(0, len(self.influence), THINNED)
-        return None if imaging is None else (imaging.at(some), self.influence[some])
+    def read_batch(
+        self,
+        frames: ArrayLike,
+        covariance: bool = True,
+        mask: ArrayLike | None = None,
+        workers: int | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> Batch:
+        """Read a recording on all processor cores; independent of what was read before.
 
-    def _doubt(self, loads: Array) -> Array:
-        """Modes of the grey levels that the calibration leaves uncertain, shape (k, P)."""
-        pixels = len(self.influence)
-        if self._thinned is None:
-            return np.empty((0, pixels))
-        imaging, influence = self._thinned
-        modes = imaging.level_modes(loads, influence @ loads)
-        return np.repeat(modes, THINNED, axis=1)[:, :pixels]
+        The recording is cut into as many parts as there are workers, each of which begins with a
+        search and is followed from there.
 
-    def _bad(self, detail: str) -> Reading:
-        pixels, unknowns = self.influence.shape
-        return Reading(
-            forces=np.full((2, unknowns // 2), np.nan),
-            covariance=np.full((unknowns, unknowns), np.nan),
-            phase=np.full(pixels, np.nan),
-            chi2=np.nan,
-            status=Status.BAD_FRAME,
-            detail=detail,
-            alternatives=np.empty((0, 2, unknowns // 2)),
-            limited=np.zeros(unknowns // 2, dtype=bool),
-        )
+        Parameters
+        ----------
+        frames : array_like, shape (k, n_pixels)
+            Grey levels of consecutive frames.
+        covariance : bool
+            Whether to keep the covariance of every frame, from all of its pixels; otherwise the
+            batch holds deviations only, right within 5 %, and reading takes half the time.
+        mask : array_like of bool, shape (n_pixels,), optional
+            Pixels to leave out of all frames, where true.
+        workers : int, optional
+            Parts that are read at the same time; one for each core if not given.
+        progress : callable, optional
+            Called with numbers of frames as they are done, from any thread.
+        """
+        return read_batch(self._single, frames, covariance, mask, workers, progress)
+
+    def _followed(self, levels: NDArray[Any]) -> Reading:
+        single, tracker = self._single, self._tracker
+        loads = self._track.loads[0].copy()
+        touched = self._track.verdicts[0] == FOLLOWED
+        spread: Callable[[], Array]
+        if not touched:
+            spread = partial(getattr, single, "silent_covariance")
+        elif tracker.widens:
+            spread = partial(_spread, tracker, loads, levels.copy())
+        else:
+            spread = partial(covariance_at, tracker.strip, loads)
+        limited = np.zeros(len(loads) // 2, dtype=bool)
+        known: dict[str, Any] = {
+            "chi2": float(tracker.chi2(self._track.reports[0])),
+            "status": Status.OK if touched else Status.NO_CONTACT,
+            "detail": "",
+            "alternatives": np.empty((0, 2, len(loads) // 2)),
+            "tracked": True,
+        }
+        if single.friction is not None:
+            covariance = spread()
+            loads, limited = admissible(loads, covariance, single.friction)
+            spread = partial(np.asarray, covariance)
+        known |= {"forces": loads.reshape(2, -1), "limited": limited}
+        phase = partial(np.matmul, single.influence, loads)
+        return Reading.deferred(known, {"covariance": spread, "phase": phase})
 
 
-def _dead(levels: Array, response: Response) -> Mask:
-    """Single pixels that stand out from both of their neighbours as no fringe does."""
-    middle = (levels[:-2] + levels[2:]) / 2
-    apart = np.abs(levels[2:] - levels[:-2])
-    alone = np.abs(levels[1:-1] - middle)
-    inner = response.at(slice(1, -1))
-    limit = np.maximum(8 * np.sqrt(inner.variance), inner.amplitude / 4)
-    return np.pad((alone > limit) & (alone > 3 * apart), 1)
+def _spread(tracker: Tracker, loads: Array, levels: NDArray[Any]) -> Array:
+    return tracker.widened(covariance_at(tracker.strip, loads), loads, levels)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +67,8 @@ class Reading:
         Other forces that explain an ambiguous frame as well [N].
     limited : ndarray of bool, shape (n,)
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
+    tracked : bool
+        Whether the frame was followed from the last one rather than searched.
     """
 
     forces: Array
@@ -75,6 +79,31 @@ class Reading:
     detail: str
     alternatives: Array
     limited: NDArray[np.bool_]
+    tracked: bool = False
+
+    @classmethod
+    def deferred(
+        cls, known: Mapping[str, Any], later: Mapping[str, Callable[[], Array]]
+    ) -> Reading:
+        """A reading of which some attributes are computed when they are first asked for.
+
+        Parameters
+        ----------
+        known : mapping
+            Values of attributes.
+        later : mapping
+            Functions that return those of the others.
+        """
+        reading = object.__new__(cls)
+        reading.__dict__.update(known, _later=later)
+        return reading
+
+    def __getattr__(self, name: str) -> Array:
+        """Compute what was deferred; Python comes here only for what is not there yet."""
+        later = self.__dict__.get("_later", {})
+        if name not in later:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return self.__dict__.setdefault(name, later[name]())
 
     @property
     def std(self) -> Array:

@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from fringeforce.design import Layer
+from fringeforce.design_text import unit_at
 from fringeforce.model import SensorModel, polar
 from fringeforce.optics.photoelasticity import stress_optic_constant
+
+UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
+"""Factor and symbol of the unit in which a person reads a quantity."""
+PLACES = {"camera scale": None}
 
 
 def fringe_density(model: SensorModel) -> float:
@@ -81,11 +86,18 @@ def calibration_summary(model: SensorModel) -> list[str]:
         return ["not calibrated"]
     width = max(map(len, found.names))
     unknowns = zip(found.names, found.drawing, found.values, found.std, strict=True)
-    lines = [
-        f"  {name:<{width}}  {before:.6g} -> {after:.6g} +- {std:.2g}"
-        for name, before, after, std in unknowns
-    ]
+    lines = [f"  {name:<{width}}  {_change(model, name, *numbers)}" for name, *numbers in unknowns]
     return [*lines, f"  reduced chi-square {found.chi2:.4g}", *found.findings]
+
+
+def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
+    """An unknown before and after, to the second digit of its deviation."""
+    place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
+    unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
+    factor, symbol = UNITS[unit]
+    digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6
+    found = f"{after * factor:.{digits}f} +- {std * factor:.{digits}f} {symbol}".rstrip()
+    return f"{before * factor:.6g} -> {found}"
 
 
 def _mm(value: float) -> str:

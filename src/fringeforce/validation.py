@@ -6,7 +6,6 @@ import difflib
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
-import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
@@ -40,11 +39,6 @@ def validated(model: type[Model], values: Mapping[str, Any], source: str, from_f
         problems = [_problem(model, values, detail) for detail in error.errors()]
     count = "a problem" if len(problems) == 1 else f"{len(problems)} problems"
     raise DesignError("\n  ".join([f"{source} has {count}:", *problems]))
-
-
-def plain_integer(value: Any) -> Any:
-    """NumPy's whole numbers, as a sweep over np.arange hands them in, as Python's."""
-    return int(value) if isinstance(value, np.integer) else value
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
@@ -122,7 +116,8 @@ def _model_at(model: type[BaseModel], location: Sequence[int | str]) -> type[Bas
 
 
 def _fields(model: type[BaseModel], location: Sequence[int | str]) -> list[str]:
-    return list(_model_at(model, location).model_fields)
+    fields = _model_at(model, location).model_fields
+    return [info.alias or name for name, info in fields.items()]
 
 
 def _description(model: type[BaseModel], location: Sequence[int | str]) -> str:

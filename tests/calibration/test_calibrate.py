@@ -12,7 +12,7 @@ from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
 from fringeforce.calibration.frame_fit import Bench, light_basis, linearised, residuals, start
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
-from fringeforce.reader import Reader
+from fringeforce.single_frame import SingleFrameReader
 
 N, PIXELS, WRONG = 11, 2048, 17
 COVER = "transducer.compliant.youngs_modulus"
@@ -115,9 +115,9 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
     rng = np.random.default_rng(12)
     forces = combined(rng, 80)
     off, bounds, inside = [], [], []
-    known = Reader(true)
+    known = SingleFrameReader(true)
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
-    influence, response = known.influence[seen], known.response.at(seen)
+    influence, response = known.influence[seen], true.response.at(seen)
     for load, frame in zip(forces, exposed(true, forces, rng, dead), strict=True):
         reading = calibrated.read(frame)
         assert reading.status is ff.Status.OK

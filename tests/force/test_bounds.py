@@ -8,7 +8,7 @@ from fringeforce.force.bounds import covariance, cramer_rao_bound, fisher_inform
 from fringeforce.force.estimate import least_squares, maximum_likelihood
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import camera_response
-from fringeforce.reader import Reader
+from fringeforce.single_frame import SingleFrameReader
 
 RESPONSE = Response(amplitude=200.0, offset=20.0, variance=9.0)
 
@@ -102,7 +102,10 @@ def test_the_response_is_that_of_the_camera(model: ff.SensorModel) -> None:
 def test_limits_of_a_dry_contact_hold_and_are_reported(model: ff.SensorModel) -> None:
     forces = ff.polar([0, 1, 0, 2, 0, 0, 1, 1, 0, 0, 1], 30)
     frame = model.expose(forces, rng=3)
-    free, limited = Reader(model).read(frame), Reader(model, friction=0.3).read(frame)
+    free, limited = (
+        SingleFrameReader(model).read(frame),
+        SingleFrameReader(model, friction=0.3).read(frame),
+    )
     assert free.forces[0].min() < 0
     assert not free.limited.any()
     assert limited.forces[0].min() >= -1e-12

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.column_fit import ColumnFit
-from fringeforce.calibration.frame_fit import SHIFT, Bench, on_strip
+from fringeforce.calibration.imaging_modes import fitted_imaging
+from fringeforce.calibration.normal_equations import EVERY
 from fringeforce.force.bounds import covariance
 from fringeforce.imaging import Imaging
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 LEFT_OUT = 0.01
 """Share of what the calibration adds to the readings' variances that need not be kept."""
@@ -21,7 +23,7 @@ THINNED = 8
 
 
 def column_imaging(
-    bench: Bench, found: ColumnFit, scale: float, left_out: float = LEFT_OUT
+    found: ColumnFit, used: Mask, scale: float, left_out: float = LEFT_OUT
 ) -> Imaging:
     """Registration and lighting, with the modes of the covariance that matter.
 
@@ -30,53 +32,37 @@ def column_imaging(
 
     Parameters
     ----------
-    bench : Bench
-        All frames.
     found : ColumnFit
         Design, camera, light and columns.
+    used : ndarray of bool, shape (P,)
+        Pixels that are sound and see the strip.
     scale : float
         Factor of all covariances.
     left_out : float
         Share of what the calibration adds to the readings' variances that need not be kept.
     """
-    others = np.concatenate([found.responses, np.linalg.cholesky(found.own)], axis=1).T
-    columns = np.zeros((len(others), *found.belief.mean.shape))
+    others = np.concatenate([found.responses, np.linalg.cholesky(found.own)], axis=1)
+    columns = np.zeros((others.shape[1], *found.belief.mean.shape))
     columns[: len(found.belief.modes)] = found.belief.modes
     others, columns = others * np.sqrt(scale), columns * np.sqrt(scale)
-    few = _imaging(bench, found, np.arange(0, bench.levels.shape[1], THINNED), others, columns)
-    turn = _turned(bench, found, few, left_out)
-    every = np.arange(bench.levels.shape[1])
+    few = _imaging(found, used, others, columns, slice(None, None, THINNED))
+    turn = _turned(found, few, left_out)
     turned = np.asarray(np.tensordot(turn.T, columns, 1), dtype=float)
-    return _imaging(bench, found, every, turn.T @ others, turned)
+    return _imaging(found, used, others @ turn, turned, EVERY)
 
 
 def _imaging(
-    bench: Bench, found: ColumnFit, pixels: NDArray[np.intp], others: Array, columns: Array
+    found: ColumnFit, used: Mask, others: Array, columns: Array, pixels: slice
 ) -> Imaging:
-    """Imaging of some pixels, with modes of the other unknowns (k, U) and columns (k, 2n, K)."""
-    sensor, at, tangent = bench.sensor, found.fit.unknowns, found.fit.tangent
-    positions = at.positions(sensor)[pixels]
-    basis, response = bench.basis[pixels], at.response(bench).at(pixels)
-    slope = tangent.matrix(at.design, positions, slope=True)
-    along = np.stack([slope * SHIFT, slope * sensor.pixel_positions[pixels, None]])
-    changes = np.concatenate([tangent.at(positions)[1:], along])
-    own, bright, dark = np.split(others, np.cumsum([len(changes), len(at.amplitude)]), axis=1)
-    modes = np.asarray(np.tensordot(own, changes, 1), dtype=float)
-    modes += found.shapes.correction(columns, positions)
-    return Imaging(
-        positions=positions,
-        amplitude=np.asarray(response.amplitude, dtype=float),
-        offset=np.asarray(response.offset, dtype=float),
-        usable=found.sound[pixels] & on_strip(positions, sensor),
-        influence_modes=modes.reshape(*modes.shape[:2], 2, -1),
-        amplitude_modes=bright @ basis.T,
-        offset_modes=dark @ basis.T,
-    )
+    """Imaging of some pixels, with modes of the other unknowns (m, k) and columns (k, 4n, K)."""
+    positions = found.fit.unknowns.positions(found.bench.sensor)[pixels]
+    corrections = found.shapes.correction(columns, positions)
+    return fitted_imaging(found.bench, found.fit, used, others, corrections, pixels)
 
 
-def _turned(bench: Bench, found: ColumnFit, imaging: Imaging, left_out: float) -> Array:
+def _turned(found: ColumnFit, imaging: Imaging, left_out: float) -> Array:
     """Combinations of modes, in order of what they do to readings, shape (all, kept)."""
-    used = imaging.usable
+    bench, used = found.bench, imaging.usable
     tangent, design = found.fit.tangent, found.fit.unknowns.design
     influence = tangent.matrix(design, imaging.positions[used])
     response = found.fit.unknowns.response(bench)

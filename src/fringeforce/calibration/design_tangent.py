@@ -8,38 +8,51 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
+from fringeforce.calibration.design_entries import (
+    POSITIONS,
+    STRAIN_OPTIC,
+    design_value,
+    entries,
+    prior,
+    varied,
+)
 from fringeforce.design import Sensor
-from fringeforce.errors import InputError
 from fringeforce.model import SensorModel, characterize
+
+__all__ = ["STRAIN_OPTIC", "DesignTangent", "design_tangent", "design_value", "varied"]
 
 Array = NDArray[np.float64]
 
 STEP = 0.004
-"""Step of the logarithm of a design value for central differences."""
+"""Step of an entry for central differences."""
 SETTLED = 1e-3
-"""Change of a design value's logarithm below which a tangent is as good as the matrix itself."""
+"""Change of a design's entry below which a tangent is as good as the matrix itself."""
+UNSURE = 0.1
+"""Change in an entry's own deviations below which following it is not worth the elements."""
 GRID = 2001
 """Places along the strip between which matrix and derivatives are interpolated."""
-STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
 
 
 @dataclass(frozen=True, eq=False)
 class DesignTangent:
-    """Influence matrix and its derivatives by logarithms of design values.
+    """Influence matrix and its derivatives by the entries of a design.
 
     Attributes
     ----------
     centre : ndarray, shape (d,)
-        Logarithms of the values over those of the drawing.
+        Entries, as in `design_entries`; zero for the drawing.
     model : SensorModel
         The sensor characterised there.
     spline : CubicSpline
         Along the strip [m]; values of shape (1 + d, 2n): the matrix, then its derivatives.
+    deviations : ndarray, shape (d,)
+        Standard deviations of the entries before any frame is seen.
     """
 
     centre: Array
     model: SensorModel
     spline: CubicSpline
+    deviations: Array
 
     def at(self, x: ArrayLike, slope: bool = False) -> Array:
         """Matrix at the centre and derivatives, or all their slopes along x, (1 + d, m, 2n)."""
@@ -59,32 +72,6 @@ class DesignTangent:
         return replace(self, spline=CubicSpline(self.spline.x, values))
 
 
-def design_value(sensor: Sensor, path: str) -> float:
-    """Value of a design at a dotted path.
-
-    Raises
-    ------
-    InputError
-        If the path does not name a number other than zero.
-    """
-    value: object = sensor
-    for part in path.split("."):
-        value = getattr(value, part, None)
-    if isinstance(value, bool) or not isinstance(value, int | float) or value == 0:
-        raise InputError(
-            f"{path!r} names no number of a design that can be calibrated; take dotted paths such "
-            f"as {STRAIN_OPTIC!r} or 'transducer.compliant.thickness'."
-        )
-    return float(value)
-
-
-def varied(sensor: Sensor, paths: tuple[str, ...], logarithms: Array) -> Sensor:
-    """The drawing with some values multiplied by the exponentials of given logarithms."""
-    factors = np.exp(logarithms).tolist()
-    values = {p: design_value(sensor, p) * f for p, f in zip(paths, factors, strict=True)}
-    return sensor.replace(**values)
-
-
 def design_tangent(
     sensor: Sensor, paths: tuple[str, ...], centre: Array, step: float = STEP
 ) -> DesignTangent:
@@ -97,7 +84,7 @@ def design_tangent(
     paths : tuple of str, length d
         Dotted paths of the values.
     centre : ndarray, shape (d,)
-        Logarithms of the values over those of the drawing.
+        Entries of the design.
     step : float
         Of the central differences; the mesh follows the design, so it must be well above the
         finite elements' relative error.
@@ -106,23 +93,54 @@ def design_tangent(
     half = sensor.transducer.length / 2
     grid = np.linspace(-half, half, GRID)
     values = [middle.influence(grid)]
-    for path, unit in zip(paths, np.eye(len(paths)), strict=True):
+    owners = np.array(entries(sensor, paths))
+    for path in paths:
         if path == STRAIN_OPTIC:  # the phase is proportional to it, equation (2)
             values.append(values[0])
             continue
+        unit = (owners == path).astype(float)
         ahead, behind = (
             characterize(varied(sensor, paths, centre + sign * step * unit)).influence(grid)
             for sign in (1, -1)
         )
-        values.append((ahead - behind) / (2 * step))
-    stacked = np.stack(values, axis=1).reshape(GRID, 1 + len(paths), -1)
-    return DesignTangent(centre, middle, CubicSpline(grid, stacked))
+        change = (ahead - behind) / (2 * step)
+        if path != POSITIONS:
+            values.append(change)
+            continue
+        # a tactel's place moves nothing but its own columns: all are differentiated at once
+        values += [change * own for own in np.eye(change.shape[2])]
+    stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
+    return DesignTangent(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
 
 
 def followed(
-    sensor: Sensor, paths: tuple[str, ...], design: Array, tangent: DesignTangent
+    sensor: Sensor,
+    paths: tuple[str, ...],
+    design: Array,
+    covariance: Array,
+    tangent: DesignTangent,
+    share: float = 1.0,
 ) -> DesignTangent:
-    """A tangent at another design, or the old one if that is near enough."""
-    if np.abs(design - tangent.centre).max(initial=0.0) < SETTLED:
+    """A tangent at another design or on the way to it, or the old one if that is near enough.
+
+    Meshes follow the design, so that two tangents may each point to the other along what frames
+    hardly show; halfway they agree.
+
+    Parameters
+    ----------
+    sensor, paths
+        As of `design_tangent`.
+    design : ndarray, shape (d,)
+        Entries of the new design.
+    covariance : ndarray
+        Of the unknowns, the design's entries first.
+    tangent : DesignTangent
+        The old one.
+    share : float
+        Of the way to go.
+    """
+    step = design - tangent.centre
+    unsure = np.sqrt(np.diag(covariance)[: len(step)])
+    if (np.abs(step) < np.maximum(SETTLED, UNSURE * unsure)).all():
         return tangent
-    return design_tangent(sensor, paths, design)
+    return design_tangent(sensor, paths, tangent.centre + share * step)

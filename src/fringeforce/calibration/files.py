@@ -32,6 +32,8 @@ def write_imaging(file: h5py.File, imaging: Imaging) -> None:
         data = getattr(imaging, name)
         dataset = group.create_dataset(name, data=data, compression="gzip" if data.size else None)
         dataset.attrs["units"] = unit
+    group.attrs["light_variance"] = imaging.light_variance
+    group.attrs["drift"] = imaging.drift
 
 
 def read_imaging(file: h5py.File) -> Imaging | None:
@@ -44,7 +46,13 @@ def read_imaging(file: h5py.File) -> Imaging | None:
     """
     if "imaging" not in file:
         return None
-    imaging = Imaging(**{name: np.asarray(file[f"imaging/{name}"]) for name in ARRAYS})
+    attributes = file["imaging"].attrs
+    gain, offset = np.asarray(attributes["drift"]).tolist()
+    imaging = Imaging(
+        **{name: np.asarray(file[f"imaging/{name}"]) for name in ARRAYS},
+        light_variance=float(np.asarray(attributes["light_variance"])),
+        drift=(gain, offset),
+    )
     pixels = len(imaging.positions)
     lengths = (
         len(imaging.amplitude),

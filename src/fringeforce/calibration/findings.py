@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.checks import remarks
-from fringeforce.calibration.frame_fit import PRIOR, Bench
+from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.imaging import Calibration
 from fringeforce.model import SensorModel
 from fringeforce.reading import Status
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 EXPLAINED = 1.3
 """Reduced chi-square up to which frames count as explained."""
@@ -36,7 +38,7 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
         Of their logarithms, the drawing's own uncertainty included.
     """
     variances, directions = np.linalg.eigh(covariance) if paths else (np.empty(0), np.empty((0, 0)))
-    unknown = variances > ((1 - LEARNT) * PRIOR["design"]) ** 2
+    unknown = variances > ((1 - LEARNT) * DEVIATION["value"]) ** 2
     found = []
     for direction in directions.T[unknown]:
         powers = direction / direction[np.abs(direction).argmax()]
@@ -49,7 +51,7 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
     return tuple(found)
 
 
-def findings(bench: Bench, model: SensorModel) -> tuple[str, ...]:
+def findings(bench: Bench, model: SensorModel, references: Mask) -> tuple[str, ...]:
     """Sentences on a calibrated model and the frames behind it.
 
     Parameters
@@ -58,11 +60,14 @@ def findings(bench: Bench, model: SensorModel) -> tuple[str, ...]:
         All frames, those left out included.
     model : SensorModel
         Calibrated.
+    references : ndarray of bool, shape (r,)
+        Of the references at the end of the bench, whether they agree with the frames.
     """
     found = model.calibration
     if found is None:
         return ()
-    said = remarks(bench.levels, bench.loads, bench.sensor.camera)
+    frames = len(bench.levels) - len(references)
+    said = remarks(bench.levels[:frames], bench.loads[:frames], bench.sensor.camera)
     if found.chi2 > EXPLAINED:
         said.append(
             f"The frames are not explained: reduced chi-square {found.chi2:.3g} instead of 1. "
@@ -78,7 +83,7 @@ def findings(bench: Bench, model: SensorModel) -> tuple[str, ...]:
             f"The frames say nothing of {combination}; the drawing was kept along it. Young's "
             "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
         )
-    said += _vague(found)
+    said += [*_vague(found), *_places(bench, found), *_light(bench, references)]
     said += [_wrong_press(bench, model, row) for row in found.outliers[:DESCRIBED]]
     if others := found.outliers[DESCRIBED:]:
         rows = ", ".join(map(str, others))
@@ -94,11 +99,45 @@ def _vague(found: Calibration) -> list[str]:
     said = []
     for name, value, std in zip(found.names[:-2], found.values, found.std, strict=False):
         unknown = any(name in combination for combination in found.unidentified)
+        unknown = unknown or name.startswith("tactel ")
         if std > VAGUE * abs(value) and not unknown:
             said.append(
                 f"{name} is known to {std / abs(value):.0%} only. Press so hard that single loads "
                 "pass half a fringe: below it more light and a stronger effect look alike."
             )
+    return said
+
+
+def _places(bench: Bench, found: Calibration) -> list[str]:
+    """What is not known of the tactels' places."""
+    own = np.array([name.startswith("tactel ") for name in found.names])
+    if not own.any():
+        return []
+    common = float(np.sqrt(found.covariance[np.ix_(own, own)].mean()))
+    before = DEVIATION["position"] * bench.sensor.tactels.pitch / np.sqrt(own.sum())
+    if common < LEARNT * before:
+        return []
+    return [
+        f"All tactels together are known to {common * 1e3:.2g} mm only: but for the strip's ends "
+        "their shift looks like the camera's, and the drawing was kept."
+    ]
+
+
+def _light(bench: Bench, references: Mask) -> list[str]:
+    """A lamp that drifts, and references that do not belong to the frames."""
+    said = []
+    gain, offset = bench.drift
+    if gain or offset:
+        said.append(
+            f"The light drifted by {gain:.2%} of the amplitude and {offset:.2g} grey levels over "
+            "the frames (standard deviations); readings allow for as much. A steadier lamp, or "
+            "a longer warm-up, would read better."
+        )
+    if not references.all():
+        said.append(
+            "Reference frames contradict the others and were left out: take them with the same "
+            "lamp and exposure, and nothing on the sensor."
+        )
     return said
 
 
@@ -109,7 +148,8 @@ def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
     reading = model.read(bench.levels[row])
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
-        return f"{said}; it looks like {_named(clear)}."
+        unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
+        return f"{said}; it looks like {_named(clear)}{unsure}."
     return f"{said}; no load explains it: the press may have slipped."
 
 

@@ -11,6 +11,7 @@ import typer
 from fringeforce.cli.bench import calibrate, check
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.frames import read, simulate
+from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
 
 __all__ = ["app", "main"]
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (new, characterize, show, simulate, read, calibrate, check, reproduce):
+for command in (new, characterize, show, simulate, read, live, calibrate, check, reproduce):
     app.command()(command)
 
 

@@ -21,9 +21,19 @@ def calibrate(
     parameter: Annotated[
         list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
     ] = None,
+    dark: Annotated[Path | None, typer.Option(help="Frames with the light off.")] = None,
+    unloaded: Annotated[
+        Path | None, typer.Option(help="Frames without load, polarisers crossed.")
+    ] = None,
+    bright: Annotated[
+        Path | None, typer.Option(help="Frames without load, the analyser turned by 90 degrees.")
+    ] = None,
     columns: Annotated[
         bool, typer.Option("--columns", help="Also correct the matrix where no value can.")
     ] = False,
+    plot: Annotated[
+        bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
+    ] = True,
 ) -> None:
     """Make the model agree with the sensor on the bench, from frames with known loads."""
     from rich.console import Console
@@ -31,23 +41,33 @@ def calibrate(
 
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
+    from fringeforce.calibration.references import References
     from fringeforce.design import load_sensor
     from fringeforce.files import load_frames
+    from fringeforce.plot import draw_residuals
     from fringeforce.summary import calibration_summary
     from fringeforce.tables import load_forces
 
     sensor = load_sensor(design)
     images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
+    given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
+    references = References(*given)
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
         task = progress.add_task("Calibrating")
 
         def advance(title: str, done: int, expected: int) -> None:
             progress.update(task, description=title, completed=done, total=expected)
 
-        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance, columns)
+        model = calibrated(
+            sensor, images, forces, parameter or PARAMETERS, advance, references, columns
+        )
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
     print("\n".join(calibration_summary(model)))
+    if plot:
+        picture = output.with_suffix(".png")
+        draw_residuals(model, images, forces, picture)
+        print(f"{picture}: what the model leaves of the frames, in units of the noise")
 
 
 def check(

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.reader import Reader
 from fringeforce.reading import Reading
 from fringeforce.reproduction.example import ANGLE, LOAD, Example
+from fringeforce.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class Recovery:
 def recovered(example: Example) -> Recovery:
     """Read the paper's example from `SEEDS` noisy frames."""
     model = example.models["free"]
-    reader = Reader(model)
+    reader = SingleFrameReader(model)
     readings = [reader.read(model.expose(example.forces, rng=seed)) for seed in range(SEEDS)]
     forces = np.array([reading.forces for reading in readings])
     phase = reader.influence @ example.forces.ravel()
@@ -57,7 +57,7 @@ def recovered(example: Example) -> Recovery:
     mean_magnitude, mean_angle = worst_errors(groups.mean(axis=1))
     return Recovery(
         reading=readings[0],
-        bound=cramer_rao_bound(phase, reader.influence, reader.response).reshape(2, -1),
+        bound=cramer_rao_bound(phase, reader.influence, reader.model.response).reshape(2, -1),
         magnitude_error=magnitude,
         angle_error=angle,
         averaged_magnitude=float(np.median(mean_magnitude)),

@@ -1,0 +1,151 @@
+"""A GigE Vision camera on loopback for a long time: rate, losses, return after a kill, memory.
+
+    python benchmarks/soak.py [--seconds 60] [--line-rate 40000] [--read]
+
+The camera is Aravis' own, in a process of its own, with the pictures of a simulated touch in blocks
+of 64 lines.  Without ``--read`` lines are checked and counted but not read, which shows what
+acquisition alone carries; with it the whole of `fringeforce live` runs, with a CSV file and an HDF5
+recording.  After the time the camera is killed and started again.  The camera pauses between blocks
+and stays below the rate that is asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import fringeforce as ff
+from fringeforce.acquisition import live as loop
+from fringeforce.acquisition.tally import Statistics
+from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.gobject import aravis
+from fringeforce.cameras.simulator import SimulatedCamera
+from fringeforce.reading import Status
+from fringeforce.sinks.sink import Readings, Sink
+
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "cameras"))
+from fake_camera import ADDRESS, FakeCamera  # pyright: ignore[reportMissingImports]
+
+BLOCK = 64
+LOOP = 4096
+
+
+@dataclass
+class Watch:
+    """Kills the camera when its time is over, restarts it, and notes memory on the way."""
+
+    fake: FakeCamera
+    seconds: float
+    stop: threading.Event = field(default_factory=threading.Event)
+    memory: list[float] = field(default_factory=list)
+    before: Statistics | None = None
+    killed: float = 0.0
+    away: float = 0.0
+
+    def __call__(self, statistics: Statistics, _: Readings | None) -> None:
+        """Take note of a report."""
+        self.memory.append(_resident())
+        if self.before is None and statistics.seconds > self.seconds:
+            self.before, self.killed = statistics, time.monotonic()
+            self.fake.kill()
+            threading.Timer(2.0, self.fake.start).start()
+        if statistics.reconnects and not self.away:
+            self.away = time.monotonic() - self.killed
+            threading.Timer(2.0, self.stop.set).start()
+        if self.killed and time.monotonic() - self.killed > 60:
+            self.stop.set()
+
+
+def checked(reader: ff.Reader, block: Block) -> Readings:
+    """A block whose pictures are those that were shown, unread."""
+    number = int(block.lines[0, 0]) + 256 * int(block.lines[0, 1])
+    # other readers warm up on lines of their own
+    if reader is READER and not np.array_equal(
+        block.lines[:, :8], SHOWN[number : number + BLOCK, :8]
+    ):
+        raise SystemExit(f"block {block.first} is not what the camera showed")
+    k = len(block.lines)
+    forces = np.zeros((k, 2, TACTELS))
+    status = (Status.OK,) * k
+    return Readings(block.first, block.timestamps, forces, forces, np.ones(k), status, block.lines)
+
+
+def _resident() -> float:
+    """Memory of this process now [MB]."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * resource.getpagesize() / 1e6
+
+
+def _shown(model: ff.SensorModel) -> np.ndarray:
+    lines = SimulatedCamera(model, Settings(line_rate=LOOP), period=1.0).lines.copy()
+    lines[:, 0], lines[:, 1] = np.arange(LOOP) % 256, np.arange(LOOP) // 256
+    return lines
+
+
+def main() -> None:
+    """Run, and print what was measured."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--line-rate", type=float, default=40000.0)
+    parser.add_argument("--read", action="store_true", help="read the lines, and record them")
+    options = parser.parse_args()
+    try:
+        aravis()
+    except ff.FringeforceError as missing:
+        Console().print(f"Not run: {missing}")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        fake = FakeCamera(SHOWN, Path(folder), BLOCK)
+        watch = Watch(fake, options.seconds)
+        targets = [f"csv:{folder}/r.csv", f"record:{folder}/r.h5"] if options.read else []
+        sinks: list[Sink] = [ff.open_sink(target, MODEL) for target in targets]
+        if not options.read:
+            loop.read_block = checked
+        camera = ff.open_camera(
+            f"aravis:{ADDRESS}", MODEL, Settings(line_rate=options.line_rate, block=BLOCK)
+        )
+        try:
+            found = ff.live(READER, camera, sinks, stop=watch.stop, report=watch, every=1.0)
+        finally:
+            fake.kill()
+    Console().print(_table(watch, found))
+
+
+def _table(watch: Watch, found: Statistics) -> Table:
+    before = watch.before or found
+    table = Table("measured", "value", title="A camera on loopback")
+    seen = before.lines + before.dropped_camera + before.dropped_queue
+    early, late = np.median(watch.memory[10:20]), np.median(watch.memory[-20:-10])
+    for name, value in (
+        ("seconds before the kill", f"{before.seconds:.1f}"),
+        ("lines from the camera", f"{seen}, {seen / before.seconds:.0f} per second"),
+        ("lines taken", f"{before.lines}, {before.lines / before.seconds:.0f} per second"),
+        ("lost by the camera, counted", str(before.dropped_camera)),
+        ("dropped before reading, counted", str(before.dropped_queue)),
+        ("latency", ", ".join(f"{1e3 * t:.3g} ms ({q} %)" for q, t in before.latency.items())),
+        ("kill to first line again", f"{watch.away:.1f} s, 2 s of them off"),
+        ("lines taken after its return", str(found.lines - before.lines)),
+        ("memory after 10 to 20 s, at the end", f"{early:.1f}, {late:.1f} MB"),
+        *((sink.name.split()[0], f"{sink.written} written, {sink.dropped} dropped")
+          for sink in found.deliveries),
+    ):  # fmt: skip
+        table.add_row(name, value)
+    return table
+
+
+if __name__ == "__main__":
+    MODEL = ff.characterize(ff.load_sensor("saad"))
+    READER = ff.Reader(MODEL)
+    TACTELS = MODEL.sensor.tactels.count
+    SHOWN = _shown(MODEL)
+    main()

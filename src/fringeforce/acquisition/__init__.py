@@ -1,0 +1,1 @@
+"""The live loop between a camera, a reader and its sinks."""

@@ -1,0 +1,118 @@
+"""The camera's thread: it never waits for the reader, and finds a lost camera again."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from fringeforce.acquisition.tally import Tally
+from fringeforce.cameras.camera import Block, Camera
+from fringeforce.errors import CameraLost
+
+PAUSE = 0.25
+LONGEST_PAUSE = 8.0
+
+
+class Feed:
+    """Blocks of a camera through a bounded queue.
+
+    When the queue is full, a camera that waits for nobody loses the oldest block, which is
+    counted; a patient one, such as a file, waits.
+
+    Parameters
+    ----------
+    camera : Camera
+        Not yet connected.
+    depth : int
+        Blocks in the queue.
+    tally : Tally
+        Counts what is lost.
+    """
+
+    def __init__(self, camera: Camera, depth: int, tally: Tally) -> None:
+        self._camera, self._depth, self._tally = camera, depth, tally
+        self._blocks: deque[Block] = deque()
+        self._change = threading.Condition()
+        self._stopping = threading.Event()
+        self._ended = False
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
+
+    def start(self) -> None:
+        """Connect and begin."""
+        self._thread.start()
+
+    def next(self, timeout: float) -> Block | None:
+        """The next block, or None if there is none yet.
+
+        Raises
+        ------
+        StopIteration
+            If the camera has ended and everything was taken.
+        FringeforceError
+            What ended the camera.
+        """
+        with self._change:
+            self._change.wait_for(lambda: self._blocks or self._ended, timeout)
+            if self._blocks:
+                block = self._blocks.popleft()
+                self._change.notify_all()
+                return block
+            if self._error:
+                raise self._error
+            if self._ended:
+                raise StopIteration
+            return None
+
+    def stop(self) -> None:
+        """End the camera; what was not taken counts as dropped."""
+        self._stopping.set()
+        self._camera.close()
+        with self._change:
+            self._change.notify_all()
+        self._thread.join(5)
+        with self._change:
+            self._tally.dropped(queue=sum(len(block.lines) for block in self._blocks))
+            self._blocks.clear()
+
+    def _run(self) -> None:
+        try:
+            self._acquire()
+        except BaseException as error:  # handed over to whoever takes the next block
+            self._error = error
+        with self._change:
+            self._ended = True
+            self._change.notify_all()
+
+    def _acquire(self) -> None:
+        seen, lost, pause = False, False, PAUSE
+        while not self._stopping.is_set():
+            try:
+                with self._camera as camera:
+                    for block in camera:
+                        if lost:
+                            self._tally.camera_back()
+                        seen, lost, pause = True, False, PAUSE
+                        self._put(block)
+                        if self._stopping.is_set():
+                            return
+                return
+            except CameraLost as reason:
+                if not seen:
+                    raise  # it was never there: better to say so than to wait for ever
+                lost = True
+                self._tally.camera_lost(str(reason))
+            self._stopping.wait(pause)
+            pause = min(2 * pause, LONGEST_PAUSE)
+
+    def _put(self, block: Block) -> None:
+        self._tally.dropped(camera=block.dropped)
+        with self._change:
+            if self._camera.patient:
+                self._change.wait_for(
+                    lambda: len(self._blocks) < self._depth or self._stopping.is_set()
+                )
+            elif len(self._blocks) >= self._depth:
+                self._tally.dropped(queue=len(self._blocks.popleft().lines))
+            self._blocks.append(block)
+            self._change.notify_all()

@@ -1,0 +1,119 @@
+"""Live reading: camera, reader and sinks, each at its own pace."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+
+import numpy as np
+
+from fringeforce.acquisition.feed import Feed
+from fringeforce.acquisition.outlet import Outlet
+from fringeforce.acquisition.tally import Statistics, Tally
+from fringeforce.cameras.camera import Block, Camera
+from fringeforce.reader import Reader
+from fringeforce.sinks.sink import Readings, Sink
+
+POLL = 0.1
+Report = Callable[[Statistics, Readings | None], None]
+
+
+def live(
+    reader: Reader,
+    camera: Camera,
+    sinks: Sequence[Sink] = (),
+    *,
+    seconds: float | None = None,
+    stop: threading.Event | None = None,
+    report: Report | None = None,
+    every: float = 0.1,
+    queue: int = 32,
+) -> Statistics:
+    """Read a camera's lines until it ends, the time is over, or someone stops it.
+
+    The camera fills a bounded queue; when the reader is slower, the oldest blocks are dropped and
+    counted.  A camera that vanishes is looked for again, at growing intervals.  Every sink has a
+    bounded queue of its own, so that a slow, dead or full one stops no other part.  A camera that
+    waits, such as a file at full speed, is read whole, and waits for the sinks too.
+
+    Parameters
+    ----------
+    reader : Reader
+        Of the sensor.
+    camera : Camera
+        Not yet connected.
+    sinks : sequence of Sink
+        Are closed at the end, whatever happens.
+    seconds : float, optional
+        How long to read.
+    stop : threading.Event, optional
+        Ends the reading soon after it is set.
+    report : callable, optional
+        Is told of the statistics and the last readings, in the thread of the caller.
+    every : float
+        Time between reports [s].
+    queue : int
+        Blocks that wait for the reader, and for every sink.
+
+    Returns
+    -------
+    Statistics
+        Of the whole run.  Every line that the camera numbered was read or is counted as dropped.
+
+    Raises
+    ------
+    CameraLost
+        If there is no camera to begin with.
+    FringeforceError
+        If the camera cannot be set as asked.
+    """
+    stopping = stop or threading.Event()
+    with ExitStack() as finishing:
+        outlets: list[Outlet] = []
+        for sink in sinks:
+            outlets.append(Outlet(sink, queue, camera.patient))
+            finishing.callback(outlets[-1].finish)
+        reader.prepare()
+        tally = Tally()
+        feed = Feed(camera, queue, tally)
+        finishing.callback(feed.stop)
+        feed.start()
+        deadline = time.monotonic() + (float("inf") if seconds is None else seconds)
+        told, last = -np.inf, None
+        while not stopping.is_set() and time.monotonic() < deadline:
+            try:
+                block = feed.next(POLL)
+            except StopIteration:
+                break
+            if block is not None:
+                last = read_block(reader, block)
+                tally.read(last)
+                for outlet in outlets:
+                    outlet.put(last)
+            if report and time.monotonic() - told > every:
+                told = time.monotonic()
+                report(tally.statistics(_deliveries(outlets)), last)
+    statistics = tally.statistics(_deliveries(outlets))
+    if report:
+        report(statistics, last)
+    return statistics
+
+
+def read_block(reader: Reader, block: Block) -> Readings:
+    """Read all lines of a block."""
+    found = reader.read_on(block.lines)
+    return Readings(
+        first=block.first,
+        timestamps=block.timestamps,
+        forces=found.forces,
+        std=found.std,
+        chi2=found.chi2,
+        status=tuple(found.status),
+        lines=block.lines,
+    )
+
+
+def _deliveries(outlets: Sequence[Outlet]) -> tuple:
+    return tuple(outlet.delivery for outlet in outlets)

@@ -1,0 +1,97 @@
+"""Fixed pattern of the camera: what every pixel adds to a smooth amplitude and offset.
+
+Two unknowns for every pixel, normally distributed about zero.  Given all others they are
+independent from pixel to pixel, so that they are estimated and eliminated one pixel at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NONE = 1e-6
+"""Deviation that stands for no pattern at all, grey levels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Deviations of single pixels from the smooth lighting.
+
+    Attributes
+    ----------
+    levels : ndarray, shape (2, P)
+        Of the amplitude, then of the offset, grey levels.
+    known : ndarray, shape (2, P)
+        What is known of them from elsewhere, such as the offset's from frames in the dark.
+    precision : ndarray, shape (2, P)
+        Inverse variances of that.
+    """
+
+    levels: Array
+    known: Array
+    precision: Array
+
+    @classmethod
+    def unseen(
+        cls, pixels: int, sizes: tuple[float, float], dark: Array | None, variance: float
+    ) -> Pattern:
+        """One of which only its size is known, and its offset if there are frames in the dark.
+
+        Parameters
+        ----------
+        pixels : int
+            How many there are.
+        sizes : pair of float
+            Standard deviations of amplitude and offset from pixel to pixel, grey levels.
+        dark : ndarray, shape (P,)
+            Measured deviations of the offset, grey levels.
+        variance : float
+            Of `dark`, squared grey levels.
+        """
+        own = 1 / np.maximum(sizes, NONE) ** 2
+        measured = np.array([0.0, 0.0 if dark is None else 1 / variance])
+        offset = np.zeros(pixels) if dark is None else dark
+        whole = own + measured
+        known = np.stack([np.zeros(pixels), offset * measured[1] / whole[1]])
+        return cls(known, known, np.outer(whole, np.ones(pixels)))
+
+    def improved(self, gradient: Array, information: Array) -> Pattern:
+        """The likeliest pattern given what the frames say.
+
+        Parameters
+        ----------
+        gradient : ndarray, shape (2, P)
+            Half that of the frames' loss by the pattern.
+        information : ndarray, shape (2, 2, P)
+            Half its second derivatives.
+        """
+        whole = self.information(information)
+        pull = gradient + self.precision * (self.levels - self.known)
+        step = np.linalg.solve(whole, pull.T[..., None])[..., 0].T
+        return replace(self, levels=self.levels - step)
+
+    def information(self, frames: Array) -> Array:
+        """Information of frames, (2, 2, P), and of what was known, together, (P, 2, 2)."""
+        diagonal = np.eye(2)[:, :, None] * self.precision
+        return np.moveaxis(frames + diagonal, 2, 0)
+
+
+def eliminated(hessian: Array, coupling: Array, pixels: Array) -> Array:
+    """Information on the other unknowns once those of the pixels are free.
+
+    Parameters
+    ----------
+    hessian : ndarray, shape (m, m)
+        Information with the pattern fixed.
+    coupling : ndarray, shape (P, m, 2)
+        Mixed second derivatives.
+    pixels : ndarray, shape (P, 2, 2)
+        Information on the pattern.
+    """
+    roots = np.linalg.cholesky(np.linalg.inv(pixels))
+    told = np.moveaxis(coupling @ roots, 1, 0).reshape(len(hessian), -1)
+    return hessian - told @ told.T

@@ -1,0 +1,112 @@
+"""From a fit to a calibrated model: its covariance as modes, and what is to be said of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.calibration.bench import SHIFT, Bench
+from fringeforce.calibration.column_fit import ColumnFit
+from fringeforce.calibration.column_modes import column_imaging
+from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
+from fringeforce.calibration.findings import findings, unidentified
+from fringeforce.calibration.frame_fit import Fit, on_strip, residuals
+from fringeforce.calibration.imaging_modes import fitted_imaging
+from fringeforce.calibration.references import pattern_freedom
+from fringeforce.imaging import Calibration
+from fringeforce.model import SensorModel, characterize
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A fit and what it leaves out.
+
+    Attributes
+    ----------
+    bench : Bench
+        All rows, references last.
+    fit : Fit
+        Of the rows that were kept.
+    sound : ndarray of bool, shape (P,)
+        Pixels that follow the light.
+    kept : ndarray of bool, shape (F,)
+        Rows that do not contradict the others.
+    columns : ColumnFit, optional
+        Corrections of the columns, if there are any.
+    """
+
+    bench: Bench
+    fit: Fit
+    sound: Mask
+    kept: Mask
+    columns: ColumnFit | None = None
+
+    @property
+    def used(self) -> Mask:
+        """Pixels that are sound and see the strip, shape (P,)."""
+        sensor = self.bench.sensor
+        return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
+
+
+def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
+    """The calibrated model with its covariance and what is to be said of it.
+
+    Parameters
+    ----------
+    found : Found
+        The fit.
+    paths : tuple of str
+        Dotted paths of the design values that were estimated.
+    frames : int
+        Rows of the bench that are frames with loads; the rest are references.
+    """
+    bench, kept, used = found.bench, found.kept, found.used
+    sensor, at, normal = bench.sensor, found.fit.unknowns, found.fit.normal
+    model = characterize(varied(sensor, paths, at.design))
+    left = residuals(bench, at, found.fit.tangent, used.astype(float))[kept][:, used]
+    free = len(at.flat) + pattern_freedom(bench, normal, used) + normal.side.shape[1]
+    chi2 = float((left**2).sum()) / (left.size - free)
+    covariance = found.fit.covariance * max(chi2, 1.0)
+    whole = names(sensor, paths)
+    single = np.array([path != POSITIONS for path in entries(sensor, paths)], dtype=bool)
+    designs = found.fit.covariance[: len(whole), : len(whole)][np.ix_(single, single)]
+    unit = np.concatenate([units(sensor, paths, at.design), [SHIFT, 1.0]])
+    count = len(unit)
+    drawn = values(sensor, paths, np.zeros(len(whole)))
+    reached = values(sensor, paths, at.design)
+    calibration = Calibration(
+        names=(*whole, "camera shift", "camera scale"),
+        drawing=np.append(drawn, [0.0, 1.0]),
+        values=np.append(reached, [at.place[0] * SHIFT, 1 + at.place[1]]),
+        covariance=covariance[:count, :count] * np.outer(unit, unit),
+        unidentified=unidentified(tuple(np.array(whole)[single].tolist()), designs),
+        outliers=tuple(np.flatnonzero(~kept[:frames]).tolist()),
+        dead=tuple(np.flatnonzero(~found.sound).tolist()),
+        chi2=chi2,
+        findings=(),
+    )
+    origin: dict[str, str | int] = {
+        "method": "finite elements, calibrated",
+        "calibration frames": int(kept[:frames].sum()),
+    }
+    if found.columns is None:
+        root = np.asarray(np.linalg.cholesky(covariance), dtype=float)
+        imaging = fitted_imaging(bench, found.fit, used, root)
+    else:
+        imaging = column_imaging(found.columns, used, max(chi2, 1.0))
+        correction = found.columns.correction(model.x).reshape(model.psi.shape)
+        model = replace(model, psi=model.psi + correction)
+        origin |= found.columns.origin
+    model = replace(
+        model,
+        imaging=imaging,
+        calibration=calibration,
+        provenance={**model.provenance, **origin},
+    )
+    said = findings(bench, model, kept[frames:])
+    return replace(model, calibration=replace(calibration, findings=said))

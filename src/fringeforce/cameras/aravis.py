@@ -1,0 +1,177 @@
+"""GenICam cameras (GigE Vision and USB3 Vision) through Aravis."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.gobject import aravis
+from fringeforce.errors import CameraLost, FringeforceError, InputError
+
+POLL = 0.1
+# frames of the camera that wait in memory: 0.2 s at 20,000 lines/s in blocks of 64
+BUFFERS = 64
+# GigE Vision counts frames from 1 to 65535 and starts again at 1
+FRAME_IDS = 65535
+
+
+class AravisCamera:
+    """A GenICam camera; a frame of it is a block of consecutive lines.
+
+    Parameters
+    ----------
+    identity : str
+        Its name as `arv-tool-0.8` lists it, its address, or nothing for the first one found.
+    pixels, bits : int
+        Of a line, as the design says.
+    settings : Settings
+        Line rate, exposure and block.
+    silence : float
+        A camera that sends nothing for so long is lost [s]; never less than ten blocks.
+
+    Raises
+    ------
+    InputError
+        If Aravis is not installed.
+    """
+
+    patient = False
+
+    def __init__(
+        self,
+        identity: str,
+        pixels: int,
+        bits: int = 8,
+        settings: Settings | None = None,
+        silence: float = 1.0,
+    ) -> None:
+        self.settings = settings or Settings()
+        self.name = f"camera {identity or 'found first'}"
+        self._identity, self._pixels, self._bits = identity or None, pixels, bits
+        self._silence = silence
+        self._aravis: Any = aravis()
+        self._error: Any = import_module("gi.repository.GLib").Error
+        self._closed = threading.Event()
+        self._camera: Any = None
+        self._stream: Any = None
+        self._next = 0
+
+    def __enter__(self) -> Self:
+        self._closed.clear()
+        self._last_id: int | None = None
+        try:
+            self._aravis.update_device_list()
+            self._camera = self._aravis.Camera.new(self._identity)
+            self._configure(self._camera)
+            self._stream = self._camera.create_stream(None, None)
+            if self._stream is None:
+                raise CameraLost(f"{self.name} opens no stream.")
+            payload = self._camera.get_payload()
+            for _ in range(BUFFERS):
+                self._stream.push_buffer(self._aravis.Buffer.new_allocate(payload))
+            self._camera.start_acquisition()
+        except self._error as error:
+            self._release(lost=True)
+            raise CameraLost(f"{self.name} does not answer: {error.message}.") from None
+        except FringeforceError:
+            self._release(lost=False)
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+        if not isinstance(error, CameraLost):
+            with suppress(self._error):
+                self._camera.stop_acquisition()
+        self._release(lost=isinstance(error, CameraLost))
+
+    def close(self) -> None:
+        """End the iteration soon; may be called from another thread."""
+        self._closed.set()
+
+    def __iter__(self) -> Iterator[Block]:
+        heard = time.monotonic()
+        patience = max(self._silence, 10 * self.settings.block / self.line_rate)
+        while not self._closed.is_set():
+            buffer = self._stream.timeout_pop_buffer(int(POLL * 1e6))
+            if buffer is None:
+                if time.monotonic() - heard > patience:
+                    raise CameraLost(f"{self.name} has sent nothing for {patience:.3g} s.")
+                continue
+            heard = time.monotonic()
+            block = self._block(buffer)
+            self._stream.push_buffer(buffer)
+            if block is not None:
+                yield block
+
+    def _block(self, buffer: Any) -> Block | None:
+        """Lines of a complete frame; incomplete ones are left out and counted with the next."""
+        if buffer.get_status() != self._aravis.BufferStatus.SUCCESS:
+            return None
+        number, size = buffer.get_frame_id(), self.settings.block
+        missed = 0 if self._last_id is None else (number - self._last_id - 1) % FRAME_IDS
+        self._last_id = number
+        dtype = np.uint8 if self._bits <= 8 else np.uint16
+        lines = np.frombuffer(buffer.get_data(), dtype).reshape(size, self._pixels)
+        arrived = buffer.get_system_timestamp() / 1e9 or time.time()
+        first = self._next + missed * size
+        self._next = first + size
+        ages = np.arange(size - 1, -1, -1) / self.line_rate
+        return Block(lines, arrived - ages, missed * size, first)
+
+    def _configure(self, camera: Any) -> None:
+        """Put width, height, pixel format, rate and exposure where the design wants them."""
+        size, library = self.settings.block, self._aravis
+        camera.set_range_check_policy(library.RangeCheckPolicy.ENABLE)
+        try:
+            camera.set_pixel_format_from_string(f"Mono{self._bits}")
+            camera.set_region(0, 0, self._pixels, size)
+            if self.settings.exposure:
+                camera.set_exposure_time(self.settings.exposure * 1e6)
+            self.line_rate = self._set_rate(camera)
+            _, _, width, height = camera.get_region()
+        except self._error as error:
+            if error.matches(library.device_error_quark(), library.DeviceError.TIMEOUT):
+                raise
+            raise InputError(self._refusal(error.message)) from None
+        if (width, height) != (self._pixels, size):
+            raise InputError(self._refusal(f"it delivers {height} of {width}"))
+
+    def _refusal(self, reason: str) -> str:
+        return (
+            f"{self.name} cannot deliver blocks of {self.settings.block} lines of {self._pixels} "
+            f"pixels with {self._bits} bits as set: {reason}. Change the settings, or the camera "
+            "in the design."
+        )
+
+    def _set_rate(self, camera: Any) -> float:
+        """Set the line rate, and return what the camera made of it [lines/s]."""
+        rate, feature = self.settings.line_rate, "AcquisitionLineRate"
+        if camera.is_feature_available(feature):
+            if rate:
+                camera.set_float(feature, rate)
+            return camera.get_float(feature)
+        if rate:
+            camera.set_frame_rate(rate / self.settings.block)
+        return camera.get_frame_rate() * self.settings.block
+
+    def _release(self, lost: bool) -> None:
+        """Let go of the library's objects, which disconnect when their last reference is gone."""
+        held = [self._stream, self._camera]
+        self._stream = self._camera = None
+        if lost:
+            # a camera that does not answer is told goodbye for ten seconds; nobody waits for that
+            threading.Thread(target=held.clear, daemon=True).start()

@@ -1,0 +1,105 @@
+"""What every camera is: a context manager that yields blocks of consecutive lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+from numpy.typing import NDArray
+
+from fringeforce.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Consecutive lines of a camera.
+
+    Attributes
+    ----------
+    lines : ndarray, shape (k, P)
+        Grey levels.
+    timestamps : ndarray, shape (k,)
+        When every line was exposed, on this computer's clock [s since 1970].
+    dropped : int
+        Lines that the camera lost just before this block.
+    first : int
+        Running number of the first line; it counts lost lines too.
+    """
+
+    lines: NDArray[Any]
+    timestamps: NDArray[Any]
+    dropped: int
+    first: int
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a camera is run.
+
+    Attributes
+    ----------
+    line_rate : float or None
+        Lines per second; the camera's own if not given.
+    exposure : float or None
+        Exposure of a line [s]; the camera's own if not given.
+    block : int
+        Lines in a block.
+    """
+
+    line_rate: float | None = None
+    exposure: float | None = None
+    block: int = 64
+
+    def __post_init__(self) -> None:
+        for name, unit in (("line_rate", "lines per second"), ("exposure", "seconds")):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < float("inf"):
+                raise InputError(f"{name} = {value}: must be a number of {unit} above 0.")
+        if not 1 <= self.block <= 4096:
+            raise InputError(f"block = {self.block}: must be from 1 to 4096 lines.")
+        if self.exposure and self.line_rate and self.exposure * self.line_rate > 1:
+            raise InputError(
+                f"exposure = {self.exposure:g} s leaves no time for {self.line_rate:g} lines per "
+                f"second; expose at most {1 / self.line_rate:.3g} s."
+            )
+
+
+class Camera(Protocol):
+    """A source of lines.
+
+    Entering connects and iterating yields `Block` until the source ends.  A camera that was left
+    can be entered again and goes on counting lines, which is how a lost one comes back.
+    """
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        ...
+
+    @property
+    def patient(self) -> bool:
+        """True if it waits for whoever reads, as a file does; a real camera never waits."""
+        ...
+
+    def __enter__(self) -> Self:
+        """Connect; raises `CameraLost` if nobody answers."""
+        ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Disconnect."""
+        ...
+
+    def __iter__(self) -> Iterator[Block]:
+        """Blocks in order; raises `CameraLost` when the camera vanishes."""
+        ...
+
+    def close(self) -> None:
+        """End the iteration soon; may be called from another thread."""
+        ...

@@ -1,0 +1,156 @@
+"""What a person sees of a live run: forces as bars where there is a screen, lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from fringeforce.acquisition.tally import Delivery, Statistics
+from fringeforce.reading import Status
+from fringeforce.sinks.sink import Readings
+
+Report = Callable[[Statistics, Readings | None], None]
+BAR = 20
+FULL_SCALES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+EIGHTHS = " ▏▎▍▌▋▊▉█"
+NORMAL, TANGENTIAL, QUIET, WARNING = "cyan", "magenta", "dim", "yellow"
+
+
+@contextmanager
+def display(sensor: str, camera: str) -> Iterator[Report]:
+    """A report for `live`: a calm picture on a terminal, one line a second elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _once_a_second()
+        return
+    scale = [FULL_SCALES[0]]
+    with Live(console=console, auto_refresh=False, transient=True) as screen:
+        screen.update(Text("Preparing to read ..."), refresh=True)
+
+        def report(statistics: Statistics, readings: Readings | None) -> None:
+            # the scale only grows, so that bars do not jump
+            scale[0] = max(scale[0], full_scale(readings))
+            screen.update(picture(sensor, camera, statistics, readings, scale[0]), refresh=True)
+
+        yield report
+
+
+def picture(
+    sensor: str, camera: str, statistics: Statistics, readings: Readings | None, scale: float
+) -> RenderableType:
+    """The whole screen; bars end at `scale` newtons."""
+    head = Text.assemble((sensor, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", QUIET))
+    parts: list[RenderableType] = [head, Text()]
+    if readings is None:
+        parts.append(Text("Waiting for lines ...", style=QUIET))
+    else:
+        parts.append(_forces(readings, scale))
+        status = readings.status[-1]
+        calm = status in (Status.OK, Status.NO_CONTACT)
+        words = "" if calm else f": {status.advice}"
+        parts += [Text(), Text(f"{status.name}{words}", style=QUIET if calm else WARNING)]
+    parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=QUIET)]
+    parts += [Text(_sink(sink), style=QUIET) for sink in statistics.deliveries if not sink.trouble]
+    parts += [Text(trouble, style=WARNING) for trouble in statistics.troubles]
+    return Group(*parts)
+
+
+def full_scale(readings: Readings | None) -> float:
+    """A round force that no bar of the last reading exceeds [N]."""
+    forces = [] if readings is None else [abs(value) for value in readings.forces[-1].flat]
+    largest = max((value for value in forces if value == value), default=0.0)
+    return next((scale for scale in FULL_SCALES if scale >= largest), FULL_SCALES[-1])
+
+
+def summary(statistics: Statistics) -> list[str]:
+    """The whole run in a few lines."""
+    counts = ", ".join(f"{count} {name}" for name, count in statistics.statuses.items())
+    mean = statistics.lines / max(statistics.seconds, 1e-9)
+    lines = [f"{statistics.lines} lines in {statistics.seconds:.1f} s, {mean:.4g} lines/s"]
+    lines += [f"  {counts}"] if counts else []
+    lines += [f"  latency {_latency(statistics)}"] if statistics.latency else []
+    lines += [f"  camera came back {statistics.reconnects} times"] * bool(statistics.reconnects)
+    lines += [f"  {_sink(sink)}" for sink in statistics.deliveries]
+    return [*lines, *(f"  {trouble}" for trouble in statistics.troubles)]
+
+
+def _once_a_second() -> Report:
+    told = float("-inf")
+
+    def report(statistics: Statistics, _: Readings | None) -> None:
+        nonlocal told
+        if time.monotonic() - told >= 1:
+            told = time.monotonic()
+            print(f"{_rates(statistics)}; {_counts(statistics)}", file=sys.stderr)
+
+    return report
+
+
+def _forces(readings: Readings, scale: float) -> Table:
+    table = Table.grid(padding=(0, 2))
+    for justify in ("right", "left", "right", "center", "right"):
+        table.add_column(justify=justify)
+    heads = "tactel", f"normal, to {scale:g} N", "N", f"tangential, to {scale:g} N", "N"
+    table.add_row(*(Text(head, style=QUIET) for head in heads))
+    forces, std = readings.forces[-1], readings.std[-1]
+    for tactel in range(forces.shape[1]):
+        normal, tangential = forces[:, tactel]
+        table.add_row(
+            Text(str(tactel + 1), style=QUIET),
+            Text(_bar(normal, scale, BAR), style=NORMAL),
+            _value(normal, std[0, tactel]),
+            Text(_both_ways(tangential, scale), style=TANGENTIAL),
+            _value(tangential, std[1, tactel]),
+        )
+    return table
+
+
+def _value(value: float, std: float) -> Text:
+    return Text.assemble(f"{value:+.3f} ", (f"± {std:.3f}", QUIET))
+
+
+def _bar(value: float, scale: float, width: int) -> str:
+    """From the left, to an eighth of a letter; empty below zero and for what is no number."""
+    eighths = round(8 * width * min(value / scale, 1)) if value > 0 else 0
+    return ("█" * (eighths // 8) + EIGHTHS[eighths % 8].strip()).ljust(width)
+
+
+def _both_ways(value: float, scale: float) -> str:
+    """From the middle, to the left for negative values."""
+    half = BAR // 2
+    length = round(half * min(abs(value) / scale, 1)) if value == value else 0
+    left, right = ("█" * length, "") if value < 0 else ("", "█" * length)
+    return f"{left:>{half}}│{right:<{half}}"
+
+
+def _rates(statistics: Statistics) -> str:
+    latency = _latency(statistics) if statistics.latency else "unknown"
+    return f"{statistics.rate:.0f} lines/s, latency {latency}"
+
+
+def _latency(statistics: Statistics) -> str:
+    return ", ".join(f"{_time(value)} ({q} %)" for q, value in statistics.latency.items())
+
+
+def _time(seconds: float) -> str:
+    if seconds < 1e-3:
+        return f"{seconds * 1e6:.0f} µs"
+    return f"{seconds * 1e3:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+
+
+def _counts(statistics: Statistics) -> str:
+    lost = f"{statistics.dropped_camera} lost by the camera, {statistics.dropped_queue} dropped"
+    statuses = "".join(f", {count} {name}" for name, count in statistics.statuses.items())
+    return f"{statistics.lines} lines read, {lost}{statuses}"
+
+
+def _sink(sink: Delivery) -> str:
+    remark = f", {sink.remark}" if sink.remark else ""
+    return f"{sink.name}: {sink.written} lines{remark}"

@@ -1,0 +1,102 @@
+"""The command that reads a camera live."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fringeforce.cli.arguments import Model
+
+if TYPE_CHECKING:
+    from fringeforce.model import SensorModel
+    from fringeforce.sinks.sink import Sink
+
+
+def live(
+    model: Model,
+    camera: Annotated[str, typer.Option(help="sim, file:PATH, aravis:ID or pylon:SERIAL.")] = "sim",
+    to: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Where readings go, repeatable: csv:PATH, h5:PATH, ws://HOST:PORT, mcap:PATH, "
+            "foxglove://HOST:PORT, rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT, lsl:NAME."
+        ),
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="HDF5 file for lines and readings, to read them again.")
+    ] = None,
+    line_rate: Annotated[float | None, typer.Option(help="Lines per second.")] = None,
+    exposure: Annotated[float | None, typer.Option(help="Exposure of a line in seconds.")] = None,
+    block: Annotated[int, typer.Option(help="Lines that the camera delivers at once.")] = 64,
+    seconds: Annotated[
+        float | None, typer.Option("--for", help="Seconds to read; until Ctrl-C if not given.")
+    ] = None,
+    bind: Annotated[
+        str, typer.Option(help="Host that servers use where --to names none.")
+    ] = "127.0.0.1",
+    token: Annotated[
+        str | None,
+        typer.Option(
+            envvar="FRINGEFORCE_TOKEN",
+            help="What clients must show; needed beyond this computer.",
+        ),
+    ] = None,
+    friction: Annotated[
+        float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
+    ] = None,
+    model_error: Annotated[
+        float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
+    ] = 0.0,
+) -> None:
+    """Read a camera live, show the forces, and send them where they are wanted."""
+    from fringeforce.acquisition.live import live as run
+    from fringeforce.cameras.camera import Settings
+    from fringeforce.cameras.choice import open_camera
+    from fringeforce.cli.display import display, summary
+    from fringeforce.files import load_model
+    from fringeforce.reader import Reader
+
+    sensor_model = load_model(model)
+    reader = Reader(sensor_model, friction, model_error)
+    source = open_camera(camera, sensor_model, Settings(line_rate, exposure, block))
+    targets = [*(to or ()), *([f"record:{record}"] if record else [])]
+    sinks = _opened(targets, sensor_model, bind, token)
+    with _interruptible() as stop, display(sensor_model.sensor.name, source.name) as report:
+        found = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)
+    print("\n".join(summary(found)))
+
+
+def _opened(targets: Sequence[str], model: SensorModel, bind: str, token: str | None) -> list[Sink]:
+    """All sinks, or none of them left open."""
+    from fringeforce.sinks.choice import open_sink
+
+    with ExitStack() as opened:
+        sinks = []
+        for target in targets:
+            sinks.append(open_sink(target, model, bind, token))
+            opened.callback(sinks[-1].close)
+        opened.pop_all()
+    return sinks
+
+
+@contextmanager
+def _interruptible() -> Iterator[threading.Event]:
+    """An event that Ctrl-C and a polite kill set; a second Ctrl-C interrupts."""
+    stop = threading.Event()
+
+    def ask(number: int, _: object) -> None:
+        signal.signal(number, before[signal.Signals(number)])
+        stop.set()
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,119 @@
+"""One frame against expected levels: residuals, gradient, and what the residuals look like."""
+
+from __future__ import annotations
+
+from math import erfc, exp, log, pi, sqrt
+
+import numpy as np
+from numba import njit
+
+from fringeforce.force.strip import GROUP
+from fringeforce.force.vector_loops import (
+    CHUNK,
+    REORDERED,
+    add_products,
+    combine,
+    count_beyond,
+    expose,
+    square_sum,
+)
+
+SQUARES, GROUPED, OUTLIERS, GAIN, PROMISED, BENT, WEAK = range(7)
+"""What `gauss_newton.follow` reports, in this order; see there."""
+REPORTED = 7
+OUTLIER = 5.0
+"""Residual beyond which a pixel is suspect."""
+_ZERO, _ONE = np.float32(0), np.float32(1)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def evaluate(strip, loads, phase, slope, level) -> None:
+    """Fill in phase, slope and level of all pixels at given loads."""
+    matrix, _, amplitude, offset, _, steepness, _, _, _, size, _ = strip
+    short = np.zeros(matrix.shape[1], dtype=np.float32)
+    short[:size] = loads
+    for i in range(len(matrix)):
+        combine(matrix[i], short, phase[i])
+        expose(phase[i], amplitude[i], offset[i], steepness[i], level[i], slope[i])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def compare(strip, frame, slope, level, left, root, gradient) -> float:
+    """Fill in residuals, roots of the pixels' weights and the gradient of half the loss.
+
+    Residuals are in units of the noise.  Returns what clipped pixels add to their sum of squares
+    to make it the loss.
+    """
+    matrix, _, _, _, inverse, _, _, floor, ceiling, _, _ = strip
+    gradient[:] = 0
+    pull, beyond = np.empty(CHUNK, dtype=np.float32), 0.0
+    clips = floor > -np.inf or ceiling < np.inf
+    for i in range(len(matrix)):
+        _residuals(level[i], frame[i], inverse[i], left[i], root[i])
+        if clips:
+            beyond += _hide(strip, i, frame[i], level[i], left[i], root[i])
+        for k in range(CHUNK):
+            pull[k] = left[i, k] * slope[i, k]
+        add_products(matrix[i], pull, gradient)
+    return beyond
+
+
+@njit(cache=True, error_model="numpy")
+def _residuals(level, frame, inverse, left, root) -> None:
+    for k in range(CHUNK):
+        left[k] = (level[k] - frame[k]) * inverse[k]
+        root[k] = _ONE
+
+
+@njit(cache=True, error_model="numpy")
+def _hide(strip, i, frame, level, left, root) -> float:
+    """Correct one chunk for pixels at the converter's limits; see `likelihood.misfit`."""
+    inverse, floor, ceiling, added = strip[4][i], strip[7], strip[8], 0.0
+    for k in range(CHUNK):
+        if inverse[k] > 0 and (frame[k] <= floor or frame[k] >= ceiling):
+            sign, limit = (1.0, ceiling - 0.5) if frame[k] >= ceiling else (-1.0, floor + 0.5)
+            beyond = sign * (level[k] - limit) * inverse[k]
+            chance = _log_normal_tail(beyond)
+            hazard = exp(-0.5 * beyond**2 - chance) / sqrt(2 * pi)
+            added += -2 * chance - hazard**2
+            left[k] = -sign * hazard
+            root[k] = sqrt(max(hazard * (hazard + beyond), 0.0))
+    return added
+
+
+@njit(cache=True, error_model="numpy")
+def _log_normal_tail(x: float) -> float:
+    """Logarithm of the chance that a standard normal number stays below x."""
+    if x > -30:
+        return log(0.5 * erfc(-x / sqrt(2)))
+    return -0.5 * x**2 - log(-x * sqrt(2 * pi)) - 1 / x**2  # where the chance underflows
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
+def describe(left, share, report) -> None:
+    """Fill in what residuals look like."""
+    squares, grouped, outliers = 0.0, 0.0, 0
+    for i in range(len(left)):
+        squares += square_sum(left[i])
+        outliers += count_beyond(left[i], np.float32(OUTLIER**2))
+        groups = left[i].reshape(-1, GROUP)
+        for j in range(len(groups)):
+            together = _ZERO
+            for k in range(GROUP):
+                together += groups[j, k]
+            grouped += together * together * share[i, j]
+    report[SQUARES], report[GROUPED], report[OUTLIERS] = squares, grouped, outliers
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def silence(strip, frame, left, root) -> float:
+    """Loss of no load at all; fills in its residuals."""
+    _, _, _, offset, inverse, _, _, floor, ceiling, _, _ = strip
+    clips = floor > -np.inf or ceiling < np.inf
+    loss = 0.0
+    for i in range(len(frame)):
+        _residuals(offset[i], frame[i], inverse[i], left[i], root[i])
+        if clips:
+            loss += _hide(strip, i, frame[i], offset[i], left[i], root[i])
+        loss += float(square_sum(left[i]))
+    return loss

@@ -1,0 +1,244 @@
+"""From one frame to the next: Gauss and Newton's step in tens of microseconds.
+
+Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
+the top of the likelihood.  The gradient takes all pixels, its matrix every fourth.  What the last
+frame's evaluation left behind is where the first step starts, so that a frame costs one evaluation;
+and the matrix is kept until the phase has moved by some hundredths of what would bend it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fringeforce.force.evaluation import (
+    BENT,
+    GAIN,
+    PROMISED,
+    SQUARES,
+    WEAK,
+    compare,
+    describe,
+    evaluate,
+    silence,
+)
+from fringeforce.force.strip import THINNED, Strip
+from fringeforce.force.vector_loops import (
+    CHUNK,
+    REORDERED,
+    Single,
+    add_gram,
+    combine,
+    factorise,
+    invert,
+    solve,
+)
+
+Array = NDArray[np.float64]
+
+STEPS = 6
+"""Largest number of steps for one frame."""
+CLOSE = 0.25
+"""Gain of twice the log-likelihood that the next step promises, below which it is the last."""
+FRESH = 0.015
+"""Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
+RIDGE = 1e-7
+"""Share of the trace that keeps the step finite where a load leaves no trace."""
+_ZERO, _HALF = np.float32(0), np.float32(0.5)
+_TINY = np.float32(1e-20)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the follower stands; the compiled functions write into its arrays.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (m,)
+        Loads at which the rest was evaluated [N].
+    phase, slope, level : ndarray, shape (chunks, CHUNK)
+        Phase [rad], grey level per phase in units of the noise, and expected grey level.
+    anchor, steep : ndarray, shape (chunks, CHUNK)
+        Phase and slope where the matrix was computed.
+    factor : ndarray, shape (rows, rows)
+        Its Cholesky factor, lower triangle [1/N].
+    weakest : ndarray, shape (m + 1,)
+        Direction of the loads that the frame says least of, one deviation long [N]; its bend.
+    covariance : ndarray, shape (m, m)
+        Inverse of the matrix [N^2].
+    """
+
+    loads: Array
+    phase: Single
+    slope: Single
+    level: Single
+    anchor: Single
+    steep: Single
+    factor: Array
+    weakest: Array
+    covariance: Array
+
+    @classmethod
+    def at(cls, strip: Strip, loads: Array) -> Place:
+        """At given loads, shape (m,) [N]."""
+        rows, chunks = strip.matrix.shape[1], len(strip.matrix)
+        phase, slope, level, anchor, steep = np.zeros((5, chunks, CHUNK), dtype=np.float32)
+        factor, weakest = np.zeros((rows, rows)), np.ones(strip.loads + 1)
+        covariance = np.zeros((strip.loads, strip.loads))
+        place = cls(loads.copy(), phase, slope, level, anchor, steep, factor, weakest, covariance)
+        settle(strip.arrays, place.arrays)
+        return place
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """What the compiled functions take."""
+        return tuple(getattr(self, field.name) for field in fields(self))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def settle(strip, place) -> None:
+    """Evaluate a place at its loads."""
+    loads, phase, slope, level, _, _, _, _, _ = place
+    evaluate(strip, loads, phase, slope, level)
+    for _ in range(3):
+        _anchor(strip, place, np.ones_like(slope))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def follow(strip, place, frame, estimate, report) -> None:
+    """Move a place to the top of the likelihood of a frame.
+
+    Parameters
+    ----------
+    strip, place : tuple
+        `Strip.arrays` and `Place.arrays`; the place is moved.
+    frame : ndarray, shape (chunks, CHUNK)
+        Grey levels.
+    estimate : ndarray, shape (m,)
+        Filled with the loads [N]: those of the place, and one step more that is too small to
+        evaluate again.
+    report : ndarray, shape (REPORTED,)
+        Filled with: SQUARES, of the residuals; GROUPED, of their sums over neighbours; the number
+        of OUTLIERS; GAIN of twice the log-likelihood that the loads have over none at all;
+        PROMISED, the gain of one more step; BENT, the bend of the way from where the matrix was
+        computed (see `_bend`); WEAK, that of one deviation in the direction of which the frame
+        says least.
+    """
+    loads, phase, slope, level, anchor, steep, factor, weakest, _ = place
+    left, root = np.empty_like(slope), np.empty_like(slope)
+    gradient, step = np.empty(strip[0].shape[1]), np.empty(len(loads))
+    beyond, renewed = 0.0, False
+    compare(strip, frame, slope, level, left, root, gradient)
+    for turn in range(STEPS):
+        if turn > 0:
+            step_matrix(strip, slope, root, factor)
+            renewed = True
+        solve(factor, len(loads), gradient, step)
+        loads -= step
+        evaluate(strip, loads, phase, slope, level)
+        beyond = compare(strip, frame, slope, level, left, root, gradient)
+        solve(factor, len(loads), gradient, step)
+        report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
+        if not report[PROMISED] > CLOSE:
+            break
+    estimate[:] = loads - step
+    describe(left, strip[6], report)
+    report[BENT] = _bend(strip, anchor, phase, steep, level)
+    if renewed or report[BENT] > FRESH:
+        _anchor(strip, place, root)
+    report[WEAK] = weakest[-1]
+    report[GAIN] = silence(strip, frame, left, root) - report[SQUARES] - beyond
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _anchor(strip, place, root) -> None:
+    """Compute the matrix where the place is."""
+    loads, phase, slope, level, anchor, steep, factor, weakest, covariance = place
+    step_matrix(strip, slope, root, factor)
+    anchor[:], steep[:] = phase, slope
+    _weaken(factor, len(loads), weakest)
+    invert(factor, covariance)
+    weakest[-1] = _weak_bend(strip, weakest[:-1], slope, level)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def step_matrix(strip, slope, root, factor) -> None:
+    """Fill in the Cholesky factor of the information in every fourth pixel, scaled to all."""
+    thinned, size = strip[1], strip[9]
+    factor[:] = 0
+    scaled = np.empty(thinned.shape[1:], dtype=np.float32)
+    weight = np.zeros(thinned.shape[0] * CHUNK, dtype=np.float32)
+    steep, roots = slope.reshape(-1, THINNED), root.reshape(-1, THINNED)
+    for k in range(len(steep)):
+        weight[k] = np.float32(sqrt(THINNED)) * steep[k, 0] * roots[k, 0]
+    for i in range(len(thinned)):
+        add_gram(thinned[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, factor)
+    trace = 0.0
+    for j in range(size):
+        trace += factor[j, j]
+    factorise(factor, size, RIDGE * trace + 1e-12)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def _bend(strip, before, after, steep, level) -> float:
+    """Second-order change of the levels on a way, relative to the first.
+
+    A mirror image lies where both cancel: at a bend of one.
+    """
+    amplitude, offset, inverse = strip[2], strip[3], strip[4]
+    first, second = _ZERO, _ZERO
+    for i in range(len(before)):
+        for k in range(CHUNK):
+            moved = after[i, k] - before[i, k]
+            # A/4 cos p, from the level at the end of the way
+            curve = (amplitude[i, k] * _HALF + offset[i, k] - level[i, k]) * inverse[i, k] * _HALF
+            straight = steep[i, k] * moved
+            bent = curve * moved * moved
+            first += straight * straight
+            second += bent * bent
+    return np.sqrt(second / max(first, _TINY))
+
+
+@njit(cache=True, error_model="numpy")
+def _weaken(factor: Array, size: int, direction: Array) -> None:
+    """Turn a direction towards the one of least information, and make it one deviation long.
+
+    One round of inverse iteration from the last frame's direction.
+    """
+    solve(factor, size, direction, direction)
+    direction = direction[:size]
+    length = 0.0
+    for j in range(size):
+        along = 0.0
+        for i in range(j, size):
+            along += factor[i, j] * direction[i]
+        length += along * along
+    direction /= np.sqrt(length)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def _weak_bend(strip, direction, slope, level) -> float:
+    """Bend of a way of one deviation, from every fourth pixel."""
+    thinned, size = strip[1], strip[9]
+    amplitude, offset = strip[2].reshape(-1, THINNED), strip[3].reshape(-1, THINNED)
+    inverse = strip[4].reshape(-1, THINNED)
+    steep, grey = slope.reshape(-1, THINNED), level.reshape(-1, THINNED)
+    short = np.zeros(thinned.shape[1], dtype=np.float32)
+    short[:size] = direction
+    moved = np.empty((len(thinned), CHUNK), dtype=np.float32)
+    for i in range(len(thinned)):
+        combine(thinned[i], short, moved[i])
+    way = moved.reshape(-1)
+    first, second = _ZERO, _ZERO
+    for k in range(len(steep)):
+        curve = (amplitude[k, 0] * _HALF + offset[k, 0] - grey[k, 0]) * inverse[k, 0] * _HALF
+        straight = steep[k, 0] * way[k]
+        bent = curve * way[k] * way[k]
+        first += straight * straight
+        second += bent * bent
+    return np.sqrt(second / np.float32(THINNED)) / max(first, _TINY)

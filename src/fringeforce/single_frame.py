@@ -1,0 +1,229 @@
+"""One frame to one reading, without any earlier state: checks before, words after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.errors import InputError
+from fringeforce.force.admissible import admissible
+from fringeforce.force.bounds import covariance as noise_covariance
+from fringeforce.force.bounds import systematic_covariance
+from fringeforce.force.goodness import reduced_chi_square
+from fringeforce.force.likelihood import Response
+from fringeforce.interpretation import Interpretation
+from fringeforce.lamp import interpret_in_own_light
+from fringeforce.model import SensorModel
+from fringeforce.reading import Reading, Status
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class SingleFrameReader:
+    """Reads frames of one sensor, each for itself.
+
+    Attributes
+    ----------
+    model : SensorModel
+        The characterised sensor.
+    friction : float or None
+        If given, forces are limited to N >= 0 and |T| <= friction N.
+    model_error : float
+        Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
+        sensor that was characterised from its drawing and never calibrated; it widens the
+        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH.
+    """
+
+    model: SensorModel
+    friction: float | None = None
+    model_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.friction is not None and not self.friction > 0:
+            raise InputError(
+                f"friction = {self.friction}: must be greater than 0; leave it out for no limits."
+            )
+        if not 0 <= self.model_error < 1:
+            raise InputError(
+                f"model_error = {self.model_error}: must be from 0 to below 1, such as 0.03."
+            )
+
+    @cached_property
+    def influence(self) -> Array:
+        """Influence matrix at the pixels, shape (n_pixels, 2n) [rad/N]."""
+        psi = self.model.pixel_influence
+        return np.ascontiguousarray(psi.reshape(len(psi), -1))
+
+    def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
+        """Read one frame without any earlier state.
+
+        Parameters
+        ----------
+        frame : array_like, shape (n_pixels,)
+            Grey levels.
+        mask : array_like of bool, shape (n_pixels,), optional
+            Pixels to leave out, where true.
+
+        Returns
+        -------
+        Reading
+            Never an error for a bad frame: its status says what to do.
+
+        Raises
+        ------
+        InputError
+            If the mask does not fit the sensor.
+        """
+        used = self.usable(mask)
+        if isinstance(levels := self.checked(frame, used), Reading):
+            return levels
+        return self.search(levels.astype(float), used)
+
+    def search(self, levels: Array, used: Mask) -> Reading:
+        """Read a frame that was checked."""
+        return self.stated(*self.explained(levels, used))
+
+    def explained(self, levels: Array, used: Mask) -> tuple[Interpretation, Mask]:
+        """Interpretation of a frame that was checked, and the pixels that it is made from."""
+        sound = used & ~_dead(levels, self.model.response)
+        found = interpret_in_own_light(
+            levels,
+            sound,
+            self.influence,
+            self.model.response,
+            self.model.sensor.camera.full_scale,
+            self.model_error,
+            self.drift,
+        )
+        return found, sound
+
+    @property
+    def drift(self) -> tuple[float, float]:
+        """Standard deviations of the light's gain and offset from frame to frame."""
+        return (0.0, 0.0) if self.model.imaging is None else self.model.imaging.drift
+
+    @cached_property
+    def silent_covariance(self) -> Array:
+        """Covariance of the loads where nothing touches, shape (2n, 2n) [N^2]."""
+        used = self.usable(None)
+        spread = noise_covariance(
+            np.zeros(int(used.sum())), self.influence[used], self.model.response.at(used)
+        )
+        return spread + self.calibration_covariance(np.zeros(len(spread)), used, spread)
+
+    def checked(self, frame: ArrayLike, used: Mask) -> NDArray[Any] | Reading:
+        """A frame's grey levels if they can be used, a reading that says why not otherwise."""
+        try:
+            levels = np.asarray(frame)
+            if levels.dtype.kind not in "uif":
+                levels = levels.astype(float)
+        except (TypeError, ValueError):
+            return self._bad(f"It holds {type(frame).__name__}, not grey levels.")
+        problem = self._problem(levels, used)
+        return self._bad(problem) if problem else levels
+
+    @cached_property
+    def _usable(self) -> Mask:
+        imaging = self.model.imaging
+        return np.ones(len(self.influence), bool) if imaging is None else imaging.usable
+
+    def usable(self, mask: ArrayLike | None) -> Mask:
+        """Pixels to use, shape (n_pixels,), under a mask of those to leave out."""
+        usable, pixels = self._usable, len(self.influence)
+        if mask is None:
+            return usable
+        masked = np.asarray(mask, dtype=bool)
+        if masked.shape != (pixels,) or (usable & ~masked).sum() <= 2 * self.influence.shape[1]:
+            raise InputError(
+                f"A mask of shape {masked.shape} with {int((~masked).sum())} pixels to use does "
+                f"not fit; this sensor has {pixels} pixels and needs more than "
+                f"{2 * self.influence.shape[1]} of them."
+            )
+        return usable & ~masked
+
+    def _problem(self, levels: NDArray[Any], used: Mask) -> str:
+        camera = self.model.sensor.camera
+        if levels.shape != used.shape:
+            return f"It has the shape {levels.shape}; this sensor's frames have {used.shape}."
+        seen = levels if used.all() else levels[used]
+        darkest, brightest = seen.min(), seen.max()
+        if not np.isfinite(float(darkest) + float(brightest)):
+            return f"{int((~np.isfinite(seen)).sum())} pixels are not a number."
+        if darkest < 0 or brightest > camera.full_scale:
+            return (
+                f"Grey levels from {darkest:g} to {brightest:g} exceed the converter's 0 to "
+                f"{camera.full_scale}."
+            )
+        if darkest == brightest and camera.noise > 0.5:
+            return f"All pixels are {darkest:g}."
+        return ""
+
+    def stated(self, found: Interpretation, used: Mask) -> Reading:
+        """The reading of an interpretation."""
+        covariance = found.covariance + self.calibration_covariance(
+            found.loads, used, found.covariance
+        )
+        loads, n = found.loads, len(found.loads) // 2
+        limited = np.zeros(n, dtype=bool)
+        if self.friction is not None:
+            loads, limited = admissible(loads, covariance, self.friction)
+        return Reading(
+            forces=loads.reshape(2, n),
+            covariance=covariance,
+            phase=self.influence @ loads,
+            chi2=reduced_chi_square(found.residuals, len(loads)),
+            status=found.status,
+            detail="",
+            alternatives=np.reshape(found.rivals, (-1, 2, n)),
+            limited=limited,
+        )
+
+    def calibration_covariance(self, loads: Array, used: Mask, spread: Array) -> Array:
+        """Covariance of loads that the calibration's own errors cause, shape (2n, 2n) [N^2].
+
+        Parameters
+        ----------
+        loads : ndarray, shape (2n,)
+            Loads [N].
+        used : ndarray of bool, shape (n_pixels,)
+            Pixels that were used.
+        spread : ndarray, shape (2n, 2n)
+            Covariance from all other causes [N^2].
+        """
+        imaging = self.model.imaging
+        if imaging is None:
+            return np.zeros_like(spread)
+        phase = self.influence @ loads
+        modes = imaging.level_modes(loads, phase)[:, used]
+        return systematic_covariance(
+            phase[used], self.influence[used], self.model.response.at(used), spread, modes
+        )
+
+    def _bad(self, detail: str) -> Reading:
+        pixels, unknowns = self.influence.shape
+        return Reading(
+            forces=np.full((2, unknowns // 2), np.nan),
+            covariance=np.full((unknowns, unknowns), np.nan),
+            phase=np.full(pixels, np.nan),
+            chi2=np.nan,
+            status=Status.BAD_FRAME,
+            detail=detail,
+            alternatives=np.empty((0, 2, unknowns // 2)),
+            limited=np.zeros(unknowns // 2, dtype=bool),
+        )
+
+
+def _dead(levels: Array, response: Response) -> Mask:
+    """Single pixels that stand out from both of their neighbours as no fringe does."""
+    middle = (levels[:-2] + levels[2:]) / 2
+    apart = np.abs(levels[2:] - levels[:-2])
+    alone = np.abs(levels[1:-1] - middle)
+    inner = response.at(slice(1, -1))
+    limit = np.maximum(8 * np.sqrt(inner.variance), inner.amplitude / 4)
+    return np.pad((alone > limit) & (alone > 3 * apart), 1)

@@ -1,0 +1,1 @@
+"""Where readings go: files, a browser, robots."""

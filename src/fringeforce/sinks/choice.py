@@ -1,0 +1,93 @@
+"""A sink by its name, as a person writes it on the command line."""
+
+from __future__ import annotations
+
+from fringeforce.errors import InputError
+from fringeforce.model import SensorModel
+from fringeforce.sinks.serving import LOOPBACK
+from fringeforce.sinks.sink import Sink
+
+KINDS = (
+    "csv:PATH, h5:PATH, record:PATH, ws://HOST:PORT, mcap:PATH, foxglove://HOST:PORT, "
+    "rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT or lsl:NAME"
+)
+
+
+def open_sink(
+    target: str, model: SensorModel, bind: str = LOOPBACK, token: str | None = None
+) -> Sink:
+    """A sink for the readings of a sensor.
+
+    Parameters
+    ----------
+    target : str
+        "csv:PATH"; "h5:PATH" for readings, "record:PATH" for readings with their frames;
+        "ws://HOST:PORT"; "mcap:PATH", "foxglove://HOST:PORT"; "rosbag:PATH", "ros:NODE";
+        "zmq:tcp://HOST:PORT"; "lsl:NAME".
+    model : SensorModel
+        The sensor.
+    bind : str
+        Host for servers whose target names none, as in "ws:".
+    token : str, optional
+        What clients must show; needed to serve beyond this computer.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind of sink, or it needs something that is not installed.
+    FileFormatError
+        If a file cannot be written.
+    """
+    kind, _, rest = target.partition(":")
+    if kind not in ("ws", "foxglove", "zmq") and not rest:
+        raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
+    if kind in ("csv", "h5", "record"):
+        return _file(kind, rest, model)
+    if kind in ("ws", "zmq"):
+        return _server(target, bind, token)
+    return _robot(kind, rest, target, model, bind)
+
+
+def _file(kind: str, path: str, model: SensorModel) -> Sink:
+    if kind == "csv":
+        from fringeforce.sinks.csv_file import CsvSink
+
+        return CsvSink(path)
+    from fringeforce.sinks.hdf5 import Hdf5Sink
+
+    return Hdf5Sink(path, model, frames=kind == "record")
+
+
+def _server(target: str, bind: str, token: str | None) -> Sink:
+    if target.startswith("ws"):
+        from fringeforce.sinks.websocket import WebSocketSink
+
+        return WebSocketSink(target, bind, token)
+    from fringeforce.sinks.zeromq import ZmqSink
+
+    return ZmqSink(target.removeprefix("zmq:") or "tcp:", bind, token)
+
+
+def _robot(kind: str, rest: str, target: str, model: SensorModel, bind: str) -> Sink:
+    positions = model.sensor.tactels.positions
+    if kind == "foxglove":
+        from fringeforce.sinks.foxglove import FoxgloveSink
+
+        return FoxgloveSink(target, bind)
+    if kind == "mcap":
+        from fringeforce.sinks.foxglove import McapSink
+
+        return McapSink(rest)
+    if kind == "rosbag":
+        from fringeforce.sinks.rosbag import RosbagSink
+
+        return RosbagSink(rest, positions)
+    if kind == "ros":
+        from fringeforce.sinks.ros import RosSink
+
+        return RosSink(rest, positions)
+    if kind == "lsl":
+        from fringeforce.sinks.lsl import LslSink
+
+        return LslSink(rest, len(positions))
+    raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")

@@ -1,0 +1,151 @@
+"""Readings, with their frames if wanted, appended to an HDF5 file that survives a crash.
+
+The file is in single-writer multiple-reader mode: what `write` has returned from stays readable
+when the process is killed at any moment, and others can read along while it grows.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+import h5py
+import numpy as np
+from numpy.typing import DTypeLike
+
+from fringeforce.errors import FileFormatError
+from fringeforce.files import COMPONENTS, FORMAT_VERSION, LIBRARIES
+from fringeforce.model import SensorModel
+from fringeforce.reading import Status
+from fringeforce.sinks.sink import Readings, Sink
+
+CODES = {status: code for code, status in enumerate(Status)}
+CHUNK = 256
+FRAME_CHUNK = 64
+
+
+class Hdf5Sink(Sink):
+    """Appends readings to an HDF5 file.
+
+    Parameters
+    ----------
+    path : path
+        Of the file, which is written anew.
+    model : SensorModel
+        The sensor, which names the places of pixels and tactels.
+    frames : bool
+        Record the grey levels too; `load_frames` and `fringeforce read` then read them again.
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be written.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], model: SensorModel, frames: bool = False
+    ) -> None:
+        self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
+        try:
+            self._file = h5py.File(path, "w", libver="latest", track_order=True)
+        except OSError as error:
+            reason = os.strerror(error.errno) if error.errno else str(error)
+            raise FileFormatError(f"{path} cannot be written: {reason}.") from None
+        self._frames = frames
+        self._count = 0
+        self._describe(model)
+        # no names or attributes can be added from here on
+        self._file.swmr_mode = True
+
+    def write(self, readings: Readings) -> None:
+        """Append a block."""
+        try:
+            self._append(readings)
+        except (OSError, RuntimeError) as error:
+            # the library keeps the number of the system's error in its text only
+            number = re.search(r"errno = (\d+)", str(error))
+            if number is None:
+                raise
+            raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
+
+    def _append(self, readings: Readings) -> None:
+        columns = {
+            "frame": np.arange(readings.first, readings.first + len(readings)),
+            "time": readings.timestamps,
+            "forces": readings.forces,
+            "std": readings.std,
+            "chi2": readings.chi2,
+            "status": [CODES[status] for status in readings.status],
+        }
+        if self._frames:
+            columns["grey"] = readings.lines
+        end = self._count + len(readings)
+        # the number of the frame comes last: a reader that sees it finds all the rest
+        for name in reversed(columns):
+            dataset = self._dataset(name)
+            dataset.resize(end, axis=0)
+            dataset[self._count : end] = columns[name]
+            dataset.flush()
+        self._count = end
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _describe(self, model: SensorModel) -> None:
+        file, tactels = self._file, model.sensor.tactels.positions
+        file.attrs["format"] = f"fringeforce-{'frames' if self._frames else 'readings'}"
+        file.attrs["format_version"] = FORMAT_VERSION
+        file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+        file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
+        file.attrs["design"] = model.sensor.to_toml()
+        self._scale("component", np.array(COMPONENTS, dtype="S"), "direction of the force")
+        self._scale("tactel", tactels, "places of the tactels", "m")
+        self._growing("frame", (), np.int64, "running number of the line")
+        self._growing("time", (), float, "when the line was exposed", "seconds since 1970-01-01")
+        forces = ("component", "tactel")
+        self._growing("forces", forces, float, "forces", "N")
+        self._growing("std", forces, float, "standard deviations of the forces", "N")
+        self._growing("chi2", (), float, "reduced chi-square")
+        status = self._growing("status", (), np.uint8, "verdict")
+        status.attrs["flag_values"] = np.array(list(CODES.values()), dtype=np.uint8)
+        status.attrs["flag_meanings"] = " ".join(status.name for status in CODES)
+        if self._frames:
+            self._scale("x", model.pixel_positions, "places of the pixels", "m")
+            dtype = np.uint8 if model.sensor.camera.bits <= 8 else np.uint16
+            self._growing("grey", ("x",), dtype, "grey levels")
+
+    def _scale(self, name: str, values: np.ndarray, meaning: str, unit: str = "") -> None:
+        dataset = self._file.create_dataset(name, data=values)
+        _name(dataset, meaning, unit)
+        dataset.make_scale(name)
+
+    def _growing(
+        self, name: str, dimensions: tuple[str, ...], dtype: DTypeLike, meaning: str, unit: str = ""
+    ) -> h5py.Dataset:
+        shape = tuple(self._dataset(dimension).shape[0] for dimension in dimensions)
+        length = FRAME_CHUNK if name == "grey" else CHUNK
+        dataset = self._file.create_dataset(
+            name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(length, *shape)
+        )
+        _name(dataset, meaning, unit)
+        if name == "frame":
+            dataset.make_scale(name)
+            return dataset
+        for axis, dimension in enumerate(("frame", *dimensions)):
+            dataset.dims[axis].attach_scale(self._file[dimension])
+        return dataset
+
+    def _dataset(self, name: str) -> h5py.Dataset:
+        dataset = self._file[name]
+        assert isinstance(dataset, h5py.Dataset)
+        return dataset
+
+
+def _name(dataset: h5py.Dataset, meaning: str, unit: str) -> None:
+    dataset.attrs["long_name"] = meaning
+    if unit:
+        dataset.attrs["units"] = unit

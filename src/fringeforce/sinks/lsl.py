@@ -1,0 +1,56 @@
+"""Readings as a Lab Streaming Layer stream, beside other instruments on one clock."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from fringeforce.extras import extra
+from fringeforce.sinks.sink import Readings, Sink
+
+
+class LslSink(Sink):
+    """An outlet with a channel for each component of each tactel, normal ones first [N].
+
+    Lab Streaming Layer announces streams on the local network and knows no token.
+
+    Parameters
+    ----------
+    name : str
+        Of the stream.
+    tactels : int
+        Number of tactels.
+
+    Raises
+    ------
+    InputError
+        If pylsl is missing.
+    """
+
+    def __init__(self, name: str, tactels: int) -> None:
+        self._lsl: Any = extra("pylsl", "robots")
+        # its log would run through what a person watches; warnings and errors still appear
+        self._lsl.set_config_content("[log]\nlevel = -1\n")
+        info = self._lsl.StreamInfo(
+            name, "Force", 2 * tactels, self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
+        )
+        channels = info.desc().append_child("channels")
+        for component in ("normal", "tangential"):
+            for tactel in range(1, tactels + 1):
+                channel = channels.append_child("channel")
+                channel.append_child_value("label", f"{component}_{tactel}")
+                channel.append_child_value("unit", "newtons")
+        self._outlet: Any = self._lsl.StreamOutlet(info)
+        self.name = f"LSL stream {name}"
+
+    def write(self, readings: Readings) -> None:
+        """Push a block with the time of every line on the clock of the Lab Streaming Layer."""
+        ahead = self._lsl.local_clock() - time.time()
+        rows = readings.forces.reshape(len(readings), -1)
+        self._outlet.push_chunk(np.ascontiguousarray(rows), (readings.timestamps + ahead).tolist())
+
+    def close(self) -> None:
+        """Withdraw the stream."""
+        self._outlet = None

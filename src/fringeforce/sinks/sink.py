@@ -1,0 +1,71 @@
+"""What every sink is: something that readings are written to, a block at a time."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from fringeforce.reading import Status
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Readings of consecutive lines.
+
+    Attributes
+    ----------
+    first : int
+        Running number of the first line.
+    timestamps : ndarray, shape (k,)
+        When every line was exposed [s since 1970].
+    forces, std : ndarray, shape (k, 2, n)
+        Normal and tangential forces and their standard deviations [N].
+    chi2 : ndarray, shape (k,)
+        Reduced chi-squares.
+    status : sequence of Status, length k
+        Verdicts.
+    lines : ndarray, shape (k, P)
+        The grey levels that were read.
+    """
+
+    first: int
+    timestamps: Array
+    forces: Array
+    std: Array
+    chi2: Array
+    status: Sequence[Status]
+    lines: Array
+
+    def __len__(self) -> int:
+        return len(self.timestamps)
+
+
+class Sink(ABC):
+    """A place for readings."""
+
+    name: str
+
+    @abstractmethod
+    def write(self, readings: Readings) -> None:
+        """Take a block; what CSV and HDF5 files took survives any end of this process.
+
+        Raises
+        ------
+        OSError
+            If there is no room or no way any more.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Finish."""
+
+    @property
+    def remark(self) -> str:
+        """What a person should know, such as clients that are too slow; empty if nothing."""
+        return ""

@@ -1,0 +1,160 @@
+"""Where a live reader stands: the lock on a sequence of frames, taken, kept and lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
+from fringeforce.force.following import FOLLOWED, NONE, STEP, WHOLE, Limits, follow_all
+from fringeforce.force.gauss_newton import Place
+from fringeforce.force.shape import shape_error
+from fringeforce.force.strip import Strip
+from fringeforce.force.vector_loops import CHUNK, Single
+from fringeforce.reading import Reading, Status
+from fringeforce.single_frame import SingleFrameReader
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What was found for k frames; arrays of the shapes that `follow_all` wants."""
+
+    loads: Array
+    covariances: Array
+    reports: Array
+    verdicts: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, frames: int, loads: int, covariances: bool) -> Track:
+        """Room for so many frames."""
+        return cls(
+            np.empty((frames, loads)),
+            np.empty((frames if covariances else 0, loads, loads)),
+            np.empty((frames, REPORTED)),
+            np.empty(frames, dtype=np.int64),
+        )
+
+    def since(self, first: int) -> tuple[Any, Any, Any, Any]:
+        """The arrays from one frame on."""
+        return (
+            self.loads[first:],
+            self.covariances[first:],
+            self.reports[first:],
+            self.verdicts[first:],
+        )
+
+
+class Tracker:
+    """The lock on one sequence of frames.
+
+    It is taken where a search says OK or NO_CONTACT, and kept while the frames leave no doubt.
+    Under a lamp that drifts it is never taken: every frame has a light of its own to be found.
+    """
+
+    def __init__(self, single: SingleFrameReader) -> None:
+        self.single = single
+        self._used: Mask | None = None
+        self._strip: Strip | None = None
+        self._sound = np.empty(0, dtype=bool)
+        self._place: Place | None = None
+        self._compiled: tuple[Any, Any, Any] = ((), (), ())
+
+    def release(self) -> None:
+        """Give up the lock."""
+        self._place = None
+
+    def holds(self, used: Mask) -> bool:
+        """Whether there is a lock, on these pixels."""
+        if self._place is None or self._used is None:
+            return False
+        return used is self._used or np.array_equal(used, self._used)
+
+    def packed(self, levels: NDArray[Any], used: Mask) -> Single:
+        """Frames (k, n_pixels) as the compiled loops want them, shape (k, chunks, CHUNK)."""
+        count, pixels = levels.shape
+        packed = np.zeros((count, -(-pixels // CHUNK) * CHUNK), dtype=np.float32)
+        packed[:, :pixels] = levels
+        if not used.all():
+            packed[:, :pixels][:, ~used] = 0  # for they may hold no number
+        return packed.reshape(count, -1, CHUNK)
+
+    def advance(self, frames: Single, track: Track, first: int, whole: bool = False) -> int:
+        """Follow frames until one is doubtful; returns how many were done before it.
+
+        Parameters
+        ----------
+        frames : ndarray, shape (k, chunks, CHUNK)
+            Packed frames.
+        track : Track
+            Filled from its frame number `first`; covariances if it has room for them.
+        whole : bool
+            Whether covariances are those of all pixels rather than of every fourth.
+        """
+        if self._place is None or self._strip is None:
+            return 0
+        wanted = (WHOLE if whole else STEP) if len(track.covariances) else NONE
+        silent = not self._place.loads.any()
+        strip, place, limits = self._compiled
+        done = follow_all(strip, place, limits, silent, frames, wanted, *track.since(first))
+        if done < len(frames):
+            self.release()
+        elif done and track.verdicts[first + done - 1] != FOLLOWED:
+            self._place.loads[:] = 0
+        return done
+
+    def search(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read a frame without any earlier state, and take the lock if the reading allows it."""
+        grey = levels.astype(float)
+        found, sound = self.single.explained(grey, used)
+        self.release()
+        if found.status in (Status.OK, Status.NO_CONTACT) and not any(self.single.drift):
+            self._lock(grey, used, found.loads, sound)
+        return self.single.stated(found, sound)
+
+    def _lock(self, levels: Array, used: Mask, loads: Array, sound: Mask) -> None:
+        response = self.single.model.response
+        expected = response.level(self.single.influence @ loads)
+        # the search, too, leaves out pixels that alone contradict all others
+        sound = sound & ~(np.abs(levels - expected) > OUTLIER * np.sqrt(response.variance))
+        if self._strip is None or not np.array_equal(sound, self._sound):
+            self._strip = Strip.of(self.single.influence, response, sound)
+            self._sound = sound
+        self._used = used
+        self._limits = Limits.of(self._strip)
+        self._place = Place.at(self._strip, loads)
+        self._compiled = (self._strip.arrays, self._place.arrays, self._limits.numbers)
+
+    @property
+    def strip(self) -> Strip:
+        """The pixels that are followed."""
+        if self._strip is None:
+            raise RuntimeError("There is no lock yet.")
+        return self._strip
+
+    def chi2(self, reports: Array) -> Array:
+        """Reduced chi-square of frames that were followed, shape (k,) for reports (k, REPORTED)."""
+        return reports[..., SQUARES] / self._limits.pixels
+
+    @property
+    def widens(self) -> bool:
+        """Whether deviations have other causes than noise."""
+        return bool(self.single.model_error) or self.single.model.imaging is not None
+
+    def widened(self, noise: Array, loads: Array, levels: NDArray[Any]) -> Array:
+        """Covariance from all causes, given that from noise, shape (2n, 2n) [N^2]."""
+        single, whole = self.single, noise
+        sound = self._sound
+        if single.model_error:
+            response, influence = single.model.response.at(sound), single.influence[sound]
+            phase = influence @ loads
+            sigma = np.sqrt(response.variance)
+            left = (levels[sound] - response.level(phase)) / sigma
+            wrong = shape_error(left, response.slope(phase) / sigma, influence, loads, noise)
+            whole = whole + single.model_error**2 * wrong.bias
+        return whole + single.calibration_covariance(loads, sound, whole)

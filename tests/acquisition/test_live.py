@@ -1,0 +1,286 @@
+"""The live loop: nothing is lost that is not counted, and no part stalls another."""
+
+import errno
+import threading
+import time
+import tracemalloc
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce.acquisition import live as loop
+from fringeforce.acquisition.tally import Statistics
+from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.simulator import SimulatedCamera
+from fringeforce.errors import CameraLost
+from fringeforce.sinks.sink import Readings, Sink
+
+
+@pytest.fixture
+def reader(model: ff.SensorModel) -> ff.Reader:
+    return ff.Reader(model)
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading in no time, for tests of everything around it."""
+    monkeypatch.setattr(loop, "read_block", _nothing_read)
+
+
+def _nothing_read(reader: ff.Reader, block: Block) -> Readings:
+    k = len(block.lines)
+    forces = np.zeros((k, 2, 11))
+    status = (ff.Status.OK,) * k
+    return Readings(
+        block.first, block.timestamps, forces, forces, np.ones(k), status, block.lines
+    )  # fmt: skip
+
+
+@dataclass
+class Scripted:
+    """A camera that does what a list says: deliver lines, or vanish."""
+
+    script: list[int | CameraLost]
+    patient: bool = False
+    name: str = "scripted"
+    entered: list[float] = field(default_factory=list)
+    sent: int = 0
+
+    def __enter__(self) -> Self:
+        self.entered.append(time.monotonic())
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        pass
+
+    def __iter__(self) -> Iterator[Block]:
+        while self.script:
+            count = self.script.pop(0)
+            if isinstance(count, CameraLost):
+                raise count
+            first, self.sent = self.sent, self.sent + count
+            lines = np.zeros((count, 2048), dtype=np.uint8)
+            yield Block(lines, np.full(count, time.time()), 0, first)
+
+    def close(self) -> None:
+        self.script.clear()
+
+
+class Notes(Sink):
+    """Remembers which lines it was given."""
+
+    name = "notes"
+
+    def __init__(self) -> None:
+        self.lines: list[int] = []
+        self.closed = 0
+
+    def write(self, readings: Readings) -> None:
+        self.lines += range(readings.first, readings.first + len(readings))
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+class Stuck(Notes):
+    """Takes its first block and returns when it is let go."""
+
+    name = "stuck"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.go = threading.Event()
+
+    def write(self, readings: Readings) -> None:
+        self.go.wait(20)
+        super().write(readings)
+
+
+class Full(Notes):
+    """A disk that is full after the first block."""
+
+    name = "full"
+
+    def write(self, readings: Readings) -> None:
+        if self.lines:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        super().write(readings)
+
+
+def test_a_file_is_read_whole_and_as_the_reader_reads_it(
+    model: ff.SensorModel, reader: ff.Reader, tmp_path: Path
+) -> None:
+    forces = np.multiply.outer(np.linspace(0, 1, 6), ff.polar(1.0, 10, n=11))
+    frames = model.expose(forces, rng=0)
+    np.save(tmp_path / "f.npy", frames)
+    camera = ff.open_camera(f"file:{tmp_path / 'f.npy'}", model, Settings(block=4))
+    found: list[Readings] = []
+    sink = Notes()
+    sink.write = found.append  # pyright: ignore[reportAttributeAccessIssue]
+    statistics = ff.live(reader, camera, [sink])
+    assert statistics.lines == 6
+    assert sum(statistics.statuses.values()) == 6
+    got = np.concatenate([one.forces for one in found])
+    std = np.concatenate([one.std for one in found])
+    expected = [reader.read(frame) for frame in frames]
+    # a reader may use the last reading, so equal within a small part of the deviations
+    np.testing.assert_allclose(got, [one.forces for one in expected], atol=0.05 * std.max())
+    assert [one.name for block in found for one in block.status] == [
+        one.status.name for one in expected
+    ]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_patient_camera_loses_nothing_to_a_slow_sink(reader: ff.Reader) -> None:
+    sink = Stuck()
+    threading.Timer(0.5, sink.go.set).start()
+    found = ff.live(reader, Scripted([4] * 50, patient=True), [sink], queue=3)
+    assert found.lines == 200
+    assert sink.lines == list(range(200))
+    assert found.troubles == ()
+
+
+def test_a_slow_reader_drops_whole_blocks_and_counts_them(
+    reader: ff.Reader, model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow(reader: ff.Reader, block: Block) -> Readings:
+        time.sleep(0.02)
+        return _nothing_read(reader, block)
+
+    monkeypatch.setattr(loop, "read_block", slow)
+    camera = SimulatedCamera(model, Settings(line_rate=5000, block=10), period=0.1)
+    sink = Notes()
+    found = ff.live(reader, camera, [sink], seconds=1, queue=4)
+    assert found.dropped_queue > 0
+    assert found.dropped_queue % 10 == 0
+    assert any("came faster" in trouble for trouble in found.troubles)
+    assert sink.lines == sorted(sink.lines)
+    assert len(sink.lines) == found.lines
+    # read and dropped are all that the camera numbered
+    with camera:
+        ahead = next(iter(camera))
+    assert found.lines + found.dropped_queue + found.dropped_camera == ahead.first - ahead.dropped
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_sink_that_hangs_stalls_neither_reading_nor_other_sinks(
+    reader: ff.Reader, model: ff.SensorModel
+) -> None:
+    stuck, notes = Stuck(), Notes()
+    camera = SimulatedCamera(model, Settings(line_rate=2000, block=10), period=0.1)
+    seen: list[Statistics] = []
+
+    def report(statistics: Statistics, _: Readings | None) -> None:
+        seen.append(statistics)
+        if statistics.lines > 1000:
+            stuck.go.set()
+
+    found = ff.live(reader, camera, [stuck, notes], seconds=1, queue=4, report=report)
+    assert found.dropped_queue == 0
+    assert len(notes.lines) == found.lines
+    hung, _ = found.deliveries
+    assert hung.dropped > 0
+    assert hung.written + hung.dropped == found.lines
+    assert any("stuck was too slow" in trouble for trouble in found.troubles)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_full_disk_ends_that_recording_only(reader: ff.Reader) -> None:
+    full, notes = Full(), Notes()
+    found = ff.live(reader, Scripted([4] * 10, patient=True), [full, notes])
+    assert notes.lines == list(range(40))
+    assert full.lines == list(range(4))
+    assert full.closed == notes.closed == 1
+    assert [(one.written, one.dropped) for one in found.deliveries] == [(4, 36), (40, 0)]
+    assert found.troubles == (
+        "full stopped after 4 lines: The disk is full. What was written before is kept.",
+    )
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_vanished_camera_is_looked_for_at_growing_intervals(reader: ff.Reader) -> None:
+    gone = CameraLost("It is gone.")
+    camera = Scripted([4, gone, gone, gone, 4])
+    found = ff.live(reader, camera)
+    assert found.lines == 8
+    assert found.reconnects == 1
+    assert found.camera_trouble == ""
+    pauses = np.diff(camera.entered)
+    assert len(pauses) == 3
+    assert (np.diff(pauses) > 0).all()
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_camera_that_never_answers_is_an_error_and_sinks_are_closed(reader: ff.Reader) -> None:
+    sink = Notes()
+    with pytest.raises(CameraLost, match="nobody there"):
+        ff.live(reader, Scripted([CameraLost("nobody there")]), [sink])
+    assert sink.closed == 1
+
+
+@pytest.mark.usefixtures("quick")
+def test_whatever_breaks_a_camera_reaches_the_caller(reader: ff.Reader) -> None:
+    camera = Scripted([4])
+    camera.script.append("nonsense")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError):
+        ff.live(reader, camera)
+
+
+@pytest.mark.usefixtures("quick")
+def test_statistics_agree_with_what_happened(reader: ff.Reader, model: ff.SensorModel) -> None:
+    camera = SimulatedCamera(model, Settings(line_rate=2000, block=20), period=0.1)
+    stop, reports = threading.Event(), []
+
+    def report(statistics: Statistics, readings: Readings | None) -> None:
+        reports.append(statistics.lines)
+        if statistics.lines >= 400:
+            stop.set()
+
+    found = ff.live(reader, camera, stop=stop, report=report, every=0.0)
+    assert reports == sorted(reports)
+    assert found.statuses == {"OK": found.lines}
+    # the oldest line of a block waits for the others: no reading is younger than zero
+    low, middle, high = (found.latency[q] for q in (50, 95, 99))
+    assert 0 < low <= middle <= high
+    assert high >= 19 / 2000
+
+
+@pytest.mark.usefixtures("quick")
+def test_memory_stays_flat_over_a_long_run(reader: ff.Reader) -> None:
+    sizes: list[int] = []
+
+    def report(statistics: Statistics, _: Readings | None) -> None:
+        if statistics.lines > 4000 and not tracemalloc.is_tracing():
+            tracemalloc.start()
+        if tracemalloc.is_tracing():
+            sizes.append(tracemalloc.get_traced_memory()[0])
+
+    camera = Scripted([64] * 1000, patient=True)
+    ff.live(reader, camera, [Silent()], report=report, every=0.0, queue=8)
+    tracemalloc.stop()
+    # two queues of 8 blocks and those in hand; all lines together would be 1,000 blocks
+    assert len(sizes) > 100
+    assert max(sizes) < 24 * 64 * 2048
+
+
+class Silent(Notes):
+    """Keeps nothing."""
+
+    name = "silent"
+
+    def write(self, readings: Readings) -> None:
+        pass
+
+    def close(self) -> None:
+        pass

@@ -1,0 +1,132 @@
+"""A lamp that drifts is noticed, allowed for, and does no harm where there is none."""
+
+import numpy as np
+import pytest
+from benches import (
+    COVER,
+    PIXELS,
+    PLACE,
+    STRAIN_OPTIC,
+    drawing,
+    findings,
+    held_out,
+    is_plausible,
+    lit,
+    seen_by,
+)
+
+from benches import presses, shots  # isort: skip
+
+import fringeforce as ff
+from fringeforce.calibration.bench import Bench
+from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.frame_fit import light_basis, start
+from fringeforce.calibration.normal_equations import linearised, seen
+from fringeforce.force.own_light import own_light
+
+GAIN, DARK = 0.02, 0.7
+
+
+@pytest.fixture(scope="module")
+def true() -> ff.SensorModel:
+    made = drawing().replace(**{STRAIN_OPTIC: 0.054})
+    return lit(ff.characterize(made), np.random.default_rng(0))
+
+
+def calibrated(true, rng, gain: float, dark: float, count: int = 16) -> ff.SensorModel:
+    forces = presses(rng, count)
+    gains, darks = gain * rng.standard_normal(len(forces)), dark * rng.standard_normal(len(forces))
+    frames = shots(true, forces, rng, gains, darks)
+    return ff.calibrate(drawing(), frames, forces, [STRAIN_OPTIC])
+
+
+def test_a_drift_is_measured_told_and_allowed_for(true) -> None:
+    rng = np.random.default_rng(41)
+    model = calibrated(true, rng, GAIN, DARK)
+    assert seen_by(model).drift == pytest.approx((GAIN, DARK), rel=0.4)
+    assert any("drifted" in text for text in findings(model).findings)
+    assert findings(model).outliers == ()
+    assert findings(model).chi2 == pytest.approx(1, abs=0.04)
+    truth = np.array([0.054, *PLACE])
+    assert (np.abs(findings(model).values - truth) < 4.5 * findings(model).std).all()
+    found = held_out(model, true, rng, gain=GAIN, offset=DARK)
+    assert found.efficiency < 1.4
+    assert found.coverage > 0.93
+    assert found.read > 0.85
+
+
+def test_a_steady_lamp_is_called_steady_and_read_as_before(true) -> None:
+    rng = np.random.default_rng(42)
+    model = calibrated(true, rng, 0.0, 0.0)
+    assert seen_by(model).drift == (0.0, 0.0)
+    assert not any("drift" in text for text in findings(model).findings)
+    found = held_out(model, true, rng)
+    assert found.efficiency < 1.15
+    assert 0.93 <= found.coverage <= 0.97
+
+
+def test_estimates_under_a_drift_scatter_as_their_covariance_says(true) -> None:
+    rng, total = np.random.default_rng(43), 0.0
+    truth = np.array([np.log(1.08), *PLACE])
+    for _ in range(5):
+        found = findings(calibrated(true, rng, GAIN, DARK, count=0))
+        reached = np.append(np.log(found.values[0] / found.drawing[0]), found.values[1:])
+        total += (reached - truth) @ np.linalg.solve(found.covariance, reached - truth)
+    assert is_plausible(float(total), 5 * 3)
+
+
+def test_the_gradient_of_a_drifting_fit_is_that_of_its_loss(true) -> None:
+    rng, sensor = np.random.default_rng(44), drawing()
+    tangent = design_tangent(sensor, (STRAIN_OPTIC, COVER), np.zeros(2))
+    forces = presses(rng, 0)[::4]
+    frames = shots(true, forces, rng, 0.02, 0.7)
+    loads, basis = forces.reshape(len(forces), -1), light_basis(PIXELS, 5)
+    bench = Bench(sensor, frames, loads, basis, averaged=np.arange(1.0, 7), drift=(0.03, 1.0))
+    at, even = start(bench, 2).moved(np.full(14, 0.01)), np.ones(PIXELS)
+    normal = linearised(bench, at, tangent, even)
+
+    def loss(step: np.ndarray) -> float:
+        view = seen(bench, at.moved(step), tangent, even)
+        sizes = np.median(normal.view.slopes**2, axis=1) / bench.averaged
+        weights = 1 / np.maximum(1, sizes / (3 * np.median(sizes))) ** 2
+        return float(weights @ ((view.slopes**2).sum(axis=1) + (view.drift**2).sum(axis=0))) / 2
+
+    steps = 1e-5 * np.eye(len(at.flat))
+    differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]
+    np.testing.assert_allclose(normal.gradient, differences, rtol=1e-4, atol=1e-3)
+
+
+def test_eliminating_the_frames_own_light_is_a_schur_complement(true) -> None:
+    rng, sensor = np.random.default_rng(45), drawing()
+    tangent = design_tangent(sensor, (STRAIN_OPTIC,), np.zeros(1))
+    forces = presses(rng, 0)[::4]
+    frames = shots(true, forces, rng, 0.02, 0.7)
+    loads, basis = forces.reshape(len(forces), -1), light_basis(PIXELS, 5)
+    bench = Bench(sensor, frames, loads, basis, drift=(0.03, 1.0))
+    normal = linearised(bench, start(bench, 1), tangent, np.ones(PIXELS))
+    m = len(normal.hessian)
+    whole = normal.whole
+    expected = whole[:m, :m] - whole[:m, m:] @ np.linalg.solve(whole[m:, m:], whole[m:, :m])
+    np.testing.assert_allclose(normal.profiled, expected, rtol=1e-8, atol=1e-7)
+
+
+def test_a_frame_tells_its_own_gain_beside_its_loads(true) -> None:
+    """One joint least-squares step, solved as a whole by another library routine."""
+    rng = np.random.default_rng(46)
+    pixels = np.abs(true.pixel_positions) < 12e-3
+    influence = true.pixel_influence.reshape(PIXELS, -1)[pixels]
+    response = true.response.at(pixels)
+    loads = ff.polar(1.0, 10, n=11).ravel()
+    frame = response.level(influence @ loads) * 1.02 + rng.normal(0, 1.5, pixels.sum())
+    sigma = np.sqrt(response.variance)
+    turned = influence * (response.slope(influence @ loads) / sigma)[:, None]
+    spread = np.linalg.inv(turned.T @ turned)
+    found = own_light(frame, loads, influence, response, spread, (0.03, 1.0))
+    level = response.level(influence @ loads)
+    shifts = np.stack([0.03 * (level - response.offset), np.ones_like(level)], axis=1) / sigma
+    design = np.block([[turned, shifts], [np.zeros((2, 22)), np.eye(2)]])
+    target = np.append((frame - level) / sigma, [0, 0])
+    solution = np.linalg.lstsq(design, target, rcond=None)[0]
+    np.testing.assert_allclose(found.shifts, solution[-2:], rtol=1e-6)
+    whole = np.linalg.inv(design.T @ design)[:22, :22]
+    np.testing.assert_allclose(found.covariance + spread, whole, rtol=1e-6, atol=1e-12)

@@ -1,0 +1,109 @@
+"""A real GigE Vision camera on loopback, from its packets to readings."""
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fake_camera import ADDRESS, FakeCamera
+
+import fringeforce as ff
+from fringeforce.acquisition.tally import Statistics
+from fringeforce.cameras import gobject
+from fringeforce.cameras.aravis import AravisCamera
+from fringeforce.cameras.camera import Settings
+from fringeforce.cameras.simulator import SimulatedCamera
+from fringeforce.errors import CameraLost, InputError
+from fringeforce.sinks.sink import Readings
+
+BLOCK = 64
+SETTINGS = Settings(line_rate=2000, block=BLOCK)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _installed() -> None:
+    try:
+        gobject.aravis()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def shown(model: ff.SensorModel) -> np.ndarray:
+    """A touch in 8 blocks, whose first pixels hold the number of the line."""
+    lines = SimulatedCamera(model, Settings(line_rate=8 * BLOCK), period=1.0).lines.copy()
+    lines[:, 0] = np.arange(len(lines)) % 256
+    lines[:, 1] = np.arange(len(lines)) // 256
+    return lines
+
+
+@pytest.fixture
+def fake(shown: np.ndarray, tmp_path: Path) -> Iterator[FakeCamera]:
+    camera = FakeCamera(shown, tmp_path, BLOCK)
+    yield camera
+    camera.kill()
+
+
+def test_blocks_arrive_as_they_were_shown(fake: FakeCamera, shown: np.ndarray) -> None:
+    camera = AravisCamera(ADDRESS, 2048, settings=SETTINGS)
+    with camera:
+        assert camera.line_rate == pytest.approx(2000, rel=1e-3)
+        blocks = [block for block, _ in zip(camera, range(20), strict=False)]
+    seen = 0
+    for block in blocks:
+        seen += block.dropped
+        assert block.first == seen
+        number = int(block.lines[0, 0]) + 256 * int(block.lines[0, 1])
+        np.testing.assert_array_equal(block.lines, shown[number : number + BLOCK])
+        assert (np.diff(block.timestamps) > 0).all()
+        seen += BLOCK
+    assert blocks[-1].timestamps[-1] > blocks[0].timestamps[-1]
+
+
+def test_reading_goes_on_when_the_camera_was_gone(
+    fake: FakeCamera, model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # every 64th line is enough here
+    from fringeforce.acquisition import live as loop
+    from fringeforce.cameras.camera import Block
+
+    whole = loop.read_block
+
+    def first_line(reader: ff.Reader, block: Block) -> Readings:
+        return whole(reader, Block(block.lines[:1], block.timestamps[:1], 0, block.first))
+
+    monkeypatch.setattr(loop, "read_block", first_line)
+    stop, before = threading.Event(), 0
+
+    def watch(statistics: Statistics, readings: Readings | None) -> None:
+        nonlocal before
+        if statistics.reconnects == 0 and statistics.lines > 10 and not before:
+            fake.kill()
+            before = statistics.lines
+        if statistics.camera_trouble and not watch_restarted:
+            fake.start()
+            watch_restarted.append(statistics.camera_trouble)
+        if statistics.reconnects and readings is not None and readings.first > 2 * before * BLOCK:
+            stop.set()
+
+    watch_restarted: list[str] = []
+    camera = ff.open_camera(f"aravis:{ADDRESS}", model, SETTINGS)
+    found = ff.live(ff.Reader(model), camera, stop=stop, seconds=60, report=watch, every=0.05)
+    assert stop.is_set()
+    assert found.reconnects == 1
+    assert "nothing for" in watch_restarted[0]
+    assert found.camera_trouble == ""
+    assert found.lines > before
+
+
+def test_a_camera_that_was_never_there_is_said_to_be_missing(model: ff.SensorModel) -> None:
+    camera = ff.open_camera("aravis:127.0.0.9", model)
+    with pytest.raises(CameraLost, match="does not answer"):
+        ff.live(ff.Reader(model), camera, seconds=5)
+
+
+def test_a_size_that_the_camera_cannot_deliver_is_refused(fake: FakeCamera) -> None:
+    camera = AravisCamera(ADDRESS, 4096, settings=SETTINGS)
+    with pytest.raises(InputError, match="64 lines of 4096 pixels"):
+        camera.__enter__()

@@ -1,0 +1,173 @@
+"""The live reader: as good as the best estimate, honest, and never OK where it is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import binom
+
+import fringeforce as ff
+from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.single_frame import SingleFrameReader
+
+Array = NDArray[np.float64]
+N = 11
+
+
+def slow_touch(frames: int, speed: float = 1e-4) -> Array:
+    """Forces (frames, 2, N) that sway around 2 N, by `speed` turns a frame."""
+    start = np.random.default_rng(1).random((2, N))
+    turns = 2 * np.pi * (speed * np.arange(frames)[:, None, None] + start)
+    magnitude, angle = 2 + np.sin(turns[:, 0]), np.radians(15 * np.sin(turns[:, 1]))
+    return np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=1)
+
+
+@pytest.fixture(scope="module")
+def touch(model: ff.SensorModel) -> tuple[Array, NDArray[np.unsignedinteger], ff.Batch]:
+    forces = slow_touch(3000)
+    frames = model.expose(forces, rng=2)
+    return forces, frames, ff.Reader(model).read_batch(frames, workers=1)
+
+
+def test_followed_readings_are_the_optimum_that_scipy_finds(model, touch) -> None:
+    _, frames, batch = touch
+    single = SingleFrameReader(model)
+    response, influence = single.model.response, single.influence
+    sigma = np.sqrt(response.variance)
+    for i in range(100, 3000, 400):
+        assert batch.tracked[i]
+        best = least_squares(
+            lambda loads, i=i: (response.level(influence @ loads) - frames[i]) / sigma,
+            batch.forces[i].ravel(),
+            jac=lambda loads: influence * (response.slope(influence @ loads) / sigma)[:, None],  # type: ignore[arg-type]
+            xtol=1e-12,
+        )
+        np.testing.assert_allclose(
+            batch.forces[i].ravel(), best.x, atol=0.05 * float(batch.std[i].min())
+        )
+        assert batch.chi2[i] == pytest.approx(2 * best.cost / (2048 - 2 * N), rel=1e-3)
+
+
+def test_errors_are_those_of_the_bound_and_of_the_deviations(model, touch) -> None:
+    forces, _, batch = touch
+    assert (batch.status == ff.Status.OK).all()
+    error = batch.forces - forces
+    single = SingleFrameReader(model)
+    bound = np.array(
+        [
+            cramer_rao_bound(single.influence @ f.ravel(), single.influence, single.model.response)
+            for f in forces[::50]
+        ]
+    )
+    assert np.sqrt((error**2).mean() / (bound**2).mean()) < 1.05
+    np.testing.assert_allclose(batch.std[::50].reshape(bound.shape), bound, rtol=0.05)
+    assert (np.abs(error) < 1.96 * batch.std).mean() == pytest.approx(0.95, abs=0.015)
+    assert (np.abs(error) < 6 * batch.std).all()
+
+
+def test_a_batch_says_what_the_stream_says(model, touch) -> None:
+    _, frames, batch = touch
+    done: list[int] = []
+    parts = ff.Reader(model).read_batch(frames, covariance=False, workers=2, progress=done.append)
+    assert sum(done) == len(frames)
+    assert parts.covariance is None
+    off = np.abs(parts.forces - batch.forces) / batch.std
+    assert off.max() < 0.1
+    np.testing.assert_allclose(parts.std, batch.std, rtol=0.05)
+    reader = ff.Reader(model)
+    readings = list(reader.stream(frames[:300]))
+    for i, reading in enumerate(readings):
+        np.testing.assert_allclose(reading.forces, batch.forces[i], atol=1e-9)
+        assert reading.status is batch.status[i]
+        assert reading.tracked == batch.tracked[i]
+    last = readings[-1]
+    np.testing.assert_allclose(last.covariance, batch.covariance[299], rtol=0.1, atol=1e-6)
+    np.testing.assert_allclose(last.phase, model.phase(last.forces), atol=1e-9)
+    assert replace(last, detail="kept").chi2 == last.chi2
+
+
+@pytest.mark.parametrize("largest", [1.0, 4.0, 12.0])
+def test_after_steps_no_ok_is_wrong_and_the_lock_is_regained(model, largest) -> None:
+    rng, reader, regained = np.random.default_rng(int(largest)), ff.Reader(model), 0
+    for _ in range(8):
+        magnitude = rng.uniform(0, largest, N) * (rng.random(N) < 0.7)
+        forces = ff.polar(magnitude, rng.uniform(-20, 20, N))
+        readings = [reader.read(model.expose(forces, rng=rng)) for _ in range(6)]
+        assert not all(r.tracked for r in readings[:3])
+        regained += all(r.tracked for r in readings[3:])
+        for reading in readings:
+            if reading.status is ff.Status.OK:
+                assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
+    assert regained >= 6  # a load with a mirror image near by is searched for as long as it lasts
+
+
+def test_a_touch_out_of_nothing_and_back_is_never_wrong(model) -> None:
+    wave = np.maximum(np.sin(np.linspace(-0.5, 2 * np.pi, 500)), 0)
+    forces = wave[:, None, None] * ff.polar(1.5, 12, n=N)
+    batch = ff.Reader(model).read_batch(model.expose(forces, rng=7), workers=1)
+    silent = batch.status == ff.Status.NO_CONTACT
+    assert silent[wave == 0].all()
+    assert (batch.forces[silent] == 0).all()
+    sure = batch.status == ff.Status.OK
+    assert sure.mean() > 0.4
+    assert (np.abs(batch.forces - forces) < 6 * batch.std)[sure].all()
+    assert not sure[wave == 0].any()
+
+
+def test_a_bad_frame_is_said_to_be_one_and_following_goes_on(model) -> None:
+    frames = model.expose(slow_touch(6), rng=0).astype(float)
+    frames[3, 5] = np.nan
+    readings = list(ff.Reader(model).stream(frames))
+    bad = [i for i, reading in enumerate(readings) if reading.status is ff.Status.BAD_FRAME]
+    assert bad == [3]
+    assert readings[4].tracked
+    batch = ff.Reader(model).read_batch(frames)
+    assert batch.status[3] is ff.Status.BAD_FRAME
+    assert np.isnan(batch.forces[3]).all()
+    assert batch.tracked[4]
+    with pytest.raises(ff.FringeforceError, match="2048"):
+        ff.Reader(model).read_batch(frames[:, :7])
+
+
+def test_masks_and_dead_pixels_are_left_out_while_following(model) -> None:
+    forces = slow_touch(40)
+    frames = model.expose(forces, rng=0).astype(float)
+    mask = np.zeros(2048, dtype=bool)
+    mask[300:420] = True
+    frames[:, mask] = np.nan
+    frames[:, 1000:1400:40] = 255.0
+    reader = ff.Reader(model)
+    readings = [reader.read(frame, mask) for frame in frames]
+    assert all(r.tracked for r in readings[1:])
+    off = [np.abs(r.forces - f) / r.std for r, f in zip(readings, forces, strict=True)]
+    assert np.max(off) < 6
+    assert np.mean(np.array(off) < 1.96) == pytest.approx(0.95, abs=0.04)
+
+
+def test_a_clipping_camera_is_followed_without_bias(sensor) -> None:
+    loud = sensor.replace(**{"camera.noise": 9, "camera.noise_model": "gaussian"})
+    model = ff.characterize(loud)
+    forces = slow_touch(600)
+    batch = ff.Reader(model).read_batch(model.expose(forces, rng=0), workers=1)
+    sure = batch.tracked
+    assert sure.mean() > 0.9
+    inside = (np.abs(batch.forces - forces) < 1.96 * batch.std)[sure]
+    low, high = binom.ppf([1e-5, 1 - 1e-5], inside.size, 0.95)
+    assert low <= inside.sum() <= high
+
+
+def test_model_errors_and_friction_reach_followed_readings(model) -> None:
+    frames = model.expose(slow_touch(3), rng=0)
+    plain, unsure = ff.Reader(model), ff.Reader(model, model_error=0.03)
+    limited = ff.Reader(model, friction=0.05)
+    last = [list(reader.stream(frames))[-1] for reader in (plain, unsure, limited)]
+    assert all(reading.tracked for reading in last)
+    assert (last[1].std > last[0].std).all()
+    assert (np.abs(last[2].forces[1]) <= 0.05 * last[2].forces[0] + 1e-9).all()
+    batch = ff.Reader(model, friction=0.05, model_error=0.03).read_batch(frames)
+    assert (batch.std[1:] > last[0].std * 1.01).any()
+    assert (np.abs(batch.forces[:, 1]) <= 0.05 * batch.forces[:, 0] + 1e-9).all()
+    plain.reset()
+    assert not plain.read(frames[0]).tracked
