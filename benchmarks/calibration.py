@@ -24,7 +24,7 @@ import fringeforce as ff
 from fringeforce.calibration.single_press import single_press_matrix
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
-from fringeforce.reader import Reader
+from fringeforce.single_frame import SingleFrameReader
 
 Array = np.ndarray
 FRAMES, LARGEST, ERROR = 64, 2.0, 0.03
@@ -124,8 +124,8 @@ def rows(bench: Bench, seed: int) -> dict[str, Callable[[], ff.SensorModel]]:
 
 
 def judged(model: ff.SensorModel, bench: Bench, loads: Array, frames: Array) -> list[str]:
-    known, seen = Reader(bench.true), usable(bench)
-    influence, response = known.influence[seen], known.response.at(seen)
+    known, seen = SingleFrameReader(bench.true), usable(bench)
+    influence, response = known.influence[seen], bench.true.response.at(seen)
     readings = [model.read(frame) for frame in frames]
     off = np.array([reading.forces - load for reading, load in zip(readings, loads, strict=True)])
     std = np.array([reading.std for reading in readings])

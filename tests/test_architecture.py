@@ -18,7 +18,7 @@ TEXTS = [
     *SOURCES,
     *(ROOT / "designs").glob("*.toml"),
     *(ROOT / "docs").rglob("*.md"),
-    *(path for path in ROOT.iterdir() if path.is_file()),
+    *(path for path in ROOT.iterdir() if path.is_file() and path.name != ".git"),
 ]
 
 

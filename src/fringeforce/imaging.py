@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,8 +63,11 @@ class Imaging:
 
     def at(self, pixels: NDArray[Any] | slice) -> Imaging:
         """Imaging of some pixels only, chosen by a mask, by numbers or by a slice."""
-        return Imaging(
-            *(values[pixels] for values in (self.positions, self.amplitude, self.offset)),
+        return replace(
+            self,
+            positions=self.positions[pixels],
+            amplitude=self.amplitude[pixels],
+            offset=self.offset[pixels],
             usable=self.usable[pixels],
             influence_modes=self.influence_modes[:, pixels],
             amplitude_modes=self.amplitude_modes[:, pixels],

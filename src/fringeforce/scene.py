@@ -1,14 +1,17 @@
-"""The used pixels of one frame, and what they show of loads."""
+"""One frame before its explanations: how they are found, compared and varied.
+
+Arrays only: grey levels, an influence matrix and the camera's response.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.bounds import covariance, phase_information, systematic_covariance
+from fringeforce.force.bounds import covariance, phase_information
 from fringeforce.force.estimate import Estimate, maximum_likelihood
 from fringeforce.force.likelihood import Response
 from fringeforce.force.shape import ShapeError, shape_error
@@ -16,8 +19,8 @@ from fringeforce.phase.reflections import reflections
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Doubt = Callable[[Array], Array]
-"""From loads (2n,) to modes (k, P) of what the grey levels are uncertain by besides noise."""
+Doubt = Callable[[Array, Mask], Array]
+"""From loads (2n,) and pixels (P,) to modes (k, p) that their grey levels are uncertain by."""
 
 IMAGES = 16
 """Mirror images of one explanation that are tried."""
@@ -25,22 +28,45 @@ IMAGES = 16
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The pixels of one frame that are used, and what they can show."""
+    """The pixels of one frame that are used, and what they can show.
+
+    Attributes
+    ----------
+    frame : ndarray, shape (p,)
+        Grey levels of the used pixels, channel after channel.
+    influence : ndarray, shape (p, 2n)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    lead : int
+        Used pixels of the first channel.
+    model_error : float
+        Relative size of the influence matrix's errors of shape, where it is known.
+    pixels : ndarray of bool, shape (P,)
+        Which pixels they are.
+    doubt : callable, optional
+        What grey levels are uncertain by besides noise.
+    """
 
     frame: Array
     influence: Array
     response: Response
+    lead: int
     model_error: float
-    doubt: Doubt
+    pixels: Mask
+    doubt: Doubt | None = None
 
-    def at(self, pixels: Mask) -> Scene:
-        """The same frame by fewer of its pixels."""
-        return Scene(
-            self.frame[pixels],
-            self.influence[pixels],
-            self.response.at(pixels),
-            self.model_error,
-            lambda loads: self.doubt(loads)[:, pixels],
+    def only(self, sound: Mask) -> Scene:
+        """The scene without some of its pixels."""
+        lead, pixels = int(np.count_nonzero(sound[: self.lead])), self.pixels.copy()
+        pixels[pixels] = sound
+        return replace(
+            self,
+            frame=self.frame[sound],
+            influence=self.influence[sound],
+            response=self.response.at(sound),
+            lead=lead,
+            pixels=pixels,
         )
 
     def climbed(self, start: Array) -> Estimate:
@@ -57,19 +83,29 @@ class Scene:
         """Covariance of an estimate."""
         return covariance(estimate.phase, self.influence, self.response)
 
-    def shape_error(self, estimate: Estimate, spread: Array, doubt: Array) -> ShapeError:
-        """What the frame says of errors of shape beyond modes of doubt (k, P)."""
-        slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
-        modes = doubt / np.sqrt(self.response.variance)
-        residuals = estimate.misfit.slope
-        return shape_error(residuals, slope, self.influence, estimate.loads, spread, modes)
-
-    def systematic(self, estimate: Estimate, spread: Array, doubt: Array) -> Array:
-        """Covariance that modes of doubt (k, P) add to loads of covariance (m, m) from noise."""
-        return systematic_covariance(estimate.phase, self.influence, self.response, spread, doubt)
+    def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
+        """What the frame says of errors of shape that the influence matrix is not known to have."""
+        sigma = np.sqrt(self.response.variance)
+        known = None if self.doubt is None else self.doubt(estimate.loads, self.pixels) / sigma
+        slope, residuals = self.response.slope(estimate.phase) / sigma, estimate.misfit.slope
+        return shape_error(residuals, slope, self.influence, estimate.loads, spread, known)
 
     def images(self, estimate: Estimate) -> Array:
-        """Mirror images of an explanation, the likeliest first."""
-        information = phase_information(estimate.phase, self.response)
-        changes = reflections(estimate.phase, self.influence, information)
+        """Mirror images of an explanation in its first channel, the likeliest first."""
+        first = slice(self.lead)
+        response, phase = self.response.at(first), estimate.phase[first]
+        information = phase_information(phase, response)
+        changes = reflections(phase + response.bias, self.influence[first], information)
         return estimate.loads + changes[:IMAGES]
+
+    def gap(self, first: Array, second: Array) -> float:
+        """Largest distance of two phases, known up to their signs if nothing is biased [rad]."""
+        apart = np.abs(first - second).max()
+        return float(min(apart, np.abs(first + second).max()) if self.response.even else apart)
+
+    def pushing(self, estimate: Estimate) -> Estimate:
+        """The one of a load and its negative that pushes, where both give the same frame."""
+        pushes = estimate.loads[: len(estimate.loads) // 2].sum() >= 0
+        if pushes or not self.response.even:
+            return estimate
+        return Estimate(-estimate.loads, -estimate.phase, estimate.misfit)

@@ -8,9 +8,10 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
-from fringeforce.calibration.column_fit import expanded, fit_columns
+from fringeforce.calibration.column_fit import fit_columns
 from fringeforce.calibration.column_modes import column_imaging
 from fringeforce.calibration.column_prior import LENGTHS, most_probable, shapes
+from fringeforce.calibration.column_quadratic import expanded
 from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
 from fringeforce.calibration.frame_fit import Bench, climb, light_basis, residuals, start
 from fringeforce.calibration.single_press import single_press_matrix
@@ -20,7 +21,7 @@ from fringeforce.force.bounds import (
     systematic_covariance,
 )
 from fringeforce.imaging import Imaging
-from fringeforce.reader import Reader
+from fringeforce.single_frame import SingleFrameReader
 
 N, PIXELS = 5, 1024
 FACTOR = 1.05
@@ -66,7 +67,7 @@ class HeldOut:
 
 
 def held_out(model: ff.SensorModel, true: ff.SensorModel, rng, count: int) -> HeldOut:
-    known = Reader(true)
+    known = SingleFrameReader(true)
     off, std, bound = [], [], []
     statuses: Counter = Counter()
     for load in known_loads(rng, count):
@@ -75,7 +76,7 @@ def held_out(model: ff.SensorModel, true: ff.SensorModel, rng, count: int) -> He
         off.append(reading.forces - load)
         std.append(reading.std)
         phase = known.influence @ load.ravel()
-        bound.append(cramer_rao_bound(phase, known.influence, known.response))
+        bound.append(cramer_rao_bound(phase, known.influence, true.response))
     ratio = np.sqrt(np.mean(np.square(off)) / np.mean(np.square(bound)))
     return HeldOut(ratio, float(np.mean(np.abs(off) < 1.96 * np.array(std))), statuses)
 
@@ -230,7 +231,7 @@ def test_few_modes_state_what_all_of_them_would(small, bench) -> None:
     fit = climb(rows, start(rows, 1), tangent, sound)
     found = fit_columns(rows, (STRAIN_OPTIC,), fit, ~sound, np.ones(len(frames), dtype=bool))
     assert found.belief.modes.shape[0] > 100
-    few, every = (column_imaging(rows, found, 1.0, share) for share in (0.01, 0.0))
+    few, every = (column_imaging(found, found.sound, 1.0, share) for share in (0.01, 0.0))
     assert len(few.influence_modes) < 0.8 * len(every.influence_modes)
     load = ff.polar(1.5, 5, n=N).ravel()
     influence = found.fit.tangent.matrix(found.fit.unknowns.design, few.positions)

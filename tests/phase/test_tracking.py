@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.phase.folding import block_edges, phase_pace
+from fringeforce.phase.folding import Fringes, block_edges, phase_pace
 from fringeforce.phase.tracking import explanations, load_scale
 
 
@@ -44,6 +44,6 @@ def test_loads_of_a_foreign_linear_model_are_found_up_to_their_sign(seed: int) -
     influence = np.sin(np.pi * np.outer(x, np.arange(1, 9)))
     loads = rng.normal(0, 8, 8)
     light = np.sin(influence @ loads / 2) ** 2 + rng.normal(0, 0.01, len(x))
-    best = next(explanations(light, 1e-4, influence))[0]
+    best = next(explanations([Fringes(light, 1e-4, influence)]))[0]
     nearest = min((best - loads), (best + loads), key=lambda e: np.abs(e).max())
     assert np.abs(influence @ nearest).max() < 0.5

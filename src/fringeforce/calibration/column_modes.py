@@ -51,9 +51,7 @@ def column_imaging(
     return _imaging(found, used, others @ turn, turned, EVERY)
 
 
-def _imaging(
-    found: ColumnFit, used: Mask, others: Array, columns: Array, pixels: slice
-) -> Imaging:
+def _imaging(found: ColumnFit, used: Mask, others: Array, columns: Array, pixels: slice) -> Imaging:
     """Imaging of some pixels, with modes of the other unknowns (m, k) and columns (k, 4n, K)."""
     positions = found.fit.unknowns.positions(found.bench.sensor)[pixels]
     corrections = found.shapes.correction(columns, positions)

@@ -107,9 +107,7 @@ def precision(bench: Bench, parameters: int, design: ArrayLike = DEVIATION["valu
     return 1 / deviations**2
 
 
-def climb(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps: int = 12
-) -> Fit:
+def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps: int = 12) -> Fit:
     """Levenberg and Marquardt's method with the matrix linear in the design.
 
     Frames that fit much worse than most lose weight in every step, so that a wrong press cannot

@@ -228,9 +228,7 @@ def _derivatives(
         loads=bench.loads,
         weights=weights,
         turn=view.response.slope(view.phase) * view.scale * gain,
-        lit=np.stack(
-            [view.light * gain * view.scale, np.broadcast_to(view.scale, weights.shape)]
-        ),
+        lit=np.stack([view.light * gain * view.scale, np.broadcast_to(view.scale, weights.shape)]),
         changes=matrix_changes(bench, at, tangent),
     )
 

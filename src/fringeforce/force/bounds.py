@@ -19,7 +19,8 @@ def fisher_information(
     """Information on the loads in one frame.
 
     The expected square of the grey level's slope, A^2/4 sin^2 p, taken over a phase that is itself
-    uncertain: E[sin^2 p] = (1 - exp(-2 v) cos 2p) / 2 for a Gaussian of variance v.
+    uncertain: E[sin^2 p] = (1 - exp(-2 v) cos 2p) / 2 for a Gaussian of variance v; p includes the
+    bias.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def fisher_information(
     ndarray, shape (m, m)
         Information [1/N^2].
     """
-    square = (1 - np.exp(-2 * np.asarray(phase_variance)) * np.cos(2 * phase)) / 2
+    square = (1 - np.exp(-2 * np.asarray(phase_variance)) * np.cos(2 * (phase + response.bias))) / 2
     scaled = influence * (response.amplitude / 2 * np.sqrt(square / response.variance))[:, None]
     return scaled.T @ scaled
 

@@ -11,6 +11,9 @@ from scipy.special import log_ndtr
 
 Array = NDArray[np.float64]
 
+EVEN = 1e-3
+"""Sine of a bias below which it counts as none or as half a turn."""
+
 
 @dataclass(frozen=True, eq=False)
 class Response:
@@ -25,6 +28,8 @@ class Response:
     floor, ceiling : float
         Grey levels at or beyond which a pixel only says 'this dark' or 'this bright'; infinite
         where the converter clips nothing.
+    bias : float or ndarray, shape (P,)
+        Phase that the polariscope adds to the strip's [rad]; none in a dark field.
     """
 
     amplitude: float | Array
@@ -32,22 +37,28 @@ class Response:
     variance: float
     floor: float = -np.inf
     ceiling: float = np.inf
+    bias: float | Array = 0.0
 
     def level(self, phase: Array) -> Array:
         """Expected grey level before clipping."""
-        return self.amplitude * np.sin(phase / 2) ** 2 + self.offset
+        return self.amplitude * np.sin((phase + self.bias) / 2) ** 2 + self.offset
 
     def at(self, pixels: NDArray[Any] | slice) -> Response:
         """Response of some pixels only, chosen by a mask, by numbers or by a slice."""
-        amplitude, offset = (
+        amplitude, offset, bias = (
             value[pixels] if isinstance(value, np.ndarray) else value
-            for value in (self.amplitude, self.offset)
+            for value in (self.amplitude, self.offset, self.bias)
         )
-        return replace(self, amplitude=amplitude, offset=offset)
+        return replace(self, amplitude=amplitude, offset=offset, bias=bias)
+
+    @property
+    def even(self) -> bool:
+        """Whether a phase and its negative give the same level everywhere."""
+        return bool(np.all(np.abs(np.sin(self.bias)) < EVEN))
 
     def slope(self, phase: Array) -> Array:
         """Derivative of the grey level by the phase."""
-        return self.amplitude / 2 * np.sin(phase)
+        return self.amplitude / 2 * np.sin(phase + self.bias)
 
 
 @dataclass(frozen=True, eq=False)

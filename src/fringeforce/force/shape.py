@@ -47,7 +47,7 @@ def shape_error(
     influence: Array,
     loads: Array,
     covariance: Array,
-    modes: Array,
+    modes: Array | None = None,
 ) -> ShapeError:
     """Look for errors of shape in what is left of a frame.
 
@@ -67,7 +67,7 @@ def shape_error(
         Fitted loads [N].
     covariance : ndarray, shape (m, m)
         Of the fitted loads, from noise alone [N^2].
-    modes : ndarray, shape (k, P)
+    modes : ndarray, shape (k, P), optional
         Independent errors of unit variance that the levels are known to have besides noise, in
         units of the noise.
     """
@@ -82,10 +82,11 @@ def shape_error(
     basis = np.linalg.qr(tangent)[0]
     kernel -= basis @ (basis.T @ kernel)
     kernel -= (kernel @ basis) @ basis.T
-    seen, square = kernel @ group_sums(modes.T), (kernel**2).sum()
-    twice = group_sums(modes.T).T @ seen
-    mean = np.trace(kernel) + np.trace(twice)
-    spread = square + 2 * (seen**2).sum() + (twice**2).sum()
+    square, weighed = (kernel**2).sum(), kernel
+    if modes is not None:
+        known = group_sums(modes.T)
+        weighed = kernel + (kernel @ known) @ known.T
+    mean, spread = np.trace(weighed), (weighed * weighed.T).sum()
     if mean <= 0:
         return ShapeError(1.0, 0.0, bias)
     found = left @ kernel @ left

@@ -26,6 +26,7 @@ def beam_search(
     fold: Array,
     variance: Array,
     single: NDArray[np.bool_],
+    bias: Array,
     influence: Array,
     scale: float,
     width: int,
@@ -40,6 +41,8 @@ def beam_search(
         Folded phases [rad] and their variances, in the order of the scan.
     single : ndarray of bool, shape (b,)
         Blocks that allow fold + 2 pi q only.
+    bias : ndarray, shape (b,)
+        Phase that is there without loads [rad].
     influence : ndarray, shape (b, m)
         Phase per unit load.
     scale : float
@@ -54,20 +57,27 @@ def beam_search(
     Returns
     -------
     means : ndarray, shape (k, m)
-        Loads of the k hypotheses that are left, up to a common sign.
+        Loads of the k hypotheses that are left, up to a common sign if nothing is biased.
     scores : ndarray, shape (k,)
         Their sums of squared innovations, ascending.
     """
     blocks, unknowns = influence.shape
     covariance = np.eye(unknowns) * scale**2
     means, scores = np.zeros((1, unknowns)), np.zeros(1)
-    signless = True
+    signless = not bias.any()
     for block in range(blocks):
         row = influence[block]
         shift = covariance @ row
         spread = variance[block] + row @ shift
         choices = _choices(
-            means @ row, scores, fold[block], single[block], spread, gate, signless, width
+            means @ row + bias[block],
+            scores,
+            fold[block],
+            single[block],
+            spread,
+            gate,
+            signless,
+            width,
         )
         if len(choices) == 0:  # nothing fits anyone: a broken pixel, not a broken hypothesis
             scores += gate**2

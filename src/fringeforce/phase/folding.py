@@ -7,7 +7,8 @@ sign and a multiple.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,35 @@ MODEL_ERROR = 0.02
 
 
 @dataclass(frozen=True, eq=False)
+class Fringes:
+    """A line of fringes, sin^2((p + bias) / 2) of a phase p that is linear in the loads.
+
+    Attributes
+    ----------
+    intensity : ndarray, shape (P,)
+        Normalised intensity along the strip, noise included.
+    variance : float
+        Of the noise of one pixel, in the same unit.
+    influence : ndarray, shape (P, m)
+        Phase per unit load at every pixel.
+    bias : float
+        Phase added to that of the loads [rad].
+    """
+
+    intensity: Array
+    variance: float
+    influence: Array
+    bias: float = 0.0
+
+    @property
+    def unbiased(self) -> Fringes:
+        """The same, bias from -pi/2 to pi/2: a bright field is a dark one upside down."""
+        turns = np.rint(self.bias / np.pi)
+        upright = self.intensity if turns % 2 == 0 else 1 - self.intensity
+        return replace(self, intensity=upright, bias=self.bias - np.pi * turns)
+
+
+@dataclass(frozen=True, eq=False)
 class FoldedPhase:
     """Phases that blocks of pixels allow: +-fold + 2 pi q.
 
@@ -33,6 +63,8 @@ class FoldedPhase:
         Of the phase [rad^2].
     single : ndarray of bool, shape (b,)
         Where +w and -w cannot be told apart and their middle, 0 or pi, stands for both.
+    bias : ndarray, shape (b,)
+        Phase among it that no load causes [rad].
     influence : ndarray, shape (b, m)
         Influence matrix of the blocks [rad per unit load].
     """
@@ -40,6 +72,7 @@ class FoldedPhase:
     fold: Array
     variance: Array
     single: NDArray[np.bool_]
+    bias: Array
     influence: Array
 
 
@@ -96,9 +129,7 @@ def block_edges(pace: Array, extent: float, largest: int = 8) -> NDArray[np.intp
     return np.array(edges)
 
 
-def folded_phase(
-    intensity: Array, variance: float, influence: Array, edges: NDArray[np.intp]
-) -> FoldedPhase:
+def folded_phase(fringes: Fringes, edges: NDArray[np.intp]) -> FoldedPhase:
     """Fold the phase of every block of pixels, with a variance from its own intensity.
 
     The slope of intensity over phase is sqrt(I (1 - I)); where it vanishes, the noise itself limits
@@ -106,18 +137,14 @@ def folded_phase(
 
     Parameters
     ----------
-    intensity : ndarray, shape (P,)
-        Normalised intensity, noise included.
-    variance : float
-        Of the noise of one pixel.
-    influence : ndarray, shape (P, m)
-        Influence matrix at the pixels.
+    fringes : Fringes
+        A line of fringes.
     edges : ndarray of int, shape (b + 1,)
         Boundaries of the blocks.
     """
-    size = np.diff(edges)
-    mean = np.clip(np.add.reduceat(intensity, edges[:-1]) / size, 0, 1)
-    noise = variance / size
+    line, size = fringes.unbiased, np.diff(edges)
+    mean = np.clip(np.add.reduceat(line.intensity, edges[:-1]) / size, 0, 1)
+    noise = line.variance / size
     fold = 2 * np.arcsin(np.sqrt(mean))
     spread = noise / (mean * (1 - mean) + np.sqrt(noise) / 2) + MODEL_ERROR**2
     dark, bright = fold, np.pi - fold
@@ -127,5 +154,15 @@ def folded_phase(
         fold=np.where(single, np.where(dark < bright, 0.0, np.pi), fold),
         variance=np.where(single, spread + distance**2, spread),
         single=single,
-        influence=np.add.reduceat(influence, edges[:-1], axis=0) / size[:, None],
+        bias=np.full(len(size), line.bias),
+        influence=np.add.reduceat(line.influence, edges[:-1], axis=0) / size[:, None],
     )
+
+
+def interleaved(channels: Sequence[FoldedPhase]) -> FoldedPhase:
+    """Folded phases of several channels as one row, block by block."""
+    stacked = {
+        field.name: np.stack([getattr(channel, field.name) for channel in channels], axis=1)
+        for field in fields(FoldedPhase)
+    }
+    return FoldedPhase(**{key: v.reshape(-1, *v.shape[2:]) for key, v in stacked.items()})

@@ -1,19 +1,19 @@
 """From one noisy frame to loads that may explain it, with no earlier state.
 
-A search along the frame that any line of fringes can use which a linear model explains: it sees an
-intensity, the variance of its noise and an influence matrix, and knows nothing of sensors.
+A search along the frame that any lines of fringes can use which a linear model explains: it sees
+intensities, the variance of their noise and influence matrices, and knows nothing of sensors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.phase.beam import beam_search
-from fringeforce.phase.folding import block_edges, folded_phase, phase_pace
+from fringeforce.phase.folding import Fringes, block_edges, folded_phase, interleaved, phase_pace
 
 Array = NDArray[np.float64]
 
@@ -54,58 +54,50 @@ EFFORTS = (
 """Attempts in the order in which they are made; the first one succeeds nearly always."""
 
 
-def explanations(intensity: Array, variance: float, influence: Array) -> Iterator[Array]:
+def explanations(channels: Sequence[Fringes]) -> Iterator[Array]:
     """Loads that may explain a frame, attempt by attempt, each starting where the last one failed.
 
     Parameters
     ----------
-    intensity : ndarray, shape (P,)
-        Normalised intensity along the strip, noise included.
-    variance : float
-        Of the noise of one pixel, in the same unit.
-    influence : ndarray, shape (P, m)
-        Phase per unit load at every pixel.
+    channels : sequence of Fringes
+        The same strip in one light or in several, along the same pixels.
 
     Yields
     ------
     ndarray, shape (k, m)
-        Loads of one attempt, the likeliest first, each up to its sign: a load and its negative
-        give the same frame.  They lie within a fraction of a fringe of what they explain.
+        Loads of one attempt, the likeliest first.  Where no channel is biased, each is known up to
+        its sign: a load and its negative give the same frame.  They lie within a fraction of a
+        fringe of what they explain.
     """
-    pace = phase_pace(intensity, variance)
-    scale = load_scale(pace, influence)
+    paces = np.array([phase_pace(fringes.intensity, fringes.variance) for fringes in channels])
+    scale = load_scale(paces, np.array([fringes.influence for fringes in channels]))
     for effort in EFFORTS:
-        yield _track(intensity, variance, influence, pace, scale, effort)
+        yield _track(channels, paces.max(axis=0), scale, effort)
 
 
-def load_scale(pace: Array, influence: Array) -> float:
+def load_scale(paces: Array, influence: Array) -> float:
     """Root-mean-square load whose fringes run, on average, as fast as the frame's.
 
     Parameters
     ----------
-    pace : ndarray, shape (P,)
+    paces : ndarray, shape (..., P)
         Local pace of the phase [rad per pixel].
-    influence : ndarray, shape (P, m)
+    influence : ndarray, shape (..., P, m)
         Phase per unit load.
     """
-    unit = np.diff(influence, axis=0)
-    return float(np.sqrt((pace[:-1] ** 2).sum() / (unit**2).sum()))
+    unit = np.diff(influence, axis=-2)
+    return float(np.sqrt((paces[..., :-1] ** 2).sum() / (unit**2).sum()))
 
 
-def _track(
-    intensity: Array,
-    variance: float,
-    influence: Array,
-    pace: Array,
-    scale: float,
-    effort: Effort,
-) -> Array:
-    folded = folded_phase(intensity, variance, influence, block_edges(pace, effort.extent))
+def _track(channels: Sequence[Fringes], pace: Array, scale: float, effort: Effort) -> Array:
+    edges = block_edges(pace, effort.extent)
+    folded = interleaved([folded_phase(fringes, edges) for fringes in channels])
     order = slice(None, None, -1 if effort.backward else 1)
     means, _ = beam_search(
         folded.fold[order],
         folded.variance[order],
         folded.single[order],
+        folded.bias[order],
         np.ascontiguousarray(folded.influence[order]),
         effort.scale * max(scale, 1e-12),
         effort.width,

@@ -1,0 +1,120 @@
+"""Polarisers, plates and a birefringent strip by Jones calculus, and the fringes that they make.
+
+Light runs along the strip's depth; angles are from the strip's length, x.  Whatever stands before
+and behind a linear retarder of phase lead p along x, the light that passes is a constant plus a
+cosine and a sine of p, which is A sin^2((p + bias) / 2) + offset: three numbers that reduce to
+equation (11) for a perfect dark-field polariscope (Theocaris and Gdoutos, Matrix Theory of
+Photoelasticity, Springer 1979, chapter 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Jones = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Fringe:
+    """Light over phase lead, amplitude sin^2((p + bias) / 2) + offset.
+
+    Attributes
+    ----------
+    amplitude, offset : float
+        In units of what a perfect dark-field polariscope lets through at most.
+    bias : float
+        Phase lead that the arrangement adds to the strip's [rad].
+    """
+
+    amplitude: float = 1.0
+    bias: float = 0.0
+    offset: float = 0.0
+
+    def intensity(self, phase: ArrayLike) -> NDArray[np.float64]:
+        """Light that passes at a phase lead [rad], same shape."""
+        half = (np.asarray(phase, dtype=float) + self.bias) / 2
+        return self.amplitude * np.sin(half) ** 2 + self.offset
+
+
+def polariser(angle: float, extinction: float = 0.0) -> Jones:
+    """A linear polariser, shape (2, 2).
+
+    Parameters
+    ----------
+    angle : float
+        Of the direction that passes [rad].
+    extinction : float
+        Share of the light that passes across it, zero if perfect.
+    """
+    return _turned(np.diag([1.0, np.sqrt(extinction)]).astype(complex), angle)
+
+
+def retarder(retardance: ArrayLike, angle: float = 0.0) -> Jones:
+    """A linear retarder, shape (..., 2, 2).
+
+    Parameters
+    ----------
+    retardance : array_like, any shape
+        Phase by which light along the axis leads light across it [rad].
+    angle : float
+        Of the axis [rad].
+    """
+    half = np.asarray(retardance, dtype=float)[..., None, None] / 2
+    along, across = np.diag([1.0, 0.0]), np.diag([0.0, 1.0])
+    return _turned(np.exp(1j * half) * along + np.exp(-1j * half) * across, angle)
+
+
+def passed(before: Sequence[Jones], phase: ArrayLike, behind: Sequence[Jones]) -> Jones:
+    """Share of natural light that passes elements, a strip of a phase lead, and more elements.
+
+    Parameters
+    ----------
+    before, behind : sequence of ndarray, shape (2, 2)
+        Elements in the order in which light meets them.
+    phase : array_like, any shape
+        Phase lead of the strip, axis along x [rad].
+
+    Returns
+    -------
+    ndarray, same shape
+        One if all light passes.
+    """
+    light = _product(behind) @ retarder(phase) @ _product(before)
+    # natural light is an equal mixture of any two states that are at right angles
+    return (np.abs(light) ** 2).sum(axis=(-2, -1)) / 2
+
+
+def fringe(before: Sequence[Jones], behind: Sequence[Jones]) -> Fringe:
+    """The fringe that an arrangement makes of a strip between its elements.
+
+    A perfect polariser passes half of natural light at most, which counts as one.
+
+    Parameters
+    ----------
+    before, behind : sequence of ndarray, shape (2, 2)
+        Elements in the order in which light meets them.
+    """
+    start, quarter, half = 2 * passed(before, np.array([0.0, np.pi / 2, np.pi]), behind)
+    mean, cosine = (start + half) / 2, (start - half) / 2
+    sine = quarter - mean
+    size = float(np.hypot(cosine, sine))
+    # size sin^2((p + bias)/2) is size/2 - size/2 cos(p + bias)
+    bias = float(np.arctan2(sine, -cosine))
+    return Fringe(2 * size, bias, float(mean) - size)
+
+
+def _turned(element: Jones, angle: float) -> Jones:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turn = np.array([[cosine, -sine], [sine, cosine]])
+    return turn @ element @ turn.T
+
+
+def _product(elements: Sequence[Jones]) -> Jones:
+    product = np.eye(2, dtype=complex)
+    for element in elements:
+        product = element @ product
+    return product
