@@ -10,7 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
+from fringeforce.force.bounds import systematic_covariance
+from fringeforce.force.goodness import GROUP
 from fringeforce.force.likelihood import Response
 from fringeforce.imaging import Imaging
 
@@ -18,8 +21,8 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-BLOCK = 8
-"""Pixels of a block, much shorter than the strip is thick."""
+BLOCKS = 256
+"""Into which the strip is cut, each much shorter than it is thick."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,40 +39,65 @@ class CalibrationDoubt:
         Changes of the matrix in every block [rad/N].
     light : ndarray, shape (2, k, B)
         Changes of amplitude and offset, grey levels.
+    width : int
+        Pixels of a block.
     """
 
     influence: Array
     response: Response
     matrix: Single
     light: Single
+    width: int
 
     @classmethod
     def of(cls, imaging: Imaging, influence: Array, response: Response) -> CalibrationDoubt:
         """Doubt that an imaging states; the influence matrix is that at its pixels, (P, 2n)."""
-        modes = imaging.influence_modes
-        matrix = modes.reshape(*modes.shape[:2], influence.shape[1])
-        light = np.stack([imaging.amplitude_modes, imaging.offset_modes])
-        usable = imaging.usable
+        usable, modes = imaging.usable, imaging.influence_modes
+        width = -(-len(usable) // BLOCKS)
+        starts = np.arange(0, len(usable), width)
+        count = np.maximum(np.add.reduceat(usable.astype(float), starts), 1)
+
+        def means(values: Array) -> Single:
+            """Means over the usable pixels of every block, from (k, P, m) to (k, B, m)."""
+            sums = np.add.reduceat(values * usable[:, None], starts, axis=1)
+            return (sums / count[:, None]).astype(np.float32)
+
+        light = np.stack([imaging.amplitude_modes, imaging.offset_modes], axis=2)
         return cls(
             influence,
             response,
-            np.ascontiguousarray(np.swapaxes(_means(np.swapaxes(matrix, 1, 2), usable), 1, 2)),
-            _means(light, usable),
+            means(modes.reshape(*modes.shape[:2], influence.shape[1])),
+            np.ascontiguousarray(np.moveaxis(means(light), 2, 0)),
+            width,
         )
 
     def __call__(self, loads: Array, pixels: Mask) -> Array:
-        """Modes of the grey levels of some pixels under given loads, shape (k, p)."""
-        phase, lit = self.influence[pixels] @ loads, self.response.at(pixels)
-        turned = self.matrix @ loads.astype(np.float32)
-        blocks = np.flatnonzero(pixels) // BLOCK
-        brightness = (lit.level(phase) - lit.offset) / lit.amplitude
-        levels = self.light[0][:, blocks] * brightness.astype(np.float32)
-        levels += self.light[1][:, blocks]
-        levels[: len(turned)] += turned[:, blocks] * lit.slope(phase).astype(np.float32)
-        return np.asarray(levels, dtype=float)
+        """Group sums of the modes of some pixels in units of the noise, shape (p // GROUP, k).
+
+        Parameters
+        ----------
+        loads : ndarray, shape (2n,)
+            Loads [N].
+        pixels : ndarray of bool, shape (P,)
+            Pixels that are used.
+        """
+        chosen = np.flatnonzero(pixels)
+        chosen = chosen[: len(chosen) // GROUP * GROUP]
+        place = np.arange(len(chosen)) // GROUP, chosen // self.width
+        size = len(chosen) // GROUP, self.light.shape[2]
+        slope, brightness = (values[chosen] for values in self._seen(loads))
+        scale = 1 / np.sqrt(GROUP * self.response.variance)
+
+        def summed(values: Array, modes: Single) -> Array:
+            sums = csr_array(((scale * values).astype(np.float32), place), shape=size)
+            return np.asarray(sums @ modes.T, dtype=float)
+
+        found = summed(brightness, self.light[0]) + summed(np.ones(len(chosen)), self.light[1])
+        found[:, : len(self.matrix)] += summed(slope, self.matrix @ loads.astype(np.float32))
+        return found
 
     def covariance(self, loads: Array, pixels: Mask, spread: Array) -> Array:
-        """Covariance that the modes add to loads, as `systematic_covariance` states it.
+        """Covariance that the modes add to loads, shape (2n, 2n) [N^2].
 
         Parameters
         ----------
@@ -80,27 +108,20 @@ class CalibrationDoubt:
         spread : ndarray, shape (2n, 2n)
             Covariance of the loads from noise alone [N^2].
         """
-        phase = self.influence @ loads
-        slope = np.where(pixels, self.response.slope(phase), 0.0)
-        brightness = (self.response.level(phase) - self.response.offset) / self.response.amplitude
-        pulled = self.influence * slope[:, None]
-        shapes = np.stack([pulled * brightness[:, None], pulled], axis=0)
-        by_light = _sums(shapes).astype(np.float32)
-        by_matrix = _sums(pulled * slope[:, None]).astype(np.float32)
+        slope, brightness = self._seen(loads)
+        pulled = self.influence * (slope * pixels)[:, None]
+        by_light = self._sums(pulled * brightness[:, None]), self._sums(pulled)
+        pulls = self.light[0] @ by_light[0] + self.light[1] @ by_light[1]
         turned = self.matrix @ loads.astype(np.float32)
-        pulls = np.asarray((self.light @ by_light).sum(axis=0), dtype=float)
-        pulls[: len(turned)] += turned @ by_matrix
-        moved = pulls @ spread / self.response.variance
-        return np.asarray(moved.T @ moved, dtype=float)
+        pulls[: len(turned)] += turned @ self._sums(pulled * slope[:, None])
+        return systematic_covariance(pulls.astype(float), spread, self.response.variance)
 
+    def _seen(self, loads: Array) -> tuple[Array, Array]:
+        """Slope of the grey levels over the phase, and normalised intensity, shape (P,) each."""
+        phase, response = self.influence @ loads, self.response
+        brightness = (response.level(phase) - response.offset) / response.amplitude
+        return response.slope(phase), np.asarray(brightness, dtype=float)
 
-def _sums(values: Array) -> Array:
-    """Sums over the pixels of every block, from shape (..., P, m) to (..., B, m)."""
-    return np.add.reduceat(values, np.arange(0, values.shape[-2], BLOCK), axis=-2)
-
-
-def _means(values: Array, usable: Mask) -> Single:
-    """Means over the usable pixels of every block, from shape (..., P) to (..., B)."""
-    starts = np.arange(0, len(usable), BLOCK)
-    count = np.maximum(np.add.reduceat(usable.astype(float), starts), 1)
-    return (np.add.reduceat(values * usable, starts, axis=-1) / count).astype(np.float32)
+    def _sums(self, values: Array) -> Single:
+        """Sums over the pixels of every block, from shape (P, m) to (B, m)."""
+        return np.add.reduceat(values, np.arange(0, len(values), self.width)).astype(np.float32)

@@ -20,7 +20,8 @@ from fringeforce.phase.reflections import reflections
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Doubt = Callable[[Array, Mask], Array]
-"""From loads (2n,) and pixels (P,) to modes (k, p) that their grey levels are uncertain by."""
+"""From loads (2n,) and pixels (P,) to what k independent errors besides noise do to group sums of
+their grey levels in units of the noise, shape (p // GROUP, k)."""
 
 IMAGES = 16
 """Mirror images of one explanation that are tried."""
@@ -86,7 +87,7 @@ class Scene:
     def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
         """What the frame says of errors of shape that the influence matrix is not known to have."""
         sigma = np.sqrt(self.response.variance)
-        known = None if self.doubt is None else self.doubt(estimate.loads, self.pixels) / sigma
+        known = None if self.doubt is None else self.doubt(estimate.loads, self.pixels)
         slope, residuals = self.response.slope(estimate.phase) / sigma, estimate.misfit.slope
         return shape_error(residuals, slope, self.influence, estimate.loads, spread, known)
 

@@ -156,7 +156,7 @@ class Tracker:
             phase = influence @ loads
             sigma = np.sqrt(response.variance)
             left = (levels[sound] - response.level(phase)) / sigma
-            known = None if single.doubt is None else single.doubt(loads, sound) / sigma
+            known = None if single.doubt is None else single.doubt(loads, sound)
             slope = response.slope(phase) / sigma
             wrong = shape_error(left, slope, influence, loads, noise, known)
             whole = whole + widening(wrong, single.model_error) ** 2 * wrong.bias

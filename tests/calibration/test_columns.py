@@ -108,7 +108,6 @@ def test_errors_that_no_design_value_expresses_are_corrected(small, true, bench,
     plain = ff.calibrate(small, bench[0], bench[1], [STRAIN_OPTIC])
     poor = held_out(plain, true, np.random.default_rng(33), 40)
     good = held_out(corrected, true, np.random.default_rng(33), 100)
-    assert poor.statuses["MODEL_MISMATCH"] > 4
     assert poor.ratio > 2
     assert poor.coverage < 0.9
     # frames too faint for anybody are no fault of the columns
@@ -238,8 +237,11 @@ def test_few_modes_state_what_all_of_them_would(small, bench) -> None:
     phase, response = influence @ load, found.fit.unknowns.response(rows)
     spread = covariance(phase, influence, response)
     kept, whole = (
-        np.diag(systematic_covariance(phase, influence, response, spread, modes))
-        for modes in (imaging.level_modes(load, phase) for imaging in (few, every))
+        np.diag(systematic_covariance(pulls, spread, response.variance))
+        for pulls in (
+            (imaging.level_modes(load, phase) * response.slope(phase)) @ influence
+            for imaging in (few, every)
+        )
     )
     noise = np.diag(spread)
     assert (noise + kept > 0.95 * (noise + whole)).all()

@@ -114,28 +114,22 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
     return _inverse(fisher_information(phase, influence, response, everywhere))
 
 
-def systematic_covariance(
-    phase: Array, influence: Array, response: Response, spread: Array, modes: Array
-) -> Array:
+def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
     """Covariance that errors of the expected grey levels add to loads read from a frame.
 
     To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
 
     Parameters
     ----------
-    phase : ndarray, shape (P,)
-        Phase at the estimate [rad].
-    influence : ndarray, shape (P, m)
-        Influence matrix [rad/N].
-    response : Response
-        Of the camera.
+    pulls : ndarray, shape (k, m)
+        J' d of independent errors of unit variance, squared grey levels per newton.
     spread : ndarray, shape (m, m)
         Covariance C from noise alone [N^2].
-    modes : ndarray, shape (k, P)
-        Independent errors of the levels of unit variance, grey levels.
+    variance : float
+        Of the noise, sigma^2.
     """
-    moved = (modes * response.slope(phase)) @ influence @ spread / response.variance
-    return moved.T @ moved
+    moved = pulls @ spread / variance
+    return np.asarray(moved.T @ moved, dtype=float)
 
 
 def _phase_variance(influence: Array, loads: Array) -> Array:

@@ -47,7 +47,7 @@ def shape_error(
     influence: Array,
     loads: Array,
     covariance: Array,
-    modes: Array | None = None,
+    known: Array | None = None,
 ) -> ShapeError:
     """Look for errors of shape in what is left of a frame.
 
@@ -67,9 +67,9 @@ def shape_error(
         Fitted loads [N].
     covariance : ndarray, shape (m, m)
         Of the fitted loads, from noise alone [N^2].
-    modes : ndarray, shape (k, P), optional
-        Independent errors of unit variance that the levels are known to have besides noise, in
-        units of the noise.
+    known : ndarray, shape (P // GROUP, k), optional
+        Group sums of independent errors of unit variance that the levels are known to have besides
+        noise, in units of the noise.
     """
     tangent = group_sums(slope[:, None] * influence)
     left = group_sums(residuals[:, None])[:, 0]
@@ -83,8 +83,7 @@ def shape_error(
     kernel -= basis @ (basis.T @ kernel)
     kernel -= (kernel @ basis) @ basis.T
     square, weighed = (kernel**2).sum(), kernel
-    if modes is not None:
-        known = group_sums(modes.T)
+    if known is not None:
         weighed = kernel + (kernel @ known) @ known.T
     mean, spread = np.trace(weighed), (weighed * weighed.T).sum()
     if mean <= 0:
