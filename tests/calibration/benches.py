@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
@@ -47,7 +48,9 @@ def combined(rng: np.random.Generator, count: int, largest: float = 2.0) -> np.n
     return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
 
 
-def shots(true: ff.SensorModel, forces, rng, gains=0.0, offsets=0.0) -> np.ndarray:
+def shots(
+    true: ff.SensorModel, forces, rng, gains: ArrayLike = 0.0, offsets: ArrayLike = 0.0
+) -> np.ndarray:
     """Frames of a lamp whose gain and offset may change from frame to frame."""
     assert true.imaging is not None
     amplitude, offset = true.imaging.amplitude, true.imaging.offset

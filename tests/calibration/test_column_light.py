@@ -74,9 +74,9 @@ def test_followed_frames_say_the_same_as_searched_ones(true, steady) -> None:
     still = np.repeat(ff.polar(1.5, 8, n=11)[None], 4, axis=0)
     frames = shots(true, still, np.random.default_rng(65))
     reader = ff.Reader(steady)
-    for reading in list(reader.stream(frames))[1:]:
-        assert reading.tracked
-    alone = steady.read(frames[-1])
+    readings = list(reader.stream(frames))
+    assert all(reading.tracked for reading in readings[1:])
+    reading, alone = readings[-1], steady.read(frames[-1])
     np.testing.assert_allclose(reading.covariance, alone.covariance, rtol=0.02, atol=1e-7)
     np.testing.assert_allclose(reading.forces, alone.forces, atol=0.02 * float(alone.std.min()))
 
