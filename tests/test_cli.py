@@ -21,6 +21,7 @@ COMMANDS = [
     "live",
     "calibrate",
     "check",
+    "explore",
     "reproduce",
 ]
 
@@ -107,6 +108,8 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         ["read", "m.h5", "nope.npy", "-o", "r.csv"],
         ["read", "m.h5", "s.toml", "-o", "r.csv"],
         ["new", "no-such-folder/s.toml"],
+        ["explore", "nope", "--no-browser"],
+        ["explore", "saad", "--no-browser", "--bind", "203.0.113.1"],
         ["reproduce", "saad", "--out", "m.h5"],
     ],
     ids=" ".join,

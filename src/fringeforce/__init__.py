@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
-    from fringeforce.model import SensorModel, characterize, polar
+    from fringeforce.loads import polar
+    from fringeforce.model import SensorModel, characterize
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
@@ -61,7 +62,7 @@ _HOME = {
     "load_sensor": "design",
     "open_camera": "cameras.choice",
     "open_sink": "sinks.choice",
-    "polar": "model",
+    "polar": "loads",
     "recover_phase": "phase.noise_free",
 }
 

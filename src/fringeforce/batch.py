@@ -97,20 +97,20 @@ def read_batch(
 
 
 def checked_recording(single: SingleFrameReader, frames: ArrayLike) -> NDArray[Any]:
-    """Frames as an array, shape (k, n_pixels).
+    """Frames as an array with a row for each.
 
     Raises
     ------
     InputError
         If they are none of this sensor.
     """
-    levels, pixels = np.asarray(frames), single.influence.shape[0]
-    if levels.ndim != 2 or levels.shape[1] != pixels or levels.dtype.kind not in "uif":
+    levels, shape = np.asarray(frames), single.model.frame_shape
+    if levels.shape[1:] != shape or levels.dtype.kind not in "uif":
         raise InputError(
             f"A recording of shape {levels.shape} and type {levels.dtype} does not fit; this "
-            f"sensor's are numbers of shape (frames, {pixels})."
+            f"sensor's are numbers of shape (frames, {', '.join(map(str, shape))})."
         )
-    return levels
+    return levels.reshape(len(levels), -1)
 
 
 def read_on(
@@ -152,7 +152,7 @@ def _bad(single: SingleFrameReader, levels: NDArray[Any], used: Mask) -> Mask:
 
 
 def _searched(tracker: Tracker, frame: NDArray[Any], used: Mask) -> Reading:
-    levels = tracker.single.checked(frame, used)
+    levels = tracker.single.checked(frame.reshape(tracker.single.model.frame_shape), used)
     return levels if isinstance(levels, Reading) else tracker.search(levels, used)
 
 

@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from fringeforce.design_optics import Polariscope
 from fringeforce.design_text import toml_text, toml_values
 from fringeforce.errors import DesignError
 from fringeforce.fields import Count, Finite, Length, Places, Pressure
@@ -96,12 +97,6 @@ class Tactels(_Part):
         if self.placed is not None:
             return np.array(self.placed)
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
-
-
-class Polariscope(_Part):
-    """The light and the polarisers."""
-
-    wavelength: Length = Field(description="wavelength in vacuum [m]")
 
 
 class Camera(_Part):

@@ -35,7 +35,7 @@ def _lines(part: BaseModel, path: str) -> Iterator[str]:
         value = getattr(part, key)
         if isinstance(value, BaseModel):
             children.append((f"{path}.{key}" if path else key, value))
-        elif value is not None:
+        elif value is not None and value != ():
             yield f"{info.alias or key} = {_spelled(value, info)}"
     for child_path, child in children:
         yield from _lines(child, child_path)
@@ -56,6 +56,9 @@ def _unit(info: FieldInfo) -> str | None:
 
 
 def _spelled(value: Any, info: FieldInfo) -> str:
+    if isinstance(value, BaseModel):
+        fields = (field.strip() for field in _lines(value, ""))
+        return f"{{ {', '.join(fields)} }}"
     if isinstance(value, tuple):
         return f"[{', '.join(_spelled(single, info) for single in value)}]"
     unit = _unit(info)

@@ -118,9 +118,8 @@ class CalibrationDoubt:
 
     def _seen(self, loads: Array) -> tuple[Array, Array]:
         """Slope of the grey levels over the phase, and normalised intensity, shape (P,) each."""
-        phase, response = self.influence @ loads, self.response
-        brightness = (response.level(phase) - response.offset) / response.amplitude
-        return response.slope(phase), np.asarray(brightness, dtype=float)
+        phase = self.influence @ loads
+        return self.response.slope(phase), self.response.brightness(phase)
 
     def _sums(self, values: Array) -> Single:
         """Sums over the pixels of every block, from shape (P, m) to (B, m)."""

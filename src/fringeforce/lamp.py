@@ -34,6 +34,7 @@ def interpret_in_own_light(
     response: Response,
     full_scale: int,
     model_error: float,
+    channels: int,
     drift: tuple[float, float],
     doubt: Doubt | None,
 ) -> Interpretation:
@@ -43,7 +44,7 @@ def interpret_in_own_light(
 
     Parameters
     ----------
-    levels, used, influence, response, full_scale, model_error
+    levels, used, influence, response, full_scale, model_error, channels
         As of `interpret`; the response is that in the light of the calibration.
     drift : pair of float
         Standard deviations of gain and offset from frame to frame; zeros for a steady lamp.
@@ -56,7 +57,7 @@ def interpret_in_own_light(
         lit = replace(
             response, amplitude=response.amplitude * (1 + gain), offset=response.offset + offset
         )
-        return interpret(levels, used, influence, lit, full_scale, model_error, doubt=doubt)
+        return interpret(levels, used, influence, lit, full_scale, model_error, channels, doubt)
 
     def settled(shifts: Array) -> Interpretation:
         found, added = explained(shifts), 0.0

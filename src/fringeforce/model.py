@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -15,13 +15,14 @@ from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import Calibration, Imaging, camera_response
-from fringeforce.mechanics.elasticity import unit_displacements
+from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.jones import Fringe
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
-from fringeforce.optics.polariscope import intensity
+from fringeforce.optics.polariscope import Picture, pictures
 
 if TYPE_CHECKING:
     from fringeforce.reading import Reading
@@ -110,13 +111,38 @@ class SensorModel:
         """Where the camera's pixels look, as measured or as designed, shape (n_pixels,) [m]."""
         return self.sensor.pixel_positions if self.imaging is None else self.imaging.positions
 
+    @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame: (n_pixels,), or (n_channels, n_pixels) if there are several."""
+        pictures, pixels = len(self.sensor.polariscope.pictures), self.sensor.camera.pixels
+        return (pixels,) if pictures == 1 else (pictures, pixels)
+
+    @cached_property
+    def _pictures(self) -> list[Picture]:
+        return pictures(self.sensor.polariscope)
+
+    @cached_property
+    def frame_influence(self) -> Array:
+        """Influence matrix at the pixels of all channels in turn, shape (size of a frame, 2n)."""
+        psi = self.pixel_influence.reshape(len(self.pixel_influence), -1)
+        return np.concatenate([picture.dispersion * psi for picture in self._pictures])
+
     @cached_property
     def response(self) -> Response:
-        """What the camera makes of a phase, as measured or as designed."""
-        camera, imaging = self.sensor.camera, self.imaging
-        if imaging is None:
+        """What the camera makes of the phases of all channels, as measured or as designed."""
+        camera, imaging, seen = self.sensor.camera, self.imaging, self._pictures
+        if imaging is not None:
+            light = imaging.amplitude, imaging.offset, imaging.light_variance
+            return camera_response(camera, *light)
+        if len(seen) == 1 and seen[0].fringe == Fringe():
             return camera_response(camera)
-        return camera_response(camera, imaging.amplitude, imaging.offset, imaging.light_variance)
+        amplitude, bias, offset = np.repeat(
+            [[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen],
+            camera.pixels,
+            axis=0,
+        ).T
+        light = camera.amplitude * amplitude, camera.offset + camera.amplitude * offset
+        return replace(camera_response(camera, *light), bias=bias)
 
     def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
         """Phase lead under given forces, equation (10.a).
@@ -139,8 +165,21 @@ class SensorModel:
         return flat @ influence.reshape(len(influence), -1).T
 
     def intensity(self, forces: ArrayLike) -> Array:
-        """Normalised intensity at the camera's pixels, equation (11), shape (..., n_pixels)."""
-        return intensity(self.phase(forces))
+        """Normalised intensity at the camera's pixels, equation (11).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., 2, n)
+            Normal and tangential force of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (..., *frame_shape)
+            Share of what a perfect dark field lets through at most.
+        """
+        phase = self.phase(forces)
+        seen = [p.fringe.intensity(p.dispersion * phase) for p in self._pictures]
+        return seen[0] if len(seen) == 1 else np.stack(seen, axis=-2)
 
     def expose(
         self, forces: ArrayLike, rng: camera_optics.Rng = None
@@ -156,7 +195,7 @@ class SensorModel:
 
         Returns
         -------
-        ndarray, shape (..., n_pixels)
+        ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
         imaging = self.imaging
@@ -168,20 +207,22 @@ class SensorModel:
 
         Parameters
         ----------
-        frames : array_like, shape (..., n_pixels)
+        frames : array_like, shape (..., *frame_shape)
             Grey levels.
         forces : array_like, shape (..., 2, n)
             Forces that acted [N].
 
         Returns
         -------
-        ndarray, shape (..., n_pixels)
+        ndarray, shape (..., *frame_shape)
             With a standard deviation of one if the model explains the frames.
         """
-        response = self.response
-        expected = response.level(self.phase(forces))
-        left = misfit(np.asarray(frames, dtype=float), expected, response).slope
-        return -left if self.imaging is None else -left * self.imaging.usable
+        loads, grey = self._checked(forces), np.asarray(frames, dtype=float)
+        phase = loads.reshape(*loads.shape[:-2], -1) @ self.frame_influence.T
+        expected = self.response.level(phase)
+        left = -misfit(grey.reshape(expected.shape), expected, self.response).slope
+        left = left if self.imaging is None else left * self.imaging.usable
+        return left.reshape(grey.shape)
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
         """Forces from one frame, without any earlier state; see `fringeforce.Reader`."""
@@ -230,8 +271,21 @@ def characterize(sensor: Sensor, mesh: Mesh | Literal["paper"] | None = None) ->
         mesh = strip_mesh(transducer, positions)
     elif isinstance(mesh, str):
         mesh = named_mesh(mesh, sensor)
-    displacement = unit_displacements(transducer, positions, mesh)
-    constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
+    return reduced(sensor, unit_displacements(transducer, positions, mesh))
+
+
+def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:
+    """The influence matrix of displacements that are known already.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    displacement : Displacement
+        Of its strip, under a unit force on each of its tactels.
+    """
+    mesh, layer = displacement.mesh, sensor.transducer.photoelastic
+    constant = stress_optic_constant(layer, sensor.polariscope.wavelength)
     return SensorModel(
         sensor=sensor,
         breaks=mesh.x,
@@ -252,37 +306,3 @@ def named_mesh(name: str, sensor: Sensor) -> Mesh:
     if build is None:
         raise InputError(f"There is no mesh called {name!r}; choose 'default' or 'paper'.")
     return build(sensor.transducer, sensor.tactels.positions)
-
-
-def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> Array:
-    """Forces from magnitudes and angles, as the paper states them.
-
-    Parameters
-    ----------
-    magnitude : array_like, scalar or shape (n,)
-        Force on each tactel [N].
-    angle : array_like, scalar or shape (n,)
-        From the surface normal, towards +x [degrees].
-    n : int, optional
-        Number of tactels, when magnitude and angle are the same for all.
-
-    Returns
-    -------
-    ndarray, shape (2, n)
-        Normal and tangential forces [N].
-
-    Examples
-    --------
-    >>> polar(2.0, angle=30, n=3).round(3)
-    array([[1.732, 1.732, 1.732],
-           [1.   , 1.   , 1.   ]])
-    """
-    size, alpha = np.broadcast_arrays(np.asarray(magnitude, float), np.radians(angle))
-    forces = np.stack([size * np.cos(alpha), size * np.sin(alpha)])
-    if forces.ndim == 1:
-        if n is None:
-            raise InputError("One magnitude and one angle say nothing of how many tactels; give n.")
-        return np.repeat(forces[:, None], n, axis=1)
-    if n not in (None, forces.shape[1]):
-        raise InputError(f"n = {n}, but magnitude and angle are given for {forces.shape[1]}.")
-    return forces

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def parse_quantity(text: str, unit: str) -> float:
     return value
 
 
+@lru_cache(maxsize=256)
 def spell_quantity(value: float, unit: str) -> str:
     """Write an SI value in a pleasant unit such that it reads back to the same float."""
     candidates = []

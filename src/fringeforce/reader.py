@@ -74,9 +74,9 @@ class Reader:
 
         Parameters
         ----------
-        frame : array_like, shape (n_pixels,)
+        frame : array_like, shape (n_pixels,) or (n_channels, n_pixels)
             Grey levels.
-        mask : array_like of bool, shape (n_pixels,), optional
+        mask : array_like of bool, shape of a frame, optional
             Pixels to leave out, where true.
 
         Returns
@@ -113,7 +113,7 @@ class Reader:
 
         Parameters
         ----------
-        frames : array_like, shape (k, n_pixels)
+        frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
             Grey levels of the frames that follow the last one.
         covariance, mask
             As of `read_batch`.
@@ -138,12 +138,12 @@ class Reader:
 
         Parameters
         ----------
-        frames : array_like, shape (k, n_pixels)
+        frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, from all of its pixels; otherwise the
             batch holds deviations only, right within 5 %, and reading takes half the time.
-        mask : array_like of bool, shape (n_pixels,), optional
+        mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
         workers : int, optional
             Parts that are read at the same time; one for each core if not given.
@@ -176,7 +176,7 @@ class Reader:
             loads, limited = admissible(loads, covariance, single.friction)
             spread = partial(np.asarray, covariance)
         known |= {"forces": loads.reshape(2, -1), "limited": limited}
-        phase = partial(np.matmul, single.influence, loads)
+        phase = partial(self.model.phase, known["forces"])
         return Reading.deferred(known, {"covariance": spread, "phase": phase})
 
 

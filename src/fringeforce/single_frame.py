@@ -54,20 +54,19 @@ class SingleFrameReader:
                 f"model_error = {self.model_error}: must be from 0 to below 1, such as 0.03."
             )
 
-    @cached_property
+    @property
     def influence(self) -> Array:
-        """Influence matrix at the pixels, shape (n_pixels, 2n) [rad/N]."""
-        psi = self.model.pixel_influence
-        return np.ascontiguousarray(psi.reshape(len(psi), -1))
+        """Influence matrix at the pixels of a frame, shape (P, 2n) [rad/N]."""
+        return self.model.frame_influence
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
         """Read one frame without any earlier state.
 
         Parameters
         ----------
-        frame : array_like, shape (n_pixels,)
+        frame : array_like, shape (n_pixels,) or (n_channels, n_pixels)
             Grey levels.
-        mask : array_like of bool, shape (n_pixels,), optional
+        mask : array_like of bool, same shape, optional
             Pixels to leave out, where true.
 
         Returns
@@ -99,6 +98,7 @@ class SingleFrameReader:
             self.model.response,
             self.model.sensor.camera.full_scale,
             self.model_error,
+            len(self.model.sensor.polariscope.pictures),
             self.drift,
             self.doubt,
         )
@@ -122,18 +122,23 @@ class SingleFrameReader:
         """Covariance of the loads where nothing touches, shape (2n, 2n) [N^2]."""
         used = self.usable(None)
         spread = noise_covariance(
-            np.zeros(int(used.sum())), self.influence[used], self.model.response.at(used)
+            np.zeros(int(used.sum())),
+            self.influence[used],
+            self.model.response.at(used),
         )
         return spread + self.calibration_covariance(np.zeros(len(spread)), used, spread)
 
     def checked(self, frame: ArrayLike, used: Mask) -> NDArray[Any] | Reading:
-        """A frame's grey levels if they can be used, a reading that says why not otherwise."""
+        """A frame's grey levels in one row if they can be used, or a reading that says why not."""
         try:
             levels = np.asarray(frame)
             if levels.dtype.kind not in "uif":
                 levels = levels.astype(float)
         except (TypeError, ValueError):
             return self._bad(f"It holds {type(frame).__name__}, not grey levels.")
+        if levels.shape != (shape := self.model.frame_shape):
+            return self._bad(f"It has the shape {levels.shape}; this sensor's frames have {shape}.")
+        levels = levels.ravel()
         problem = self._problem(levels, used)
         return self._bad(problem) if problem else levels
 
@@ -143,23 +148,21 @@ class SingleFrameReader:
         return np.ones(len(self.influence), bool) if imaging is None else imaging.usable
 
     def usable(self, mask: ArrayLike | None) -> Mask:
-        """Pixels to use, shape (n_pixels,), under a mask of those to leave out."""
-        usable, pixels = self._usable, len(self.influence)
+        """Pixels of a frame to use, in one row, under a mask of those to leave out."""
+        usable, shape = self._usable, self.model.frame_shape
         if mask is None:
             return usable
         masked = np.asarray(mask, dtype=bool)
-        if masked.shape != (pixels,) or (usable & ~masked).sum() <= 2 * self.influence.shape[1]:
+        if masked.shape != shape or (usable & ~masked.ravel()).sum() <= 2 * self.influence.shape[1]:
             raise InputError(
                 f"A mask of shape {masked.shape} with {int((~masked).sum())} pixels to use does "
-                f"not fit; this sensor has {pixels} pixels and needs more than "
+                f"not fit; this sensor's frames have the shape {shape} and need more than "
                 f"{2 * self.influence.shape[1]} of them."
             )
-        return usable & ~masked
+        return usable & ~masked.ravel()
 
     def _problem(self, levels: NDArray[Any], used: Mask) -> str:
         camera = self.model.sensor.camera
-        if levels.shape != used.shape:
-            return f"It has the shape {levels.shape}; this sensor's frames have {used.shape}."
         seen = levels if used.all() else levels[used]
         darkest, brightest = seen.min(), seen.max()
         if not np.isfinite(float(darkest) + float(brightest)):
@@ -183,7 +186,7 @@ class SingleFrameReader:
         return Reading(
             forces=loads.reshape(2, n),
             covariance=covariance,
-            phase=self.influence @ loads,
+            phase=self.model.phase(loads.reshape(2, n)),
             chi2=reduced_chi_square(found.residuals, len(loads)),
             status=found.status,
             detail="",
@@ -208,7 +211,7 @@ class SingleFrameReader:
         return self.doubt.covariance(loads, used, spread)
 
     def _bad(self, detail: str) -> Reading:
-        pixels, unknowns = self.influence.shape
+        pixels, unknowns = self.model.sensor.camera.pixels, self.influence.shape[1]
         return Reading(
             forces=np.full((2, unknowns // 2), np.nan),
             covariance=np.full((unknowns, unknowns), np.nan),

@@ -6,7 +6,8 @@ import numpy as np
 
 from fringeforce.design import Layer
 from fringeforce.design_text import unit_at
-from fringeforce.model import SensorModel, polar
+from fringeforce.loads import polar
+from fringeforce.model import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}

@@ -152,7 +152,10 @@ class Tracker:
         single, whole = self.single, noise
         sound = self._sound
         if single.model_error:
-            response, influence = single.model.response.at(sound), single.influence[sound]
+            response, influence = (
+                single.model.response.at(sound),
+                single.influence[sound],
+            )
             phase = influence @ loads
             sigma = np.sqrt(response.variance)
             left = (levels[sound] - response.level(phase)) / sigma

@@ -134,10 +134,8 @@ def _fitted(
         chosen = calm(bench, at, tangent, limit)
         report(f"Fitting {chosen.sum()} frames", 1 + number, 2 * len(STAGES))
         fit = climb(bench.rows(chosen), at, tangent, sound)
-        at, tangent = (
-            fit.unknowns,
-            followed(sensor, paths, fit.unknowns.design, fit.covariance, fit.tangent),
-        )
+        at = fit.unknowns
+        tangent = followed(sensor, paths, at.design, fit.covariance, tangent)
     fit = climb(bench, at, tangent, sound)
     if lights:
         bench = patterned(bench, fit, lights, sound)

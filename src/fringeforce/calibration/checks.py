@@ -44,6 +44,11 @@ def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple
     """
     levels, loads = np.asarray(frames, dtype=float), np.asarray(forces, dtype=float)
     pixels, tactels, camera = sensor.camera.pixels, sensor.tactels.count, sensor.camera
+    if sensor.polariscope.channels or sensor.polariscope.plates:
+        raise InputError(
+            "Known loads are compared in one dark field with perfect plates; give a design without "
+            "polariscope.channels and polariscope.plates, and frames of that channel alone."
+        )
     if levels.ndim != 2 or levels.shape[1] != pixels:
         raise InputError(
             f"Frames of shape {levels.shape} do not fit this sensor; give (frames, {pixels})."

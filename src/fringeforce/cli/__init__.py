@@ -10,6 +10,7 @@ import typer
 
 from fringeforce.cli.bench import calibrate, check
 from fringeforce.cli.designs import characterize, new, show
+from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
@@ -29,7 +30,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (new, characterize, show, simulate, read, live, calibrate, check, reproduce):
+COMMANDS = (new, characterize, show, simulate, read, live, calibrate, check, explore, reproduce)
+for command in COMMANDS:
     app.command()(command)
 
 

@@ -50,7 +50,7 @@ def show(
     from fringeforce.model import characterize
     from fringeforce.summary import summary
 
-    found = load_model(model) if _is_hdf5(model) else characterize(load_sensor(model))
+    found = load_model(model) if is_hdf5(model) else characterize(load_sensor(model))
     facts = summary(found)
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)
@@ -58,7 +58,8 @@ def show(
         print(f"  {name:<{width}}  {value}")
 
 
-def _is_hdf5(path: str) -> bool:
+def is_hdf5(path: str) -> bool:
+    """Whether a file is HDF5, by its ending or its content."""
     from h5py import is_hdf5
 
     return Path(path).suffix.lower() in (".h5", ".hdf5", ".nc") or is_hdf5(path)

@@ -28,12 +28,12 @@ _ZERO, _ONE = np.float32(0), np.float32(1)
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def evaluate(strip, loads, phase, slope, level) -> None:
-    """Fill in phase, slope and level of all pixels at given loads."""
-    matrix, _, amplitude, offset, _, steepness, _, _, _, size, _ = strip
+    """Fill in phase, bias included, slope and level of all pixels at given loads."""
+    matrix, _, amplitude, offset, _, steepness, _, _, _, size, _, bias, _ = strip
     short = np.zeros(matrix.shape[1], dtype=np.float32)
     short[:size] = loads
     for i in range(len(matrix)):
-        combine(matrix[i], short, phase[i])
+        combine(matrix[i], short, bias[i], phase[i])
         expose(phase[i], amplitude[i], offset[i], steepness[i], level[i], slope[i])
 
 
@@ -44,7 +44,7 @@ def compare(strip, frame, slope, level, left, root, gradient) -> float:
     Residuals are in units of the noise.  Returns what clipped pixels add to their sum of squares
     to make it the loss.
     """
-    matrix, _, _, _, inverse, _, _, floor, ceiling, _, _ = strip
+    matrix, _, _, _, inverse, _, _, floor, ceiling, _, _, _, _ = strip
     gradient[:] = 0
     pull, beyond = np.empty(CHUNK, dtype=np.float32), 0.0
     clips = floor > -np.inf or ceiling < np.inf
@@ -108,12 +108,12 @@ def describe(left, share, report) -> None:
 @njit(cache=True, error_model="numpy", nogil=True)
 def silence(strip, frame, left, root) -> float:
     """Loss of no load at all; fills in its residuals."""
-    _, _, _, offset, inverse, _, _, floor, ceiling, _, _ = strip
+    _, _, _, _, inverse, _, _, floor, ceiling, _, _, _, dark = strip
     clips = floor > -np.inf or ceiling < np.inf
     loss = 0.0
     for i in range(len(frame)):
-        _residuals(offset[i], frame[i], inverse[i], left[i], root[i])
+        _residuals(dark[i], frame[i], inverse[i], left[i], root[i])
         if clips:
-            loss += _hide(strip, i, frame[i], offset[i], left[i], root[i])
+            loss += _hide(strip, i, frame[i], dark[i], left[i], root[i])
         loss += float(square_sum(left[i]))
     return loss

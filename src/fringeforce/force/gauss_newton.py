@@ -231,8 +231,9 @@ def _weak_bend(strip, direction, slope, level) -> float:
     short = np.zeros(thinned.shape[1], dtype=np.float32)
     short[:size] = direction
     moved = np.empty((len(thinned), CHUNK), dtype=np.float32)
+    nothing = np.zeros(CHUNK, dtype=np.float32)
     for i in range(len(thinned)):
-        combine(thinned[i], short, moved[i])
+        combine(thinned[i], short, nothing, moved[i])
     way = moved.reshape(-1)
     first, second = _ZERO, _ZERO
     for k in range(len(steep)):

@@ -39,6 +39,8 @@ class Strip:
         Where the converter clips.
     loads, pixels : int
         Number of loads, and of pixels that are used.
+    bias, dark : ndarray, shape (chunks, CHUNK)
+        Phase [rad] and grey level without loads.
     """
 
     matrix: Single
@@ -52,6 +54,8 @@ class Strip:
     ceiling: float
     loads: int
     pixels: int
+    bias: Single
+    dark: Single
 
     @classmethod
     def of(cls, influence: Array, response: Response, used: NDArray[np.bool_]) -> Strip:
@@ -70,6 +74,8 @@ class Strip:
             ceiling=float(response.ceiling),
             loads=influence.shape[1],
             pixels=int(used.sum()),
+            bias=chunked(whole * response.bias),
+            dark=chunked(response.level(0 * whole)),
         )
 
     @property

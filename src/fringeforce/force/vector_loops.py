@@ -94,11 +94,11 @@ def count_beyond(values: Single, square: np.float32) -> np.int32:
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def combine(matrix: Single, loads: Single, phase: Single) -> None:
-    """Fill in the phase of one chunk: the sum of the matrix's rows times loads."""
+def combine(matrix: Single, loads: Single, bias: Single, phase: Single) -> None:
+    """Fill in the phase of one chunk: a bias and the sum of the matrix's rows times loads."""
     rows, pixels = matrix.shape
     for k in range(pixels):
-        phase[k] = 0
+        phase[k] = bias[k]
     for j in range(0, rows, 4):
         a, b, c, d = loads[j], loads[j + 1], loads[j + 2], loads[j + 3]
         p, q, r, s = matrix[j], matrix[j + 1], matrix[j + 2], matrix[j + 3]

@@ -100,11 +100,11 @@ def fringe(before: Sequence[Jones], behind: Sequence[Jones]) -> Fringe:
     """
     start, quarter, half = 2 * passed(before, np.array([0.0, np.pi / 2, np.pi]), behind)
     mean, cosine = (start + half) / 2, (start - half) / 2
-    sine = quarter - mean
-    size = float(np.hypot(cosine, sine))
+    sine = round(float(quarter - mean), 14)  # no bias at all, rather than one of the last digit
+    size = round(float(np.hypot(cosine, sine)), 14)
     # size sin^2((p + bias)/2) is size/2 - size/2 cos(p + bias)
     bias = float(np.arctan2(sine, -cosine))
-    return Fringe(2 * size, bias, float(mean) - size)
+    return Fringe(2 * size, bias, max(round(float(mean) - size, 14), 0.0))
 
 
 def _turned(element: Jones, angle: float) -> Jones:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design import Sensor
+from fringeforce.loads import polar
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 from fringeforce.mechanics.stress import stress_field
-from fringeforce.model import SensorModel, characterize, polar
+from fringeforce.model import SensorModel, characterize
 from fringeforce.optics.photoelasticity import (
     phase_lead,
     phase_lead_rectangle_rule,

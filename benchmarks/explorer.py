@@ -1,0 +1,179 @@
+"""How the explorer's page feels: time to the first picture, dragging, design changes, bundle.
+
+Runs Debian's chromium without a screen, on this machine.  Input-to-paint is from the time stamp of
+a pointer's movement to the first moment after the frame that shows it; a painted frame is an
+animation frame in which the page drew the fringes anew.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import os
+import random
+import shutil
+import socket
+import statistics
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from playwright.async_api import Page, async_playwright
+from rich.console import Console
+from rich.table import Table
+
+from fringeforce.design import load_sensor
+from fringeforce.explorer.server import STATIC, serve
+from fringeforce.explorer.session import Start
+
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
+]  # fmt: skip
+TOKEN = "benchmark"
+SECONDS, ACTIONS = 6.0, 200
+WATCH = """() => {
+  window.seen = { moved: [], delays: [], paints: 0 };
+  const text = document.getElementById('fringe-count');
+  const channel = new MessageChannel();
+  channel.port1.onmessage = () => {
+    const now = performance.now();
+    for (const stamp of seen.moved.splice(0)) seen.delays.push(now - stamp);
+  };
+  addEventListener('pointermove', (event) => seen.moved.push(event.timeStamp), true);
+  new MutationObserver(() => {
+    seen.paints += 1;
+    requestAnimationFrame(() => channel.port2.postMessage(0));
+  }).observe(text, { childList: true, characterData: true, subtree: true });
+}"""
+
+
+def _serve(port: int, ready: Connection) -> None:
+    serve(Start(load_sensor("saad")), TOKEN, "127.0.0.1", port, ready.send)
+
+
+async def drag(page: Page) -> tuple[float, float, float]:
+    """Frames per second, median and 95th percentile of input-to-paint [ms] of one long drag."""
+    await page.evaluate("() => { seen.moved = []; seen.delays = []; seen.paints = 0; }")
+    box = await page.get_by_role("slider", name="Tactel 6, normal force").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    await page.mouse.move(x, y)
+    await page.mouse.down()
+    start, step, moves = time.perf_counter(), 0, []
+    while time.perf_counter() - start < SECONDS:
+        # a mouse does not wait for the picture, so neither do these movements
+        step += 1
+        across, up = 12 * ((step % 40) / 20 - 1), 30 * ((step % 68) / 34 - 1)
+        moves.append(asyncio.ensure_future(page.mouse.move(x + across, y - up)))
+        await asyncio.sleep(1 / 100)
+    await asyncio.gather(*moves)
+    elapsed = time.perf_counter() - start
+    await page.mouse.up()
+    seen = await page.evaluate("() => seen")
+    delays = sorted(seen["delays"])
+    return seen["paints"] / elapsed, statistics.median(delays), delays[int(0.95 * len(delays))]
+
+
+async def design_changes(page: Page) -> list[float]:
+    """Times from a typed thickness to new fringes [ms]."""
+    times = []
+    for k in range(7):
+        times.append(
+            await page.evaluate(
+                """(value) => new Promise((resolve) => {
+                  const text = document.getElementById('fringe-count');
+                  const field = document.querySelector(
+                    '[data-path="transducer.compliant.thickness"]');
+                  const start = performance.now();
+                  new MutationObserver((_, observer) => {
+                    observer.disconnect();
+                    requestAnimationFrame(() => resolve(performance.now() - start));
+                  }).observe(text, { childList: true, characterData: true, subtree: true });
+                  field.value = value;
+                  field.dispatchEvent(new Event('change'));
+                })""",
+                f"{0.3 + 0.05 * k:.2f} mm",
+            )
+        )
+        await page.wait_for_timeout(400)
+    return times
+
+
+async def wander(page: Page) -> None:
+    """Random actions of an impatient person."""
+    chance = random.Random(1)
+    buttons = ["#presets button", "#components button", "#edges", "#noise", "#theme", "#undo"]
+    texts = ["0.4 mm", "-3 mm", "apples", "12", "900 um", "1e99 m", "0.49"]
+    for _ in range(ACTIONS):
+        act = chance.random()
+        if act < 0.5:
+            found = page.locator(chance.choice(buttons))
+            button = found.nth(chance.randrange(await found.count()))
+            if await button.is_enabled():
+                await button.click()
+        elif act < 0.75:
+            sliders = page.get_by_role("slider", name="Tactel")
+            key = chance.choice(["ArrowUp", "PageUp", "PageDown", "End", "Home"])
+            await sliders.nth(chance.randrange(await sliders.count())).press(key)
+        else:
+            fields = page.locator("#design input[type=text]")
+            field = fields.nth(chance.randrange(await fields.count()))
+            if await field.is_visible():
+                await field.fill(chance.choice(texts))
+                await field.press("Enter")
+    await page.wait_for_timeout(1500)
+
+
+async def main() -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    address = f"http://127.0.0.1:{port}/{TOKEN}/"
+    context = multiprocessing.get_context("spawn")
+    told, tell = context.Pipe(duplex=False)
+    start = time.perf_counter()
+    server = context.Process(target=_serve, args=(port, tell))
+    server.start()
+    told.recv()
+    rows = [("server ready", f"{time.perf_counter() - start:.1f} s", "")]
+    errors: list[str] = []
+    foreign: list[str] = []
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=FLAGS
+        )
+        page = await browser.new_page(viewport={"width": 1440, "height": 1000})
+        page.on("console", lambda message: errors.append(message.text))
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("request", lambda r: None if r.url.startswith(address) else foreign.append(r.url))
+        start = time.perf_counter()
+        await page.goto(address)
+        await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
+        rows.append(("first picture", f"{time.perf_counter() - start:.2f} s", "2 s"))
+        await page.locator("#status[data-status=OK]").wait_for()
+        await page.evaluate(WATCH)
+        for _ in range(2):
+            rate, median, late = await drag(page)
+            rows.append(("painted frames per second, dragging", f"{rate:.0f}", "30"))
+            rows.append(("input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"))
+        changes = await design_changes(page)
+        text = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
+        rows.append(("thickness to new fringes, median (largest)", text, "300 ms"))
+        await wander(page)
+        await browser.close()
+    server.terminate()
+    size = sum(path.stat().st_size for path in Path(STATIC).iterdir())
+    foreign = [url for url in foreign if not url.startswith(("data:", "blob:"))]
+    rows.append(("load average of this machine", f"{os.getloadavg()[0]:.1f}", ""))
+    rows.append(("bundle", f"{size / 1e3:.0f} kB", "200 kB"))
+    rows.append((f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"))
+    rows.append(("requests to other machines", f"{len(foreign)}", "0"))
+    table = Table("explorer", "measured", "wanted")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table, *sorted(set(errors + foreign))[:5])
+
+
+if __name__ == "__main__":
+    asyncio.run(main())

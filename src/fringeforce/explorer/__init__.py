@@ -1,0 +1,1 @@
+"""See and feel a sensor in a browser: a page on this machine, and the server behind it."""

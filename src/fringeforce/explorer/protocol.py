@@ -1,0 +1,139 @@
+"""Messages between page and server: a JSON header and blocks of numbers, in one binary frame.
+
+A frame is the header's length (uint32, little endian), the header (UTF-8 JSON padded with spaces),
+and the blocks one after another, each starting at a multiple of eight bytes so that the page can
+look at them in place.  The header's ``blocks`` say what they are: ``[name, dtype, shape, offset]``
+with the offset counted from the end of the header.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from fringeforce.errors import InputError
+
+MAX_REQUEST = 65536
+"""Largest message that the server accepts [bytes]; 64 tactels need a tenth of it."""
+_PAD = 8
+_DTYPES = {"f4": "<f4", "u1": "<u1", "u2": "<u2", "i4": "<i4"}
+
+Value = Annotated[str, Field(max_length=200)] | int | float | bool
+Force = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
+Forces = Annotated[
+    list[Annotated[list[Force], Field(max_length=64)]], Field(min_length=2, max_length=2)
+]
+
+
+class _Request(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    id: Annotated[int, Field(ge=0)]
+
+
+class DesignRequest(_Request):
+    """Characterise a design: one that the server knows by name, with changes by dotted path."""
+
+    type: Literal["design"]
+    slot: Literal["main", "free", "roller"] = "main"
+    start: Annotated[str, Field(max_length=200)] = ""
+    changes: Annotated[
+        dict[Annotated[str, Field(max_length=100)], Value], Field(max_length=40)
+    ] = {}
+
+
+class ReadRequest(_Request):
+    """Expose one noisy camera line under these forces [N] and read it."""
+
+    type: Literal["read"]
+    design: int
+    forces: Forces
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+
+
+class DownloadRequest(_Request):
+    """A file of the design, the model, the forces or the reading."""
+
+    type: Literal["download"]
+    kind: Literal["design", "model", "forces", "reading"]
+    design: int
+    forces: Forces
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+
+
+Request = DesignRequest | ReadRequest | DownloadRequest
+_REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
+
+
+def encoded(header: Mapping[str, Any], blocks: Mapping[str, NDArray[Any]] | None = None) -> bytes:
+    """One binary frame.
+
+    Parameters
+    ----------
+    header : mapping
+        JSON values.
+    blocks : mapping of str to ndarray, optional
+        Numbers; floats travel as float32, unsigned integers as they are.
+    """
+    arrays = {name: _portable(values) for name, values in (blocks or {}).items()}
+    entries, body = [], bytearray()
+    for name, (dtype, values) in arrays.items():
+        entries.append([name, dtype, list(values.shape), len(body)])
+        body += values.tobytes()
+        body += bytes(-len(body) % _PAD)
+    text = json.dumps({**header, "blocks": entries}, allow_nan=False).encode()
+    text = text.ljust(len(text) + -(len(text) + 4) % _PAD)
+    return len(text).to_bytes(4, "little") + text + bytes(body)
+
+
+def decoded(frame: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Header and blocks of a frame.
+
+    Raises
+    ------
+    InputError
+        If it is no such frame.
+    """
+    try:
+        length = int.from_bytes(frame[:4], "little")
+        header = json.loads(frame[4 : 4 + length])
+        blocks = {
+            name: np.frombuffer(
+                frame, _DTYPES[dtype], int(np.prod(shape)), 4 + length + start
+            ).reshape(shape)
+            for name, dtype, shape, start in header.get("blocks", [])
+        }
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise InputError("This is no message of the explorer's page.") from None
+    return header, blocks
+
+
+def request(frame: bytes) -> Request:
+    """What the page asks for.
+
+    Raises
+    ------
+    InputError
+        If it is nothing that it may ask; the message says why.
+    """
+    header, _ = decoded(frame)
+    header.pop("blocks", None)
+    try:
+        return _REQUEST.validate_python(header)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"][1:])) or "the message"
+        raise InputError(f"The server cannot use {place}: {first['msg']}.") from None
+
+
+def _portable(values: NDArray[Any]) -> tuple[str, NDArray[Any]]:
+    array = np.asarray(values)
+    if array.dtype in (np.uint8, np.uint16):
+        dtype = f"u{array.itemsize}"
+    else:
+        dtype = "i4" if array.dtype.kind in "ib" else "f4"
+    return dtype, np.ascontiguousarray(array, _DTYPES[dtype])

@@ -1,0 +1,122 @@
+"""The server: a page, one WebSocket, and nothing for anybody else."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.routing import Mount, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from fringeforce.errors import InputError
+from fringeforce.explorer.protocol import MAX_REQUEST
+from fringeforce.explorer.security import Guard
+from fringeforce.explorer.session import Session, Start
+from fringeforce.explorer.workers import Workers
+
+STATIC = Path(__file__).parent / "static"
+PAGES = 8
+"""Pages that may be open at a time."""
+
+
+def application(start: Start, token: str, ready: Callable[[], object] = bool) -> Guard:
+    """The explorer as an ASGI application.
+
+    Parameters
+    ----------
+    start : Start
+        What pages show first.
+    token : str
+        First part of every path; whoever does not know it gets nothing.
+    ready : callable
+        Called once the first picture can be had at once.
+    """
+    workers = Workers()
+    sessions: set[Session] = set()
+
+    @asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        await workers.solve(start.sensor, start.model)
+        warming = asyncio.ensure_future(workers.warm(start.sensor, start.model))
+        ready()
+        yield
+        warming.cancel()
+        workers.close()
+
+    async def converse(websocket: WebSocket) -> None:
+        if len(sessions) >= PAGES:
+            await websocket.close(1013, "Too many pages are open.")
+            return
+        await websocket.accept()
+        session = Session(start, workers, websocket.send_bytes)
+        sessions.add(session)
+        try:
+            await session.greet()
+            while True:
+                frame = await websocket.receive_bytes()
+                if len(frame) > MAX_REQUEST:
+                    await websocket.close(1009, "The message is too long.")
+                    return
+                await session.receive(frame)
+        except WebSocketDisconnect:
+            return
+        except KeyError:  # no page of ours speaks in text
+            await websocket.close(1003, "Only binary messages are understood.")
+        finally:
+            sessions.discard(session)
+            session.close()
+
+    page = StaticFiles(directory=STATIC, html=True)
+    routes = [WebSocketRoute("/socket", converse), Mount("/", page)]
+    return Guard(Starlette(routes=routes, lifespan=lifespan), token)
+
+
+def serve(start: Start, token: str, bind: str, port: int, ready: Callable[[str], object]) -> None:
+    """Run the server until it is interrupted.
+
+    Parameters
+    ----------
+    start : Start
+        What pages show first.
+    token : str
+        First part of every path.
+    bind : str
+        Address to listen on.
+    port : int
+        Port, or 0 for a free one.
+    ready : callable
+        Is told the page's address once the first picture can be had at once.
+
+    Raises
+    ------
+    InputError
+        If the address or port cannot be had.
+    """
+    family = socket.AF_INET6 if ":" in bind else socket.AF_INET
+    with socket.socket(family) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((bind, port))
+        except (OSError, OverflowError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(
+                f"The explorer cannot listen on {bind}, port {port}: {reason}. Choose another "
+                "--port, or leave it out for a free one."
+            ) from None
+        listener.listen()
+        host = f"[{bind}]" if family == socket.AF_INET6 else bind
+        address = f"http://{host}:{listener.getsockname()[1]}/{token}/"
+        config = uvicorn.Config(
+            application(start, token, lambda: ready(address)),
+            log_level="warning",
+            ws="websockets-sansio",
+            ws_max_size=MAX_REQUEST,
+            ws_per_message_deflate=False,
+        )
+        uvicorn.Server(config).run(sockets=[listener])

@@ -1,0 +1,148 @@
+"""All that the page needs of one design, so that dragging a force asks nobody."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design import Sensor, Tactels, Transducer
+from fringeforce.errors import InputError
+from fringeforce.explorer.figures import design_figures
+from fringeforce.explorer.limits import check
+from fringeforce.mechanics.elasticity import Displacement, unit_displacements
+from fringeforce.mechanics.mesh import strip_mesh
+from fringeforce.mechanics.stress import stress_field
+from fringeforce.model import SensorModel, reduced
+from fringeforce.optics.colour import light_colour
+from fringeforce.single_frame import SingleFrameReader
+
+Array = NDArray[np.float64]
+COLUMNS, COVER_ROWS, CLEAR_ROWS = 160, 8, 24
+"""Cells of the stress picture: along the strip, and through either layer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A characterised design and its unit fields, ready to be sent.
+
+    Attributes
+    ----------
+    model : SensorModel
+        The characterised sensor.
+    facts : mapping
+        Everything that is not an array, as JSON values.
+    blocks : mapping of str to ndarray
+        Influence matrix, unit stresses and unit displacements, loads first, float32.
+    """
+
+    model: SensorModel
+    facts: Mapping[str, Any]
+    blocks: Mapping[str, NDArray[Any]]
+
+
+def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
+    """Characterise a design and look inside it.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    known : SensorModel, optional
+        Its model, where there is one already, such as a calibrated one.
+
+    Raises
+    ------
+    InputError
+        If the design cannot be explored.
+    """
+    check(sensor)
+    displacement = _displacement(
+        sensor.transducer.model_dump_json(), sensor.tactels.model_dump_json()
+    )
+    model = reduced(sensor, displacement) if known is None else known
+    reader = SingleFrameReader(model)
+    blocks = {
+        "x": model.pixel_positions,
+        "tactels": sensor.tactels.positions,
+        "psi": reader.influence.T,
+        **_stresses(displacement),
+        **_movement(displacement),
+    }
+    facts = {
+        "name": sensor.name,
+        "values": flat_values(sensor),
+        "figures": [asdict(figure) for figure in design_figures(reader)],
+        "light": light_colour(sensor.polariscope.wavelength).tolist(),
+        "strip": sensor.transducer.model_dump(include={"length", "width", "edges", "plane"}),
+        "layers": [
+            sensor.transducer.compliant.thickness,
+            sensor.transducer.photoelastic.thickness,
+        ],
+        "camera": {
+            **sensor.camera.model_dump(include={"amplitude", "offset", "noise"}),
+            "full_scale": sensor.camera.full_scale,
+        },
+        "calibrated": model.calibration is not None,
+    }
+    with np.errstate(over="ignore"):
+        small = {name: np.asarray(block, np.float32) for name, block in blocks.items()}
+    if not all(np.isfinite(block).all() for block in small.values()):
+        raise InputError("The fields of this design exceed what single precision can hold.")
+    return Solution(model, facts, small)
+
+
+def flat_values(sensor: Sensor) -> dict[str, str | int | float]:
+    """The values of a design as its file spells them, by dotted path."""
+    return dict(_flattened(tomllib.loads(sensor.to_toml()), ""))
+
+
+def _flattened(values: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flattened(value, f"{path}{key}.")
+        else:
+            yield path + key, value
+
+
+@lru_cache(maxsize=8)
+def _displacement(transducer: str, tactels: str) -> Displacement:
+    """Unit displacements of a strip (JSON); light and camera may change without solving again."""
+    strip = Transducer.model_validate_json(transducer)
+    positions = Tactels.model_validate_json(tactels).positions
+    return unit_displacements(strip, positions, strip_mesh(strip, positions))
+
+
+def _stresses(displacement: Displacement) -> dict[str, Array]:
+    """Unit stresses in the cells of either layer, shape (2n, 3, rows, COLUMNS) [Pa/N].
+
+    Rows count downwards from the layer's upper face, as those of a picture do.
+    """
+    strip = displacement.transducer
+    a, b = strip.compliant.thickness, strip.photoelastic.thickness
+    x = ((np.arange(COLUMNS) + 0.5) / COLUMNS - 0.5) * strip.length
+    cover = -(np.arange(COVER_ROWS) + 0.5) / COVER_ROWS * a
+    clear = -a - (np.arange(CLEAR_ROWS) + 0.5) / CLEAR_ROWS * b
+    field = stress_field(displacement, x, np.concatenate([cover, clear]))
+    rows = _loads_first(field).transpose(0, 1, 3, 2)
+    return {"stress_cover": rows[:, :, :COVER_ROWS], "stress_clear": rows[:, :, COVER_ROWS:]}
+
+
+def _movement(displacement: Displacement) -> dict[str, Array]:
+    """Corners of the elements and their unit displacements, loads first [m], [m/N].
+
+    The shape functions of vertices are the only ones that do not vanish there.
+    """
+    mesh = displacement.mesh
+    corners = displacement.coefficients[:, :: mesh.order, :: mesh.order]
+    return {"mesh_x": mesh.x, "mesh_z": mesh.z, "moved": _loads_first(corners)}
+
+
+def _loads_first(values: Array) -> Array:
+    """From (..., 2, n) to (2n, ...)."""
+    return np.moveaxis(values.reshape(*values.shape[:-2], -1), -1, 0)

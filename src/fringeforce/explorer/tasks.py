@@ -1,0 +1,111 @@
+"""What the worker processes do; every function is pure, so that a lost process costs nothing.
+
+The libraries behind them are imported where they are used: the server itself stays light.
+"""
+
+from __future__ import annotations
+
+import pickle
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from fringeforce.design import Sensor
+
+if TYPE_CHECKING:
+    from fringeforce.single_frame import SingleFrameReader
+
+Loads = list[list[float]]
+Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A design that was characterised.
+
+    Attributes
+    ----------
+    model : bytes
+        Pickled, as the reading worker takes it.
+    facts : mapping
+        JSON values for the page.
+    blocks : mapping of str to ndarray
+        Numbers for the page.
+    """
+
+    model: bytes
+    facts: Mapping[str, Any]
+    blocks: Mapping[str, NDArray[Any]]
+
+
+def solve(sensor: Sensor, known: bytes | None) -> Solved:
+    """Characterise a design and look inside it.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    known : bytes, optional
+        Its pickled model, where there is one already.
+    """
+    from fringeforce.explorer.solution import solve
+
+    solution = solve(sensor, None if known is None else pickle.loads(known))
+    return Solved(pickle.dumps(solution.model), solution.facts, solution.blocks)
+
+
+def shoot(model: bytes, forces: Loads, seed: int) -> Answer:
+    """Expose one noisy line and read it.
+
+    Parameters
+    ----------
+    model : bytes
+        A pickled SensorModel.
+    forces : nested list, shape (2, n)
+        Normal and tangential forces [N].
+    seed : int
+        Of the camera's noise.
+    """
+    from fringeforce.explorer.shot import shoot
+
+    shot = shoot(_reader(model), forces, seed)
+    return shot.facts, shot.blocks
+
+
+def file(kind: str, model: bytes, forces: Loads, seed: int) -> bytes:
+    """Contents of a file that the library would write.
+
+    Parameters
+    ----------
+    kind : {"design", "model", "forces", "reading"}
+        Which.
+    model, forces, seed
+        As for `shoot`.
+    """
+    from fringeforce.explorer.shot import shoot
+    from fringeforce.tables import save_forces, save_readings
+
+    reader = _reader(model)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "file"
+        if kind == "design":
+            path.write_text(reader.model.sensor.to_toml(), encoding="utf-8")
+        elif kind == "model":
+            reader.model.save(path)
+        elif kind == "forces":
+            save_forces(path, [forces])
+        else:
+            save_readings(path, [shoot(reader, forces, seed).reading])
+        return path.read_bytes()
+
+
+@lru_cache(maxsize=4)
+def _reader(model: bytes) -> SingleFrameReader:
+    from fringeforce.single_frame import SingleFrameReader
+
+    return SingleFrameReader(pickle.loads(model))

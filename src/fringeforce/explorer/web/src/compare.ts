@@ -1,0 +1,66 @@
+/** The same design with free and with roller edges, side by side under the same load. */
+
+import { byId, element } from "./dom";
+import { drawFringes } from "./fringes";
+import { layout } from "./layout";
+import { largest, type Model, niceAbove } from "./model";
+import { AlongStrip } from "./plots";
+import { drawStress, megapascals, NAMES, picked } from "./stress";
+import type { Component } from "./store";
+
+export const EDGES = ["free", "roller"] as const;
+export type Edges = (typeof EDGES)[number];
+const TITLES = { free: "Free edges", roller: "Edges on rollers" };
+const GAP = 24;
+
+export class Compare {
+  private readonly models: Partial<Record<Edges, Model>> = {};
+  private readonly canvases = EDGES.map(() => [picture(), picture()]);
+  private readonly note = element("p", { class: "aside" });
+  private readonly plot: AlongStrip;
+
+  constructor() {
+    const cards = EDGES.map((edges, i) =>
+      element("figure", {}, element("figcaption", {}, TITLES[edges]), ...this.canvases[i]),
+    );
+    const curves = element("div");
+    byId("compare").append(element("div", { class: "pair" }, ...cards), this.note, curves);
+    this.plot = new AlongStrip(curves, {
+      height: 150,
+      unit: "phase [rad]",
+      curves: [
+        { label: "free", ink: "normal" },
+        { label: "roller", ink: "tangential", dash: [6, 3] },
+      ],
+    });
+  }
+
+  take(edges: Edges, model: Model): void {
+    this.models[edges] = model;
+  }
+
+  draw(loads: number[], component: Component, mesh: boolean, width: number, theme: string): void {
+    const [free, roller] = EDGES.map((edges) => this.models[edges]);
+    if (!free || !roller || free.blocks.moved.length % loads.length) return;
+    if (free.tactels.length * 2 !== loads.length || roller.tactels.length * 2 !== loads.length) return;
+    const half = width > 720 ? (width - GAP) / 2 : width;
+    const limit = niceAbove(
+      Math.max(...[free, roller].map((m) => largest(picked(m.stress("clear", loads), component)))),
+    );
+    const phases = [free, roller].map((model, i) => {
+      const place = layout(half, model.facts.strip.length);
+      const [field, fringes] = this.canvases[i];
+      const phase = model.phase(loads);
+      drawStress(field, model, loads, component, place, mesh, limit);
+      drawFringes(fringes, model, phase, place);
+      return phase;
+    });
+    this.note.textContent = `${NAMES[component]} to ±${megapascals(limit)} in both. Phase: solid, free edges; dashed, rollers. Free edges let the phase go to zero at the ends; rollers hold it.`;
+    const x = free.x.map((value) => value * 1e3);
+    if (roller.x.length === free.x.length) this.plot.draw(width, theme, [x, ...phases]);
+  }
+}
+
+function picture(): HTMLCanvasElement {
+  return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+}

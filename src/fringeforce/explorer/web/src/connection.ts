@@ -1,0 +1,94 @@
+/** The one WebSocket: it comes back by itself, and holds one request of a kind in flight. */
+
+import { decode, encode, type Message } from "./protocol";
+
+const FIRST_WAIT = 300;
+const LONGEST_WAIT = 3000;
+/** Least time between two requests for a reading [ms]: faster than eyes follow, it costs frames. */
+const READ_PAUSE = 40;
+
+type Wish = () => Record<string, unknown> | null;
+
+export class Connection {
+  private socket: WebSocket | null = null;
+  private wait = FIRST_WAIT;
+  private number = 0;
+  private readAt = 0;
+  private timer = 0;
+  private readonly flying = new Map<string, number>();
+  private readonly wishes = new Map<string, Wish>();
+
+  constructor(
+    private readonly onMessage: (message: Message) => void,
+    private readonly onLink: (alive: boolean) => void,
+  ) {
+    this.open();
+  }
+
+  get alive(): boolean {
+    return this.socket?.readyState === WebSocket.OPEN;
+  }
+
+  /** Ask for something; while an earlier request of the kind is away, the latest wish waits. */
+  want(kind: string, wish: Wish): void {
+    this.wishes.set(kind, wish);
+    this.send(kind);
+  }
+
+  private send(kind: string): void {
+    const wish = this.wishes.get(kind);
+    if (!wish || !this.alive || this.flying.has(kind)) return;
+    if (kind === "read" && this.resting()) return;
+    this.wishes.delete(kind);
+    const request = wish();
+    if (!request) return;
+    this.number += 1;
+    this.flying.set(kind, this.number);
+    this.socket?.send(encode({ ...request, id: this.number }));
+  }
+
+  /** Whether the last reading was asked for only just now; then it is asked for again later. */
+  private resting(): boolean {
+    const now = performance.now();
+    const left = this.readAt + READ_PAUSE - now;
+    if (left <= 0) {
+      this.readAt = now;
+      return false;
+    }
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.send("read"), left);
+    return true;
+  }
+
+  private open(): void {
+    const address = new URL("socket", document.baseURI);
+    address.protocol = "ws:";
+    address.hash = "";
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.wait = FIRST_WAIT;
+      this.flying.clear();
+      this.onLink(true);
+      for (const kind of [...this.wishes.keys()]) this.send(kind);
+    };
+    socket.onmessage = (event) => this.receive(decode(event.data));
+    socket.onclose = () => this.lost();
+    this.socket = socket;
+  }
+
+  private receive(message: Message): void {
+    const id = message.header.id;
+    const kind = [...this.flying].find(([, number]) => number === id)?.[0];
+    if (kind) this.flying.delete(kind);
+    this.onMessage(message);
+    if (kind) this.send(kind);
+  }
+
+  private lost(): void {
+    this.flying.clear();
+    this.onLink(false);
+    setTimeout(() => this.open(), this.wait);
+    this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
+  }
+}

@@ -1,0 +1,144 @@
+/** The controls of a design: path in the design file, name, and the range of the slider. */
+
+export interface Control {
+  path: string;
+  name: string;
+  title?: string;
+  unit?: string;
+  range?: [low: number, high: number];
+  logarithmic?: boolean;
+  whole?: boolean;
+  choices?: [value: string, name: string][];
+}
+
+export interface Group {
+  name: string;
+  controls: Control[];
+}
+
+const thickness = (part: string, range: [number, number]): Control => ({
+  path: `transducer.${part}.thickness`,
+  name: "Thickness",
+  unit: "mm",
+  range,
+  logarithmic: true,
+});
+
+const stiffness = (part: string, range: [number, number]): Control => ({
+  path: `transducer.${part}.youngs_modulus`,
+  name: "Young's modulus",
+  unit: "MPa",
+  range,
+  logarithmic: true,
+});
+
+const poisson = (part: string): Control => ({
+  path: `transducer.${part}.poissons_ratio`,
+  name: "Poisson's ratio",
+  range: [0.1, 0.499],
+});
+
+export const GROUPS: Group[] = [
+  {
+    name: "Strip",
+    controls: [
+      {
+        path: "transducer.edges",
+        name: "Edges",
+        choices: [["free", "free"], ["roller", "on rollers"]],
+      },
+      {
+        path: "transducer.plane",
+        name: "Plane",
+        choices: [["stress", "stress"], ["strain", "strain"]],
+      },
+      { path: "transducer.length", name: "Length", unit: "mm", range: [12, 60] },
+      { path: "transducer.width", name: "Width", unit: "mm", range: [0.5, 30], logarithmic: true },
+    ],
+  },
+  {
+    name: "Cover",
+    controls: [thickness("compliant", [0.1, 3]), stiffness("compliant", [1, 1000]), poisson("compliant")],
+  },
+  {
+    name: "Clear layer",
+    controls: [
+      thickness("photoelastic", [0.5, 10]),
+      stiffness("photoelastic", [10, 5000]),
+      poisson("photoelastic"),
+      {
+        path: "transducer.photoelastic.strain_optic_coefficient",
+        name: "Strain-optic coefficient",
+        range: [0.005, 0.2],
+        logarithmic: true,
+      },
+    ],
+  },
+  {
+    name: "Tactels",
+    controls: [
+      { path: "tactels.count", name: "Count", range: [1, 32], whole: true },
+      { path: "tactels.pitch", name: "Pitch", unit: "mm", range: [0.25, 3] },
+    ],
+  },
+  {
+    name: "Light and camera",
+    controls: [
+      { path: "polariscope.wavelength", name: "Wavelength", unit: "nm", range: [400, 700] },
+      { path: "camera.pixels", name: "Pixels", range: [256, 4096], logarithmic: true, whole: true },
+      { path: "camera.bits", name: "Bits", range: [4, 16], whole: true },
+      { path: "camera.amplitude", name: "Amplitude", range: [10, 245] },
+      { path: "camera.offset", name: "Offset", range: [0, 60] },
+      { path: "camera.noise", name: "Noise", title: "grey levels", range: [0, 40] },
+      {
+        path: "camera.noise_model",
+        name: "Noise is",
+        choices: [["uniform", "uniform"], ["gaussian", "Gaussian"]],
+      },
+    ],
+  },
+];
+
+const QUANTITIES = new Set(
+  GROUPS.flatMap(({ controls }) => controls.filter(({ unit }) => unit).map(({ path }) => path)),
+);
+
+/** What was typed, as the library takes it: a quantity stays text, for it needs its unit. */
+export function typed(path: string, text: string): string | number {
+  const trimmed = text.trim();
+  const plain = !QUANTITIES.has(path) && trimmed !== "" && Number.isFinite(Number(trimmed));
+  return plain ? Number(trimmed) : trimmed;
+}
+
+const SIZES: Record<string, number> = {
+  m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6, µm: 1e-6, nm: 1e-9,
+  Pa: 1, kPa: 1e3, MPa: 1e6, GPa: 1e9,
+};
+
+/** A quantity in the control's own unit, or NaN where only the library can read it. */
+export function inUnit(value: string | number, unit: string | undefined): number {
+  if (!unit) return Number(value);
+  const match = /^\s*([-+.\deE]+)\s*([a-zA-Zµ]+)\s*$/.exec(`${value}`);
+  return match ? (Number(match[1]) * SIZES[match[2]]) / SIZES[unit] : Number.NaN;
+}
+
+const NOTCHES = 200;
+
+/** Place of a value on its slider, 0 to NOTCHES. */
+export function notch(control: Control, value: number): number {
+  const [low, high] = control.range as [number, number];
+  const share = control.logarithmic
+    ? Math.log(value / low) / Math.log(high / low)
+    : (value - low) / (high - low);
+  return Math.round(Math.min(Math.max(share, 0), 1) * NOTCHES);
+}
+
+/** Value at a place of the slider, to three digits. */
+export function atNotch(control: Control, place: number): number {
+  const [low, high] = control.range as [number, number];
+  const share = place / NOTCHES;
+  const value = control.logarithmic ? low * (high / low) ** share : low + (high - low) * share;
+  return control.whole ? Math.round(value) : Number(value.toPrecision(control.unit === "nm" ? 4 : 3));
+}
+
+export { NOTCHES };

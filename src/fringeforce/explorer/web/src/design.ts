@@ -1,0 +1,130 @@
+/** The form of design values: typed as in a design file, or slid; refusals stand beside them. */
+
+import { atNotch, type Control, GROUPS, inUnit, NOTCHES, notch, typed } from "./controls";
+import { byId, element } from "./dom";
+import type { Model } from "./model";
+import type { Store } from "./store";
+
+interface Row {
+  control: Control;
+  row: HTMLElement;
+  field: HTMLInputElement | HTMLSelectElement;
+  slider: HTMLInputElement | null;
+  problem: HTMLElement;
+}
+
+export class DesignForm {
+  private readonly rows = new Map<string, Row>();
+  private last = "";
+
+  constructor(private readonly store: Store) {
+    const form = byId<HTMLFormElement>("design");
+    form.addEventListener("submit", (event) => event.preventDefault());
+    for (const [i, group] of GROUPS.entries()) {
+      const rows = group.controls.map((control) => this.made(control));
+      const fold = element("details", i < 3 || innerWidth > 900 ? { open: "" } : {});
+      fold.append(element("summary", {}, group.name), ...rows);
+      form.append(fold);
+    }
+  }
+
+  /** Show the values of a design that the server accepted. */
+  show(model: Model): void {
+    this.clear();
+    for (const { control, field, slider } of this.rows.values()) {
+      const value = this.store.state.changes[control.path] ?? model.facts.values[control.path];
+      if (document.activeElement !== field || control.choices) field.value = `${value}`;
+      if (slider && document.activeElement !== slider) this.place(control, slider, value);
+    }
+  }
+
+  /** Put each line of a refusal beside the control that it names, and return what names none. */
+  refuse(text: string): string {
+    this.clear();
+    const lines = text.split("\n").map((line) => line.trim());
+    const rest: string[] = [];
+    for (const line of lines.length > 1 ? lines.slice(1) : lines) {
+      const row = this.named(/^[\w.]+/.exec(line)?.[0] ?? "");
+      if (!row) {
+        rest.push(line);
+        continue;
+      }
+      row.problem.textContent = line;
+      row.problem.hidden = false;
+      row.field.setAttribute("aria-invalid", "true");
+      row.row.closest("details")?.setAttribute("open", "");
+    }
+    return rest.join(" ");
+  }
+
+  private named(path: string): Row | undefined {
+    const exact = this.rows.get(path);
+    if (exact || !path) return exact;
+    // a rule that binds several values names the part that they share: the one changed last broke it
+    if (this.last.startsWith(`${path}.`)) return this.rows.get(this.last);
+    return [...this.rows.values()].find(({ control }) => control.path.startsWith(`${path}.`));
+  }
+
+  private clear(): void {
+    for (const { field, problem } of this.rows.values()) {
+      problem.hidden = true;
+      problem.textContent = "";
+      field.removeAttribute("aria-invalid");
+    }
+  }
+
+  private change(path: string, value: string | number, commit: boolean): void {
+    this.last = path;
+    this.store.change({ changes: { ...this.store.state.changes, [path]: value } }, commit);
+  }
+
+  private made(control: Control): HTMLElement {
+    const id = control.path.replaceAll(".", "-");
+    const problem = element("p", { class: "problem", id: `${id}-problem`, role: "alert" });
+    problem.hidden = true;
+    const about = { id, "aria-describedby": problem.id, "data-path": control.path };
+    const field = control.choices ? chooser(control.choices, about) : element("input", { ...about, type: "text", spellcheck: "false", inputmode: "text" });
+    field.addEventListener("change", () => this.change(control.path, typed(control.path, field.value), true));
+    const slider = control.range ? this.slid(control, field as HTMLInputElement) : null;
+    const name = element("label", { for: id }, control.name);
+    if (control.title) name.append(element("small", {}, ` ${control.title}`));
+    const row = element("div", { class: "control" }, name, field, ...(slider ? [slider] : []), problem);
+    this.rows.set(control.path, { control, row, field, slider, problem });
+    return row;
+  }
+
+  private slid(control: Control, field: HTMLInputElement): HTMLInputElement {
+    const slider = element("input", {
+      type: "range",
+      min: 0,
+      max: NOTCHES,
+      "aria-label": `${control.name}, slider`,
+      "data-slider": control.path,
+    });
+    const value = () => {
+      const number = atNotch(control, Number(slider.value));
+      return control.unit ? `${number} ${control.unit}` : number;
+    };
+    slider.addEventListener("input", () => {
+      field.value = `${value()}`;
+      slider.setAttribute("aria-valuetext", field.value);
+      this.change(control.path, value(), false);
+    });
+    slider.addEventListener("change", () => this.store.commit());
+    return slider;
+  }
+
+  private place(control: Control, slider: HTMLInputElement, value: string | number): void {
+    const number = inUnit(value, control.unit);
+    if (Number.isFinite(number)) slider.value = `${notch(control, number)}`;
+    slider.setAttribute("aria-valuetext", `${value}`);
+  }
+}
+
+function chooser(
+  choices: [string, string][],
+  about: Record<string, string>,
+): HTMLSelectElement {
+  const options = choices.map(([value, name]) => element("option", { value }, name));
+  return element("select", about, ...options);
+}

@@ -1,0 +1,48 @@
+/** Small helpers around the document. */
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`The page has no element called ${id}.`);
+  return found as T;
+}
+
+type Attributes = Record<string, string | number>;
+
+/** An HTML element with attributes and children. */
+export function element<K extends keyof HTMLElementTagNameMap>(
+  name: K,
+  attributes: Attributes = {},
+  ...children: (Node | string)[]
+): HTMLElementTagNameMap[K] {
+  const made = document.createElement(name);
+  set(made, attributes);
+  made.append(...children);
+  return made;
+}
+
+/** An SVG element with attributes and children. */
+export function shape<K extends keyof SVGElementTagNameMap>(
+  name: K,
+  attributes: Attributes = {},
+  ...children: (Node | string)[]
+): SVGElementTagNameMap[K] {
+  const made = document.createElementNS(SVG, name) as SVGElementTagNameMap[K];
+  set(made, attributes);
+  made.append(...children);
+  return made;
+}
+
+export function set(target: Element, attributes: Attributes): void {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (target.getAttribute(name) !== `${value}`) target.setAttribute(name, `${value}`);
+  }
+}
+
+/** Save bytes or text as a file. */
+export function save(name: string, content: BlobPart, type: string): void {
+  const address = URL.createObjectURL(new Blob([content], { type }));
+  element("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
+}

@@ -1,0 +1,48 @@
+/** Files to take away: those of the library come from the server, pictures are made here. */
+
+import { byId, element, save } from "./dom";
+
+export const SERVER_FILES = {
+  design: "Design file (.toml)",
+  model: "Model (.h5)",
+  forces: "Forces (.csv)",
+  reading: "Reading (.csv)",
+} as const;
+
+const PICTURES = { svg: "Figure (.svg)", png: "Figure (.png)" } as const;
+
+export type ServerFile = keyof typeof SERVER_FILES;
+export type Picture = keyof typeof PICTURES;
+
+export function downloadMenu(
+  onFile: (kind: ServerFile) => void,
+  onPicture: (kind: Picture) => void,
+): void {
+  const menu = byId<HTMLDetailsElement>("download");
+  const item = (kind: string, name: string, act: () => void) => {
+    const button = element("button", { type: "button", "data-file": kind }, name);
+    button.addEventListener("click", () => {
+      menu.open = false;
+      act();
+    });
+    return button;
+  };
+  const files = Object.entries(SERVER_FILES) as [ServerFile, string][];
+  const pictures = Object.entries(PICTURES) as [Picture, string][];
+  menu.querySelector(".items")?.append(
+    ...files.map(([kind, name]) => item(kind, name, () => onFile(kind))),
+    ...pictures.map(([kind, name]) => item(kind, name, () => onPicture(kind))),
+  );
+  document.addEventListener("click", (event) => {
+    if (!menu.contains(event.target as Node)) menu.open = false;
+  });
+  menu.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    menu.open = false;
+    menu.querySelector("summary")?.focus();
+  });
+}
+
+export function saveFile(name: string, content: Uint8Array): void {
+  save(name, content.slice().buffer as ArrayBuffer, "application/octet-stream");
+}

@@ -1,0 +1,192 @@
+/** The page as a whole: what happens, who is asked, and one painting per animation frame. */
+
+import { EDGES, type Edges } from "./compare";
+import { Connection } from "./connection";
+import { DesignForm } from "./design";
+import { byId, element } from "./dom";
+import { downloadMenu, saveFile } from "./download";
+import { showFigures } from "./figures";
+import { Model, type Reading, readingOf } from "./model";
+import { Painting } from "./painting";
+import { presetLoads, refitted } from "./presets";
+import type { Message } from "./protocol";
+import { type State, Store } from "./store";
+import { Toolbar } from "./toolbar";
+import { Tour } from "./tour";
+import { TypedForces } from "./typed";
+
+const HASH_DELAY = 250;
+
+export class Explorer {
+  private model: Model | null = null;
+  private reading: Reading | null = null;
+  private frame = 0;
+  private loadChanged = true;
+  private hashTimer = 0;
+  private readonly store = new Store(location.hash, (before) => this.changed(before));
+  private readonly painting = new Painting(this.store, () => this.schedule());
+  private readonly form = new DesignForm(this.store);
+  private readonly typed = new TypedForces(this.store);
+  private readonly toolbar = new Toolbar(this.store, {
+    preset: (key) => this.preset(key),
+    view: () => this.viewed(),
+  });
+  private readonly connection = new Connection(
+    (message) => this.receive(message),
+    (alive) => this.linked(alive),
+  );
+
+  constructor() {
+    new Tour((key) => this.preset(key));
+    downloadMenu(
+      (kind) => this.connection.want("download", () => this.question("download", { kind })),
+      (kind) => this.painting.save(kind, this.reading),
+    );
+    byId("start").addEventListener("change", (event) => {
+      const start = (event.target as HTMLSelectElement).value;
+      this.store.change({ start, changes: {} });
+    });
+    addEventListener("hashchange", () => {
+      if (location.hash !== this.store.hash) location.reload();
+    });
+    new ResizeObserver(() => this.schedule()).observe(byId("stage"));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.schedule());
+  }
+
+  private changed(before: State): void {
+    const { state } = this.store;
+    if (before.start !== state.start || before.changes !== state.changes) this.wantDesign();
+    this.wantReading();
+    this.schedule();
+  }
+
+  private viewed(): void {
+    if (this.store.view.compare) this.wantEdges();
+    this.schedule();
+  }
+
+  private preset(key: string): void {
+    if (this.model) {
+      this.store.change({ preset: key, ...presetLoads(key, this.model.tactels.length) });
+    }
+  }
+
+  private wantDesign(): void {
+    const wish = () => ({
+      type: "design",
+      slot: "main",
+      start: this.store.state.start,
+      changes: this.store.state.changes,
+    });
+    this.connection.want("design", wish);
+    if (this.store.view.compare) this.wantEdges();
+  }
+
+  private wantEdges(): void {
+    for (const edges of EDGES) {
+      this.connection.want(edges, () => ({
+        type: "design",
+        slot: edges,
+        start: this.store.state.start,
+        changes: { ...this.store.state.changes, "transducer.edges": edges },
+      }));
+    }
+  }
+
+  private wantReading(): void {
+    this.connection.want("read", () => this.question("read", {}));
+  }
+
+  /** A question about the current load of the current design; none while they do not fit. */
+  private question(type: string, more: object): Record<string, unknown> | null {
+    const { normal, tangential, seed } = this.store.state;
+    if (!this.model || normal.length !== this.model.tactels.length) return null;
+    return { type, design: this.model.id, forces: [normal, tangential], seed, ...more };
+  }
+
+  private receive(message: Message): void {
+    const { header, blocks } = message;
+    if (message.type === "hello") this.greeted(header.designs as string[]);
+    else if (message.type === "model") this.modelled(new Model(message), header.slot as string);
+    else if (message.type === "reading") this.read(readingOf(message));
+    else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
+    else if (message.type === "refused") this.refused(header);
+  }
+
+  private greeted(designs: string[]): void {
+    const options = designs.map((name) => element("option", { value: name }, name));
+    const start = byId<HTMLSelectElement>("start");
+    start.replaceChildren(element("option", { value: "" }, "as started"), ...options);
+    start.value = this.store.state.start;
+  }
+
+  private modelled(model: Model, slot: string): void {
+    if (slot !== "main") {
+      this.painting.compare.take(slot as Edges, model);
+      this.schedule();
+      return;
+    }
+    this.notice("");
+    const n = model.tactels.length;
+    const { normal, tangential, preset } = this.store.state;
+    if (normal.length !== n) {
+      this.store.amend(
+        preset
+          ? presetLoads(preset, n)
+          : { normal: refitted(normal, n), tangential: refitted(tangential, n) },
+      );
+    }
+    showFigures(model, this.model);
+    this.model = model;
+    this.form.show(model);
+    byId<HTMLSelectElement>("start").value = this.store.state.start;
+    this.wantReading();
+    this.schedule();
+  }
+
+  private read(reading: Reading): void {
+    if (reading.design !== this.model?.id) return;
+    this.reading = reading;
+    this.schedule(false);
+  }
+
+  private refused(header: Record<string, unknown>): void {
+    if (header.stale) return;
+    const text = header.text as string;
+    const aboutDesign = header.of === "design" && header.slot === "main";
+    if (header.of !== "design" || aboutDesign) {
+      this.notice(aboutDesign ? this.form.refuse(text) : text);
+    }
+  }
+
+  private linked(alive: boolean): void {
+    byId("link").textContent = alive ? "" : "No answer from the server; trying again …";
+    document.body.classList.toggle("lost", !alive);
+    if (alive) this.wantDesign();
+  }
+
+  private notice(text: string): void {
+    const notice = byId("notice");
+    notice.textContent = text;
+    notice.hidden = text === "";
+  }
+
+  private schedule(loadChanged = true): void {
+    this.loadChanged ||= loadChanged;
+    if (!this.frame) this.frame = requestAnimationFrame(() => this.paint());
+  }
+
+  private paint(): void {
+    this.frame = 0;
+    this.toolbar.show();
+    if (!this.model || this.store.state.normal.length !== this.model.tactels.length) return;
+    if (this.loadChanged) {
+      this.typed.draw();
+      this.painting.paintLoad(this.model);
+    }
+    this.loadChanged = false;
+    this.painting.paintReading(this.model, this.reading);
+    clearTimeout(this.hashTimer);
+    this.hashTimer = setTimeout(() => history.replaceState(null, "", this.store.hash), HASH_DELAY);
+  }
+}

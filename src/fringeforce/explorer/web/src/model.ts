@@ -1,0 +1,120 @@
+/** What the server tells of a design, and what the page computes from it by superposition. */
+
+import type { Block, Message } from "./protocol";
+
+export interface Figure {
+  key: string;
+  name: string;
+  value: number;
+  unit: string;
+  meaning: string;
+}
+
+export interface Facts {
+  name: string;
+  values: Record<string, string | number>;
+  figures: Figure[];
+  light: [number, number, number];
+  strip: { length: number; width: number; edges: "free" | "roller"; plane: string };
+  layers: [cover: number, clear: number];
+  camera: { amplitude: number; offset: number; noise: number; full_scale: number };
+  calibrated: boolean;
+}
+
+/** Cells of the stress picture along the strip; the rows follow from the blocks' sizes. */
+export const COLUMNS = 160;
+
+export class Model {
+  readonly id: number;
+  readonly facts: Facts;
+  readonly blocks: Record<string, Float32Array>;
+
+  constructor(message: Message) {
+    this.id = message.header.id as number;
+    this.facts = message.header as unknown as Facts;
+    this.blocks = message.blocks as Record<string, Float32Array>;
+  }
+
+  get tactels(): Float32Array {
+    return this.blocks.tactels;
+  }
+
+  get x(): Float32Array {
+    return this.blocks.x;
+  }
+
+  /** Phase lead at the pixels [rad], equation (10.a). */
+  phase(loads: number[]): Float32Array {
+    return superposed(this.blocks.psi, loads);
+  }
+
+  /** sigma_x, sigma_z, tau_xz of a layer [Pa], one after another, rows from above. */
+  stress(layer: "cover" | "clear", loads: number[]): Float32Array {
+    return superposed(this.blocks[`stress_${layer}`], loads);
+  }
+
+  /** Displacement u, then w, of the elements' corners [m], column by column from the base up. */
+  movement(loads: number[]): Float32Array {
+    return superposed(this.blocks.moved, loads);
+  }
+}
+
+export interface Reading {
+  design: number;
+  status: string;
+  advice: string;
+  chi2: number | null;
+  frame: Block;
+  forces: Float32Array;
+  std: Float32Array;
+  phase: Float32Array;
+  phaseStd: Float32Array;
+  alternatives: Float32Array;
+}
+
+export function readingOf({ header, blocks }: Message): Reading {
+  return {
+    design: header.design as number,
+    status: header.status as string,
+    advice: header.advice as string,
+    chi2: header.chi2 as number | null,
+    frame: blocks.frame,
+    forces: blocks.forces as Float32Array,
+    std: blocks.std as Float32Array,
+    phase: blocks.phase as Float32Array,
+    phaseStd: blocks.phase_std as Float32Array,
+    alternatives: blocks.alternatives as Float32Array,
+  };
+}
+
+/** Sum of unit responses, loads first, weighted by the loads. */
+export function superposed(units: Float32Array, loads: number[]): Float32Array {
+  const size = units.length / loads.length;
+  const sum = new Float32Array(size);
+  for (let k = 0; k < loads.length; k++) {
+    const load = loads[k];
+    if (load === 0) continue;
+    const start = k * size;
+    for (let i = 0; i < size; i++) sum[i] += load * units[start + i];
+  }
+  return sum;
+}
+
+/** Normalised intensity of a dark-field circular polariscope, equation (11). */
+export function intensity(phase: number): number {
+  return Math.sin(phase / 2) ** 2;
+}
+
+export function largest(values: ArrayLike<number>): number {
+  let peak = 0;
+  for (let i = 0; i < values.length; i++) peak = Math.max(peak, Math.abs(values[i]));
+  return peak;
+}
+
+/** The smallest of 1, 2, 5, 10, ... that is not below a value, so that scales stay calm. */
+export function niceAbove(value: number): number {
+  if (!(value > 0)) return 1;
+  const decade = 10 ** Math.floor(Math.log10(value));
+  const step = [1, 2, 5, 10].find((factor) => factor * decade >= value * (1 - 1e-9)) ?? 10;
+  return step * decade;
+}

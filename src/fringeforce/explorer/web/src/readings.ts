@@ -1,0 +1,115 @@
+/** Forces read from the noisy line beside the true ones, with bars of two standard deviations. */
+
+import { set, shape } from "./dom";
+import { LEFT, type Layout, RIGHT } from "./layout";
+import { type Model, niceAbove, type Reading } from "./model";
+import type { State } from "./store";
+
+const HEIGHT = 150;
+const TOP = 10;
+const BOTTOM = 24;
+
+interface Marks {
+  bar: SVGLineElement;
+  dot: SVGElement;
+  truth: SVGLineElement;
+}
+
+export class Readings {
+  private readonly svg = shape("svg", { class: "readings", role: "img" });
+  private readonly frame = shape("g");
+  private readonly marks = shape("g");
+  private pairs: [Marks, Marks][] = [];
+  private drawn = "";
+  private high = 0;
+  private low = 0;
+
+  constructor(container: HTMLElement) {
+    this.svg.append(this.frame, this.marks);
+    container.append(this.svg);
+  }
+
+  draw(model: Model, state: State, reading: Reading | null, place: Layout): void {
+    const n = state.normal.length;
+    if (this.pairs.length !== n) this.build(n);
+    const peak = Math.max(...state.normal, ...state.tangential, 0.1);
+    const deep = Math.min(...state.normal, ...state.tangential, 0);
+    [this.high, this.low] = [niceAbove(peak * 1.12), deep < 0 ? -niceAbove(-deep * 1.12) : -0.1 * niceAbove(peak * 1.12)];
+    const signature = `${model.id} ${place.width} ${this.high} ${this.low}`;
+    if (signature !== this.drawn) {
+      set(this.svg, { width: place.width, height: HEIGHT, viewBox: `0 0 ${place.width} ${HEIGHT}` });
+      this.frame.replaceChildren(...this.grid(model, place));
+      this.drawn = signature;
+    }
+    const shift = Math.min(5, place.scale * 0.0002);
+    this.pairs.forEach((pair, i) => {
+      const x = place.across(model.tactels[i]);
+      this.put(pair[0], x - shift, state.normal[i], reading, i, n);
+      this.put(pair[1], x + shift, state.tangential[i], reading, n + i, n);
+    });
+    set(this.svg, { "aria-label": spoken(state, reading) });
+  }
+
+  private y(force: number): number {
+    const share = (this.high - force) / (this.high - this.low);
+    return TOP + Math.min(Math.max(share, -0.1), 1.1) * (HEIGHT - TOP - BOTTOM);
+  }
+
+  private put(m: Marks, x: number, truth: number, reading: Reading | null, i: number, n: number): void {
+    set(m.truth, { x1: x - 6, x2: x + 6, y1: this.y(truth), y2: this.y(truth) });
+    const value = reading?.forces[i];
+    const usable = value !== undefined && Number.isFinite(value) && reading?.forces.length === 2 * n;
+    for (const mark of [m.bar, m.dot]) set(mark, { visibility: usable ? "visible" : "hidden" });
+    if (!usable || !reading) return;
+    const spread = 2 * reading.std[i];
+    set(m.bar, { x1: x, x2: x, y1: this.y(value - spread), y2: this.y(value + spread) });
+    set(m.dot, { transform: `translate(${x} ${this.y(value)})` });
+  }
+
+  private build(n: number): void {
+    const marks = (kind: string, dot: SVGElement): Marks => ({
+      bar: shape("line", { class: `bar ${kind}` }),
+      dot,
+      truth: shape("line", { class: "truth" }),
+    });
+    this.pairs = Array.from({ length: n }, () => [
+      marks("normal", shape("circle", { class: "point normal", r: 3.5 })),
+      marks("tangential", shape("path", { class: "point tangential", d: "M0 -4.4L4.4 0L0 4.4L-4.4 0Z" })),
+    ]);
+    this.marks.replaceChildren(
+      ...this.pairs.flatMap((pair) => pair.flatMap(({ truth, bar, dot }) => [truth, bar, dot])),
+    );
+  }
+
+  private grid(model: Model, place: Layout): SVGElement[] {
+    const found: SVGElement[] = [];
+    const step = niceAbove((this.high - this.low) / 6);
+    for (let k = Math.ceil(this.low / step); k * step <= this.high + 1e-9; k++) {
+      const y = this.y(k * step);
+      found.push(
+        shape("line", { class: k ? "grid" : "zero", x1: LEFT, x2: place.width - RIGHT, y1: y, y2: y }),
+        shape("text", { class: "label", x: LEFT - 6, y: y + 4, "text-anchor": "end" }, `${Number((k * step).toFixed(6))}`),
+      );
+    }
+    const every = Math.ceil(24 / (place.scale * (model.tactels[1] - model.tactels[0] || 1)));
+    model.tactels.forEach((x, i) => {
+      if (i % every) return;
+      const at = { class: "label", x: place.across(x), y: HEIGHT - 8, "text-anchor": "middle" };
+      found.push(shape("text", at, `${i + 1}`));
+    });
+    found.push(
+      shape("text", { class: "label", x: 10, y: HEIGHT / 2, transform: `rotate(-90 10 ${HEIGHT / 2})`, "text-anchor": "middle" }, "N"),
+    );
+    return found;
+  }
+}
+
+function spoken(state: State, reading: Reading | null): string {
+  if (!reading) return "No reading yet.";
+  const n = state.normal.length;
+  const parts = state.normal.map((force, i) => {
+    const [normal, tangential] = [reading.forces[i], reading.forces[n + i]];
+    return `tactel ${i + 1}: normal ${normal?.toFixed(2)} of ${force.toFixed(2)}, tangential ${tangential?.toFixed(2)} of ${state.tangential[i].toFixed(2)}`;
+  });
+  return `Forces read, of the true ones, in newtons. ${parts.join("; ")}.`;
+}

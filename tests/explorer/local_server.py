@@ -1,0 +1,44 @@
+"""The explorer in a process of its own, for browsers."""
+
+import multiprocessing
+import socket
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+
+from fringeforce.design import load_sensor
+from fringeforce.explorer.server import serve
+from fringeforce.explorer.session import Start
+
+TOKEN = "token-of-the-tests"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def _serve(port: int, ready: Connection) -> None:
+    serve(Start(load_sensor("saad")), TOKEN, "127.0.0.1", port, ready.send)
+
+
+class LocalServer:
+    """The explorer in a process of its own, which can be killed and started again."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self.address = f"http://127.0.0.1:{self.port}/{TOKEN}/"
+        self.process: BaseProcess | None = None
+
+    def start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        told, tell = context.Pipe(duplex=False)
+        self.process = context.Process(target=_serve, args=(self.port, tell))
+        self.process.start()
+        assert told.poll(60), "the server did not start"
+        assert told.recv() == self.address
+
+    def stop(self) -> None:
+        if self.process is not None:
+            self.process.terminate()
+            self.process.join(20)

@@ -1,0 +1,254 @@
+"""What the server answers, and to whom."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocketDisconnect
+
+import fringeforce as ff
+from fringeforce.explorer.protocol import MAX_REQUEST, decoded, encoded
+from fringeforce.explorer.server import application
+from fringeforce.explorer.session import Start
+
+TOKEN = "t" * 32
+HOST = "http://127.0.0.1:8000"
+SOCKET = f"ws://127.0.0.1:8000/{TOKEN}/socket"
+Blocks = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def client(sensor: ff.Sensor) -> Iterator[TestClient]:
+    with TestClient(application(Start(sensor), TOKEN), base_url=HOST) as found:
+        yield found
+
+
+Ask = Callable[..., tuple[dict[str, Any], Blocks]]
+
+
+@pytest.fixture
+def socket(client: TestClient) -> Iterator[WebSocketTestSession]:
+    with client.websocket_connect(SOCKET, headers={"Origin": HOST}) as found:
+        assert decoded(found.receive_bytes())[0]["type"] == "hello"
+        yield found
+
+
+@pytest.fixture
+def ask(socket: WebSocketTestSession) -> Ask:
+    def asked(**header: object) -> tuple[dict[str, Any], Blocks]:
+        socket.send_bytes(encoded(header))
+        return decoded(socket.receive_bytes())
+
+    return asked
+
+
+def test_the_page_is_served_to_who_knows_the_token_and_keeps_to_itself(client: TestClient) -> None:
+    answer = client.get(f"/{TOKEN}/")
+    assert answer.status_code == 200
+    policy = answer.headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "frame-ancestors 'none'" in policy
+    assert "http:" not in policy
+    assert "unsafe" not in policy
+    assert client.get(f"/{TOKEN}/explorer.js").status_code == 200
+    assert client.get(f"/{TOKEN}/../session.py").status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "status"),
+    [
+        ("/", {}, 404),
+        ("/wrong/", {}, 404),
+        (f"/{TOKEN[:-1]}/", {}, 404),
+        (f"/{TOKEN}/", {"Host": "evil.example"}, 421),
+        (f"/{TOKEN}/", {"Host": "127.0.0.1.evil.example:8000"}, 421),
+        (f"/{TOKEN}/", {"Origin": "https://evil.example"}, 403),
+        (f"/{TOKEN}/", {"Origin": "null"}, 403),
+    ],
+)
+def test_others_get_nothing(
+    client: TestClient, path: str, headers: dict[str, str], status: int
+) -> None:
+    answer = client.get(path, headers=headers)
+    assert answer.status_code == status
+    assert "<html" not in answer.text
+
+
+@pytest.mark.parametrize(
+    ("path", "headers"),
+    [
+        (SOCKET, {}),
+        (SOCKET, {"Origin": "https://evil.example"}),
+        (SOCKET, {"Origin": "http://127.0.0.1:9999"}),
+        (SOCKET.replace("127.0.0.1", "evil.example"), {"Origin": "http://evil.example:8000"}),
+        (SOCKET.replace(TOKEN, "wrong"), {"Origin": HOST}),
+    ],
+)
+def test_a_foreign_page_cannot_open_the_socket(
+    client: TestClient, path: str, headers: dict[str, str]
+) -> None:
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect(path, headers=headers):
+        pass
+
+
+def test_a_message_that_is_too_long_ends_the_conversation(socket: WebSocketTestSession) -> None:
+    socket.send_bytes(b" " * (MAX_REQUEST + 1))
+    with pytest.raises(WebSocketDisconnect) as closed:
+        socket.receive_bytes()
+    assert closed.value.code == 1009
+
+
+def test_a_page_that_speaks_in_text_is_let_go(socket: WebSocketTestSession) -> None:
+    socket.send_text("hello")
+    with pytest.raises(WebSocketDisconnect):
+        socket.receive_bytes()
+
+
+def test_the_page_gets_the_library_s_numbers(ask: Ask, model: ff.SensorModel) -> None:
+    header, blocks = ask(type="design", id=1)
+    assert header["type"] == "model"
+    assert header["values"]["transducer.compliant.thickness"] == "0.5 mm"
+    psi = model.pixel_influence.reshape(len(model.pixel_influence), -1)
+    np.testing.assert_allclose(blocks["psi"].T, psi, rtol=1e-6, atol=1e-6)
+    figures = {figure["key"]: figure["value"] for figure in header["figures"]}
+    phase = model.phase(ff.polar(1.0, 10, n=11))
+    assert figures["peak"] == pytest.approx(np.abs(phase).max(), rel=1e-12)
+    assert figures["condition"] == pytest.approx(np.linalg.cond(psi), rel=1e-9)
+
+
+def test_depth_integrated_picture_of_stress_is_the_phase(ask: Ask, model: ff.SensorModel) -> None:
+    """Eq. (1): the cells of sigma_x, summed through the clear layer, are the influence matrix."""
+    header, blocks = ask(type="design", id=1)
+    constant = 6.409e-3  # K_t of the paper [rad/(Pa m)]
+    stress = blocks["stress_clear"][:, 0]  # loads, rows, columns
+    integral = 2 * constant * stress.sum(axis=1) * header["layers"][1] / stress.shape[1]
+    columns = stress.shape[2]
+    x = ((np.arange(columns) + 0.5) / columns - 0.5) * header["strip"]["length"]
+    expected = model.influence(x).reshape(columns, -1).T
+    assert np.linalg.norm(integral - expected) < 0.02 * np.linalg.norm(expected)
+
+
+def test_the_skin_sinks_where_it_is_pressed_and_the_base_stays(ask: Ask) -> None:
+    _, blocks = ask(type="design", id=1)
+    moved = blocks["moved"]  # loads, (u, w), columns, rows
+    assert (moved[:, :, :, 0] == 0).all()
+    for tactel, x in enumerate(blocks["tactels"]):
+        column = np.abs(blocks["mesh_x"] - x).argmin()
+        assert moved[tactel, 1, column, -1] == moved[tactel, 1].min() < 0
+        assert moved[11 + tactel, 0, column, -1] == moved[11 + tactel, 0].max() > 0
+
+
+def test_a_reading_is_the_library_s_of_the_same_frame(ask: Ask, model: ff.SensorModel) -> None:
+    ask(type="design", id=1)
+    forces = ff.polar(0.8, 5, n=11)
+    header, blocks = ask(type="read", id=2, design=1, forces=forces.tolist(), seed=5)
+    frame = model.expose(forces, rng=5)
+    np.testing.assert_array_equal(blocks["frame"], frame)
+    reading = model.read(frame)
+    assert header["status"] == reading.status.name
+    np.testing.assert_allclose(blocks["forces"], reading.forces, atol=1e-5)
+    np.testing.assert_allclose(blocks["std"], reading.std, rtol=1e-4)
+    # the deviation of the phase, by drawing loads from the reading's covariance
+    loads = np.random.default_rng(0).multivariate_normal(
+        reading.forces.ravel(), reading.covariance, 4000
+    )
+    spread = model.phase(loads.reshape(-1, 2, 11)).std(axis=0)
+    np.testing.assert_allclose(blocks["phase_std"], spread, rtol=0.1, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"transducer.compliant.thickness": "0.5"}, "has no unit"),
+        ({"transducer.compliant.thickness": "-1 mm"}, "must be greater than 0"),
+        ({"transducer.photoelastic.poissons_ratio": 0.5}, "must be less than 0.5"),
+        ({"transducer.edges": "glued"}, "must be 'free' or 'roller'"),
+        ({"tactels.pitch": "3 mm"}, "beyond the strip's end"),
+        ({"camera.bits": 6}, "lower the amplitude"),
+        ({"camera.pixels": 10**6}, "must be 8192 or less"),
+        ({"tactels.count": 100, "tactels.pitch": "0.1 mm"}, "must be 64 or less"),
+        ({"transducer.length": "9 m"}, "times the strip's"),
+        ({"transducer.compliant.thickness": "0.5 m"}, "times the strip's"),
+        ({"nonsense.path": 1}, "no part 'nonsense'"),
+        ({"polariscope.wavelength": "1e-60 m"}, "single precision"),
+    ],
+)
+def test_bad_values_are_refused_in_the_library_s_words(
+    ask: Ask, changes: dict[str, object], words: str
+) -> None:
+    header, _ = ask(type="design", id=1, changes=changes)
+    assert header["type"] == "refused"
+    assert (header["id"], header["of"]) == (1, "design")
+    assert words in header["text"]
+
+
+def test_forces_that_do_not_fit_and_designs_that_are_gone_are_refused(ask: Ask) -> None:
+    ask(type="design", id=1)
+    header, _ = ask(type="read", id=2, design=1, forces=[[1.0], [0.0]])
+    assert "do not fit this sensor" in header["text"]
+    header, _ = ask(type="read", id=3, design=9, forces=[[1.0] * 11] * 2)
+    assert header["stale"]
+
+
+def test_downloads_read_back_to_what_was_shown(ask: Ask, tmp_path: Any) -> None:
+    ask(type="design", id=1, changes={"transducer.edges": "roller"})
+    load = {"design": 1, "forces": [[1.0] * 11, [0.1] * 11], "seed": 3}
+    for kind, name in {"design": "d.toml", "model": "m.h5", "forces": "f.csv"}.items():
+        header, blocks = ask(type="download", id=2, kind=kind, **load)
+        assert header["name"].startswith(kind)
+        (tmp_path / name).write_bytes(blocks["content"].tobytes())
+    assert ff.load_sensor(tmp_path / "d.toml").transducer.edges == "roller"
+    assert ff.load_model(tmp_path / "m.h5").sensor == ff.load_sensor(tmp_path / "d.toml")
+    from fringeforce.tables import load_forces
+
+    np.testing.assert_array_equal(load_forces(tmp_path / "f.csv", 11), [load["forces"]])
+    _, blocks = ask(type="download", id=3, kind="reading", **load)
+    assert blocks["content"].tobytes().startswith(b"frame,tactel,normal_N")
+
+
+def test_of_wishes_that_pile_up_the_last_is_answered_and_most_are_dropped(
+    socket: WebSocketTestSession,
+) -> None:
+    thicknesses = [f"{1 + 0.1 * k:.1f} mm" for k in range(12)]
+    for k, thickness in enumerate(thicknesses):
+        changes = {"transducer.compliant.thickness": thickness}
+        socket.send_bytes(encoded({"type": "design", "id": k, "changes": changes}))
+    answered = []
+    while not answered or answered[-1] != len(thicknesses) - 1:
+        answered.append(decoded(socket.receive_bytes())[0]["id"])
+    assert len(answered) < len(thicknesses)
+
+
+def test_a_worker_that_dies_is_replaced(client: TestClient, ask: Ask) -> None:
+    import multiprocessing
+
+    ask(type="design", id=1)
+    for child in multiprocessing.active_children():
+        child.kill()
+        child.join()
+    changes = {"transducer.compliant.thickness": "0.77 mm"}
+    assert ask(type="design", id=2, changes=changes)[0]["type"] == "model"
+    forces = [[1.0] * 11, [0.0] * 11]
+    assert ask(type="read", id=3, design=2, forces=forces)[0]["status"] == "OK"
+
+
+def test_a_loaded_model_is_shown_as_it_is(model: ff.SensorModel) -> None:
+    import pickle
+    from dataclasses import replace
+
+    measured = replace(model, psi=model.psi * 1.25)
+    start = Start(model.sensor, pickle.dumps(measured))
+    headers = {"Origin": HOST}
+    with (
+        TestClient(application(start, TOKEN), base_url=HOST) as client,
+        client.websocket_connect(SOCKET, headers=headers) as socket,
+    ):
+        socket.receive_bytes()
+        peaks = []
+        for k, changes in enumerate([{}, {"transducer.edges": "roller"}]):
+            socket.send_bytes(encoded({"type": "design", "id": k, "changes": changes}))
+            peaks.append(np.abs(decoded(socket.receive_bytes())[1]["psi"]).max())
+    assert peaks[0] == pytest.approx(np.abs(measured.pixel_influence).max(), rel=1e-6)
+    assert peaks[1] < np.abs(model.pixel_influence).max() * 1.1

@@ -1,0 +1,127 @@
+"""Several pictures of one strip: bounds from the literature of interferometry, and readings."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import fringeforce as ff
+from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.loads import polar
+
+N, FRAMES = 11, 60
+ARRANGEMENTS = {
+    "dark field": [{}],
+    "quarter-wave bias": [{"bias": 90}],
+    "dark and bright field": [{}, {"bias": 180}],
+    "quadrature": [{}, {"bias": 90}],
+    "three colours": [{}, {"wavelength": "532 nm"}, {"wavelength": "450 nm"}],
+    "four orientations": [{"bias": bias} for bias in (0, 90, 180, 270)],
+}
+PLATES = {"retardance_error": 4.0, "angle_error": 1.5, "extinction_ratio": 0.01}
+
+
+@pytest.fixture(scope="module")
+def models(sensor: ff.Sensor) -> dict[str, ff.SensorModel]:
+    return {
+        name: ff.characterize(sensor.replace(**{"polariscope.channels": channels}))
+        for name, channels in ARRANGEMENTS.items()
+    }
+
+
+def contacts(rng: np.random.Generator, count: int) -> np.ndarray:
+    size, angle = rng.uniform(0, 3, (count, N)), np.radians(rng.uniform(-20, 20, (count, N)))
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+
+
+def bound(model: ff.SensorModel, forces: np.ndarray) -> np.ndarray:
+    psi = model.frame_influence
+    return cramer_rao_bound(psi @ forces.ravel(), psi, model.response).reshape(2, N)
+
+
+@pytest.mark.parametrize("name", ARRANGEMENTS)
+def test_readings_scatter_as_the_bound_of_the_arrangement_predicts(models, name) -> None:
+    model, rng = models[name], np.random.default_rng(1)
+    off, bounds, inside = [], [], []
+    for load in contacts(rng, FRAMES):
+        reading = model.read(model.expose(load, rng=rng))
+        assert reading.status is ff.Status.OK
+        assert reading.phase.shape == (model.sensor.camera.pixels,)
+        off.append(reading.forces - load)
+        bounds.append(bound(model, load))
+        inside.append(np.abs(off[-1]) < 1.96 * reading.std)
+    # 1,320 forces: the root mean square is known to 3 %
+    assert np.sqrt(np.mean(np.square(off)) / np.mean(np.square(bounds))) == pytest.approx(
+        1, abs=0.1
+    )
+    assert 0.92 < np.mean(inside) < 0.98
+
+
+def test_two_pictures_in_quadrature_do_not_care_where_the_phase_is(models) -> None:
+    """sin^2 + cos^2 = 1: information is that of the influence matrix alone."""
+    model = models["quadrature"]
+    psi = model.pixel_influence.reshape(-1, 2 * N)
+    slope = model.sensor.camera.amplitude / 2
+    flat = np.sqrt(np.diag(np.linalg.inv(psi.T @ psi * slope**2 / model.response.variance)))
+    for load in contacts(np.random.default_rng(2), 3):
+        assert_allclose(bound(model, load).ravel(), flat, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["quarter-wave bias", "quadrature", "four orientations"])
+def test_a_bias_tells_pure_shear_from_its_negative(models, name) -> None:
+    model, shear = models[name], np.zeros((2, N))
+    shear[1, 4] = -0.5
+    reading = model.read(model.expose(shear, rng=3))
+    assert reading.status is ff.Status.OK
+    assert (np.abs(reading.forces - shear) < 5 * reading.std).all()
+
+
+@pytest.mark.parametrize("name", ["quadrature", "quarter-wave bias"])
+def test_a_live_reader_follows_all_channels(models, name) -> None:
+    model, rng = models[name], np.random.default_rng(4)
+    forces = np.linspace(0.8, 1.2, 30)[:, None, None] * polar(1.0, 10, N)
+    frames = model.expose(forces, rng=rng)
+    reader = ff.Reader(model)
+    readings = list(reader.stream(frames))
+    assert np.mean([reading.tracked for reading in readings]) > 0.9
+    off = np.array([r.forces - load for r, load in zip(readings, forces, strict=True)])
+    deviations = np.array([r.std for r in readings])
+    assert np.mean((off / deviations) ** 2) == pytest.approx(1, abs=0.25)
+    batch = ff.Reader(model).read_batch(frames)
+    assert_allclose(batch.forces, [r.forces for r in readings], atol=0.1 * deviations.max())
+
+
+def test_wrong_plates_move_bias_and_contrast_and_readings_know(sensor) -> None:
+    real = ff.characterize(sensor.replace(**{"polariscope.plates": PLATES}))
+    assert (np.asarray(real.response.amplitude) < sensor.camera.amplitude).all()
+    load = polar(1.0, 10, N)
+    frame = real.expose(load, rng=5)
+    assert (np.abs(real.read(frame).forces - load) < 5 * real.read(frame).std).all()
+    assert ff.characterize(sensor).read(frame).status is ff.Status.MODEL_MISMATCH
+
+
+def test_a_design_with_channels_survives_its_text(sensor, tmp_path) -> None:
+    channels = ARRANGEMENTS["three colours"]
+    rich = sensor.replace(**{"polariscope.channels": channels, "polariscope.plates": PLATES})
+    path = tmp_path / "rich.toml"
+    path.write_text(rich.to_toml())
+    assert ff.load_sensor(path) == rich
+    model = ff.characterize(rich)
+    model.save(tmp_path / "m.h5")
+    assert ff.load_model(tmp_path / "m.h5").sensor == rich
+    tables = "".join(f"[[polariscope.channels]]\nbias = {b}\n" for b in (0, 90))
+    path.write_text(sensor.to_toml().replace("[camera]", f"{tables}[camera]"))
+    assert len(ff.load_sensor(path).polariscope.channels) == 2
+
+
+def test_a_frame_of_another_number_of_channels_is_a_bad_frame(models) -> None:
+    frame = models["dark field"].expose(polar(1.0, 10, N), rng=6)
+    reading = models["quadrature"].read(frame)
+    assert reading.status is ff.Status.BAD_FRAME
+    assert "(2, 2048)" in reading.advice
+
+
+def test_benches_of_several_channels_are_refused_with_a_remedy(models) -> None:
+    model = models["quadrature"]
+    forces = contacts(np.random.default_rng(7), 5)
+    with pytest.raises(ff.FringeforceError, match="one dark field"):
+        ff.calibrate(model.sensor, model.expose(forces, rng=8), forces)
