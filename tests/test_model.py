@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fringeforce as ff
-from fringeforce.model import named_mesh
 
 TACTELS = 11
 
@@ -63,7 +62,7 @@ def test_polar_forces_have_their_magnitude_and_angle() -> None:
     [
         (lambda m: m.phase(np.zeros((2, 5))), ["(2, 5)", "(..., 2, 11)"]),
         (lambda m: m.influence([0.02]), ["0.02", "0.0125"]),
-        (lambda m: named_mesh("fine", m.sensor), ["'fine'", "'paper'"]),
+        (lambda m: ff.characterize(m.sensor, "fine"), ["'fine'", "'paper'"]),
         (lambda m: ff.polar(1.0, 10), ["give n"]),
         (lambda m: ff.polar([1.0, 2.0], 10, n=3), ["3", "2"]),
     ],

@@ -40,3 +40,20 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArr
     if n not in (None, forces.shape[1]):
         raise InputError(f"n = {n}, but magnitude and angle are given for {forces.shape[1]}.")
     return forces
+
+
+def checked_loads(forces: ArrayLike, tactels: int) -> NDArray[np.float64]:
+    """Forces as floats of shape (..., 2, tactels) [N].
+
+    Raises
+    ------
+    InputError
+        If they are those of another number of tactels.
+    """
+    loads = np.asarray(forces, dtype=float)
+    if loads.shape[-2:] != (2, tactels):
+        raise InputError(
+            f"Forces of shape {loads.shape} do not fit this sensor; its {tactels} tactels "
+            f"need (..., 2, {tactels}): normal forces first, then tangential ones."
+        )
+    return loads

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,10 @@ from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import Calibration, Imaging, camera_response
+from fringeforce.loads import checked_loads
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
-from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
+from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.jones import Fringe
@@ -160,7 +161,7 @@ class SensorModel:
             Phase lead [rad].
         """
         influence = self.pixel_influence if x is None else self.influence(x)
-        loads = self._checked(forces)
+        loads = checked_loads(forces, self.sensor.tactels.count)
         flat = loads.reshape(*loads.shape[:-2], -1)
         return flat @ influence.reshape(len(influence), -1).T
 
@@ -217,7 +218,10 @@ class SensorModel:
         ndarray, shape (..., *frame_shape)
             With a standard deviation of one if the model explains the frames.
         """
-        loads, grey = self._checked(forces), np.asarray(frames, dtype=float)
+        loads, grey = (
+            checked_loads(forces, self.sensor.tactels.count),
+            np.asarray(frames, dtype=float),
+        )
         phase = loads.reshape(*loads.shape[:-2], -1) @ self.frame_influence.T
         expected = self.response.level(phase)
         left = -misfit(grey.reshape(expected.shape), expected, self.response).slope
@@ -240,25 +244,15 @@ class SensorModel:
 
         save_model(self, path)
 
-    def _checked(self, forces: ArrayLike) -> Array:
-        loads = np.asarray(forces, dtype=float)
-        expected = (2, self.sensor.tactels.count)
-        if loads.shape[-2:] != expected:
-            raise InputError(
-                f"Forces of shape {loads.shape} do not fit this sensor; its {expected[1]} tactels "
-                f"need (..., 2, {expected[1]}): normal forces first, then tangential ones."
-            )
-        return loads
 
-
-def characterize(sensor: Sensor, mesh: Mesh | Literal["paper"] | None = None) -> SensorModel:
+def characterize(sensor: Sensor, mesh: Mesh | str | None = None) -> SensorModel:
     """Reduce a design to its influence matrix, with finite elements (Section III of the paper).
 
     Parameters
     ----------
     sensor : Sensor
         The design.
-    mesh : Mesh or "paper", optional
+    mesh : Mesh or str, optional
         The elements; those that the design asks for if not given.
 
     Returns
@@ -270,7 +264,7 @@ def characterize(sensor: Sensor, mesh: Mesh | Literal["paper"] | None = None) ->
     if mesh is None:
         mesh = strip_mesh(transducer, positions)
     elif isinstance(mesh, str):
-        mesh = named_mesh(mesh, sensor)
+        mesh = named_mesh(mesh, transducer, positions)
     return reduced(sensor, unit_displacements(transducer, positions, mesh))
 
 
@@ -298,11 +292,3 @@ def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:
             "unknowns": mesh.unknowns,
         },
     )
-
-
-def named_mesh(name: str, sensor: Sensor) -> Mesh:
-    """A mesh by its name: "paper" for the 201 x 25 nodes of the paper, "default" for our own."""
-    build = {"default": strip_mesh, "paper": paper_mesh}.get(name)
-    if build is None:
-        raise InputError(f"There is no mesh called {name!r}; choose 'default' or 'paper'.")
-    return build(sensor.transducer, sensor.tactels.positions)

@@ -31,10 +31,10 @@ def characterize(
 ) -> None:
     """Reduce a design to its influence matrix, with finite elements."""
     from fringeforce.design import load_sensor
-    from fringeforce.model import characterize, named_mesh
+    from fringeforce.model import characterize
 
     sensor = load_sensor(design)
-    model = characterize(sensor, named_mesh(mesh, sensor))
+    model = characterize(sensor, mesh)
     model.save(output)
     print(
         f"{output}: {sensor.name}; {len(model.x)} stations, {model.provenance['unknowns']} unknowns"

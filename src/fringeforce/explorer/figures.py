@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fringeforce.force.bounds import covariance
-from fringeforce.model import polar
+from fringeforce.loads import polar
 from fringeforce.single_frame import SingleFrameReader
 from fringeforce.summary import fringe_density, surface_strain
 

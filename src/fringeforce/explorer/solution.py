@@ -62,9 +62,7 @@ def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
         If the design cannot be explored.
     """
     check(sensor)
-    displacement = _displacement(
-        sensor.transducer.model_dump_json(), sensor.tactels.model_dump_json()
-    )
+    displacement = _displacement(sensor.transducer, sensor.tactels)
     model = reduced(sensor, displacement) if known is None else known
     reader = SingleFrameReader(model)
     blocks = {
@@ -111,10 +109,9 @@ def _flattened(values: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]
 
 
 @lru_cache(maxsize=8)
-def _displacement(transducer: str, tactels: str) -> Displacement:
-    """Unit displacements of a strip (JSON); light and camera may change without solving again."""
-    strip = Transducer.model_validate_json(transducer)
-    positions = Tactels.model_validate_json(tactels).positions
+def _displacement(strip: Transducer, tactels: Tactels) -> Displacement:
+    """Unit displacements of a strip; light and camera may change without solving again."""
+    positions = tactels.positions
     return unit_displacements(strip, positions, strip_mesh(strip, positions))
 
 

@@ -184,3 +184,17 @@ def _snapped(breaks: Array, marks: Array) -> Array:
     breaks = breaks.copy()
     breaks[np.abs(breaks[:, None] - marks).argmin(axis=0)] = marks
     return breaks
+
+
+def named_mesh(name: str, transducer: Transducer, positions: ArrayLike) -> Mesh:
+    """A mesh by its name: "paper" for the 201 x 25 nodes of the paper, "default" for our own.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    build = {"default": strip_mesh, "paper": paper_mesh}.get(name)
+    if build is None:
+        raise InputError(f"There is no mesh called {name!r}; choose 'default' or 'paper'.")
+    return build(transducer, positions)
