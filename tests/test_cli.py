@@ -10,7 +10,7 @@ import pytest
 
 import fringeforce as ff
 from fringeforce.files import load_frames
-from fringeforce.tables import save_forces
+from fringeforce.tables import load_forces, save_forces
 
 COMMANDS = [
     "new",
@@ -19,6 +19,7 @@ COMMANDS = [
     "simulate",
     "read",
     "live",
+    "plan",
     "calibrate",
     "check",
     "explore",
@@ -138,6 +139,7 @@ def test_a_calibrated_file_passes_the_check_that_the_drawing_fails(place: Path) 
     result = run("calibrate", "s.toml", *options, "--parameter", coefficient, cwd=place)
     assert result.returncode == 0, result.stderr
     assert "0.05 -> 0.05" in result.stdout
+    assert "Readings are expected to err" in result.stdout
     assert ff.load_model(
         place / "c.h5"
     ).sensor.transducer.photoelastic.strain_optic_coefficient == (pytest.approx(0.053, rel=2e-3))
@@ -145,3 +147,17 @@ def test_a_calibrated_file_passes_the_check_that_the_drawing_fails(place: Path) 
     assert (passed.returncode, passed.stdout.split()[-1]) == (0, "passed"), passed.stdout
     failed = run("check", "m.h5", "unseen.npy", "loads.csv", cwd=place)
     assert (failed.returncode, failed.stdout.split()[-1]) == (1, "failed"), failed.stderr
+
+
+def test_planned_presses_are_loads_within_the_limits(tmp_path: Path) -> None:
+    small = ff.load_sensor("saad").replace(**{"camera.pixels": 256})
+    (tmp_path / "s.toml").write_text(small.to_toml())
+    parameter = "transducer.photoelastic.strain_optic_coefficient"
+    options = ["--largest", "1500 mN", "--friction", "0.5", "--parameter", parameter]
+    result = run("plan", "s.toml", "--presses", "3", "-o", "p.csv", *options, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert parameter in result.stdout
+    normal, tangential = np.moveaxis(load_forces(tmp_path / "p.csv", 11), 1, 0)
+    assert normal.shape == (3, 11)
+    assert np.hypot(normal, tangential).max() <= 1.5 * (1 + 1e-6)
+    assert (np.abs(tangential) <= 0.5 * normal + 1e-9).all()

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from fringeforce.acquisition.live import live
     from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
+    from fringeforce.calibration.candidates import Limits
+    from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.calibration.references import References
     from fringeforce.cameras.choice import open_camera
     from fringeforce.contact import Contact, Friction
@@ -27,12 +29,15 @@ __all__ = [
     "Contact",
     "Friction",
     "FringeforceError",
+    "Limits",
+    "Plan",
     "Reader",
     "Reading",
     "References",
     "Sensor",
     "SensorModel",
     "Status",
+    "assess_presses",
     "calibrate",
     "characterize",
     "live",
@@ -40,6 +45,7 @@ __all__ = [
     "load_sensor",
     "open_camera",
     "open_sink",
+    "plan_presses",
     "polar",
     "recover_phase",
 ]
@@ -49,13 +55,17 @@ _HOME = {
     "Contact": "contact",
     "Friction": "contact",
     "FringeforceError": "errors",
+    "Limits": "calibration.candidates",
+    "Plan": "calibration.planning",
     "Reader": "reader",
     "Reading": "reading",
     "References": "calibration.references",
     "Status": "reading",
     "Sensor": "design",
     "SensorModel": "model",
+    "assess_presses": "calibration.planning",
     "calibrate": "calibration.calibrate",
+    "plan_presses": "calibration.planning",
     "characterize": "model",
     "live": "acquisition.live",
     "load_model": "files",

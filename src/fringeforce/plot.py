@@ -234,6 +234,25 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
         residuals(ax, left, found.outliers if found else (), found.dead if found else ())
 
 
+def draw_plan(ratio: ArrayLike, path: Path) -> None:
+    """Write a picture of what calibration errors add to readings, over the number of presses.
+
+    Parameters
+    ----------
+    ratio : array_like, shape (k + 1,)
+        Error of readings over that of a perfectly known sensor, from no press on.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    excess = np.asarray(ratio)[1:] - 1
+    with _picture(path) as ax:
+        ax.semilogy(1 + np.arange(len(excess)), 100 * excess, "o-", markersize=4)
+        ax.set(xlabel="presses", ylabel="readings err more than\nwith a known sensor by [%]")
+
+
 @contextmanager
 def _picture(path: Path) -> Iterator[Axes]:
     """Axes of a picture that is written at the end."""

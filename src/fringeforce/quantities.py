@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-EXAMPLES = {"meter": '"0.5 mm"', "pascal": '"11 MPa"'}
+EXAMPLES = {"meter": '"0.5 mm"', "pascal": '"11 MPa"', "newton": '"3 N"'}
 _PLEASANT = {"meter": ("mm", "um", "nm", "m"), "pascal": ("MPa", "kPa", "Pa")}
 
 
@@ -28,7 +28,7 @@ def parse_quantity(text: str, unit: str) -> float:
     text : str
         A number and a unit, in any spelling that pint knows.
     unit : str
-        The SI unit that the quantity must be convertible to, "meter" or "pascal".
+        The SI unit that the quantity must be convertible to, "meter", "pascal" or "newton".
 
     Returns
     -------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fringeforce.calibration.planning import GAIN, Plan
 from fringeforce.design import Layer
 from fringeforce.design_text import unit_at
 from fringeforce.loads import polar
@@ -89,6 +90,25 @@ def calibration_summary(model: SensorModel) -> list[str]:
     unknowns = zip(found.names, found.drawing, found.values, found.std, strict=True)
     lines = [f"  {name:<{width}}  {_change(model, name, *numbers)}" for name, *numbers in unknowns]
     return [*lines, f"  reduced chi-square {found.chi2:.4g}", *found.findings]
+
+
+def plan_summary(plan: Plan) -> list[str]:
+    """What planned presses are expected to achieve, in lines."""
+    width = max(map(len, plan.names))
+    lines = [f"  {'unknown':<{width}}  {'value':>10}  {'std before':>10}  {'std after':>10}"]
+    lines += [
+        f"  {name:<{width}}  {value:>10.4g}  {before:>10.2g}  {after:>10.2g}"
+        for name, value, before, after in zip(
+            plan.names, plan.values, plan.std[0], plan.std[-1], strict=True
+        )
+    ]
+    lines.append("  error of readings, over that of a perfectly known sensor")
+    count = len(plan.loads)
+    shown = sorted({0, *(k for k in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500) if k < count), count})
+    lines += [f"  after {k:>4} presses  {plan.ratio[k]:>10.4g}" for k in shown]
+    if plan.enough < count:
+        lines.append(f"  presses after number {plan.enough} gain less than {GAIN:.0%} all together")
+    return lines
 
 
 def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.column_fit import ColumnFit
+from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.imaging_modes import fitted_imaging
-from fringeforce.calibration.normal_equations import EVERY
 from fringeforce.force.bounds import covariance
 from fringeforce.imaging import Imaging
 

@@ -144,16 +144,16 @@ def _light(bench: Bench, references: Mask) -> list[str]:
 def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
     recorded = bench.loads[row].reshape(2, -1)
-    said = f"Frame {row}, recorded as {_named(recorded)}, contradicts the others and was left out"
+    said = f"Frame {row}, recorded as {named(recorded)}, contradicts the others and was left out"
     reading = model.read(bench.levels[row])
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
-        return f"{said}; it looks like {_named(clear)}{unsure}."
+        return f"{said}; it looks like {named(clear)}{unsure}."
     return f"{said}; no load explains it: the press may have slipped."
 
 
-def _named(forces: Array) -> str:
+def named(forces: Array) -> str:
     """The largest of some forces in words."""
     largest = np.abs(forces).max()
     if largest == 0:

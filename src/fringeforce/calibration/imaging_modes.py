@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.bench import Bench
+from fringeforce.calibration.derivatives import EVERY, matrix_changes
 from fringeforce.calibration.frame_fit import Fit
-from fringeforce.calibration.normal_equations import EVERY, matrix_changes
 from fringeforce.calibration.references import pattern_response, pattern_variance
 from fringeforce.imaging import Imaging
 

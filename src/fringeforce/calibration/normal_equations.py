@@ -6,19 +6,20 @@ likeliest values wherever the others are evaluated, and eliminated from the norm
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
+from fringeforce.calibration.bench import Bench, Unknowns
+from fringeforce.calibration.derivatives import Derivatives, matrix_changes
 from fringeforce.calibration.design_tangent import DesignTangent
 from fringeforce.force.likelihood import Response, misfit
 
 Array = NDArray[np.float64]
 
-EVERY = slice(None)
-"""All pixels."""
 SUSPECT = 3.0
 """Times the median misfit beyond which a frame loses weight."""
 
@@ -43,6 +44,8 @@ class View:
         Own gain and offset of the frames, in units of their deviations.
     slopes : ndarray, shape (F, P)
         Residuals in units of the noise.
+    averaged : ndarray, shape (F,)
+        How many frames each row is the mean of.
     """
 
     phase: Array
@@ -52,40 +55,20 @@ class View:
     shifts: Array
     drift: Array
     slopes: Array
+    averaged: Array
 
-
-@dataclass(frozen=True, eq=False)
-class Derivatives:
-    """What the levels of every frame change with, in units of the noise.
-
-    Attributes
-    ----------
-    loads : ndarray, shape (F, 2n)
-        Known loads [N].
-    weights : ndarray, shape (F, P)
-        Of all levels.
-    turn : ndarray, shape (F, P)
-        Derivative by the phase [1/rad].
-    lit : ndarray, shape (2, F, P)
-        Derivatives by amplitude and offset [1 / grey levels].
-    changes : ndarray, shape (d + 2, P, 2n)
-        Derivatives of the matrix by the design and the camera's place [rad/N].
-    """
-
-    loads: Array
-    weights: Array
-    turn: Array
-    lit: Array
-    changes: Array
-
-    @property
-    def moving(self) -> Array:
-        """Derivatives by design and place of the camera, shape (d + 2, F, P)."""
-        return self.turn * (self.loads @ np.swapaxes(self.changes, 1, 2))
-
-    def by_matrix(self, levels: Array) -> Array:
-        """Mixed derivatives by every pixel's matrix and what changes levels (..., F, P)."""
-        return np.swapaxes(self.weights * self.turn * levels, -1, -2) @ self.loads
+    def rows(self, chosen: slice) -> View:
+        """Some of the frames."""
+        return View(
+            phase=self.phase[chosen],
+            light=self.light[chosen],
+            response=self.response,
+            scale=self.scale[chosen],
+            shifts=self.shifts[:, chosen],
+            drift=self.drift[:, chosen],
+            slopes=self.slopes[chosen],
+            averaged=self.averaged[chosen],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +122,83 @@ class Normal:
         return np.block([[self.hessian, self.side], [self.side.T, corner]])
 
 
+@dataclass(frozen=True, eq=False)
+class LevelSlopes:
+    """Derivatives of the expected grey levels by all unknowns, in units of the noise.
+
+    Attributes
+    ----------
+    view : View
+        Where they were taken.
+    loads : ndarray, shape (F, 2n)
+        Known loads [N].
+    turn : ndarray, shape (F, P)
+        By the phase [1/rad].
+    changes : ndarray, shape (d + 2, P, 2n)
+        Those of the matrix by the design and the camera's place [rad/N].
+    lit : ndarray, shape (2, F, P)
+        By amplitude and offset at the pixel.
+    basis : ndarray, shape (P, k)
+        Smooth functions that make up the lighting.
+    """
+
+    view: View
+    loads: Array
+    turn: Array
+    changes: Array
+    lit: Array
+    basis: Array
+
+    @cached_property
+    def moving(self) -> Array:
+        """By the design and the camera's place, shape (d + 2, F, P)."""
+        return self.turn * (self.loads @ np.swapaxes(self.changes, 1, 2))
+
+    @property
+    def dense(self) -> Array:
+        """Unknown by unknown of the bench, shape (d + 2 + 2k, F, P)."""
+        return np.concatenate([self.moving, *self.lit[:, None] * self.basis.T[None, :, None]])
+
+    def frames(self) -> Iterator[LevelSlopes]:
+        """Those of one frame after the other."""
+        for row in range(len(self.turn)):
+            one = slice(row, row + 1)
+            yield replace(
+                self,
+                view=self.view.rows(one),
+                loads=self.loads[one],
+                turn=self.turn[one],
+                lit=self.lit[:, one],
+            )
+
+    def normal(self, weight: Array) -> Normal:
+        """Normal equations of the frames, with weights (P,) of the pixels."""
+        view, moving, lit, basis = self.view, self.moving, self.lit, self.basis
+        shares = frame_weights(view.slopes, view.averaged)
+        weights = shares[:, None] * weight
+        heavy = weights * lit
+        flat = (moving * np.sqrt(weights)).reshape(len(moving), -1)
+        to_pixels = np.einsum("mfp,kfp->mkp", moving, heavy)
+        pixels = np.einsum("afp,bfp->abp", heavy, lit)
+        mixed = np.concatenate(list(np.moveaxis(to_pixels @ basis, 1, 0)), axis=1)
+        block = np.block([[basis.T @ (each[:, None] * basis) for each in row] for row in pixels])
+        pixel_gradient = (heavy * view.slopes).sum(axis=1)
+        to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
+        lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
+        return Normal(
+            view=view,
+            derivatives=Derivatives(self.loads, weights, self.turn, lit, self.changes),
+            gradient=np.concatenate([flat @ (view.slopes * np.sqrt(weights)).ravel(),
+                                     (pixel_gradient @ basis).ravel()]),
+            hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
+            side=to_frames,
+            own=own,
+            coupling=np.concatenate([np.moveaxis(to_pixels, 2, 0), lights, drifting], axis=1),
+            pixel_gradient=pixel_gradient,
+            pixels=pixels,
+        )  # fmt: skip
+
+
 def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None) -> View:
     """Compare all frames with what the unknowns let expect.
 
@@ -163,13 +223,13 @@ def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | Non
     gain, offset = bench.drift
     if not (gain or offset):
         none = np.empty((2, 0, light.shape[1]))
-        return View(phase, light, response, scale, none, np.zeros((2, 0)), slopes)
+        return View(phase, light, response, scale, none, np.zeros((2, 0)), slopes, bench.averaged)
     shifts = np.stack([gain * response.amplitude * light, np.full_like(light, offset)]) * scale
     even = np.ones(light.shape[1]) if weight is None else weight
     drift = own_light(slopes, shifts, even)
     level = level + np.einsum("cf,cfp->fp", drift, shifts) / scale
     slopes = misfit(bench.levels, level, response).slope * root
-    return View(phase, light, response, scale, shifts, drift, slopes)
+    return View(phase, light, response, scale, shifts, drift, slopes, bench.averaged)
 
 
 def own_light(slopes: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
@@ -191,64 +251,26 @@ def frame_weights(slopes: Array, averaged: Array) -> Array:
 
 def linearised(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Normal:
     """Normal equations of all frames; parameters as in `seen`."""
-    view, basis = seen(bench, at, tangent, weight), bench.basis
-    shares = frame_weights(view.slopes, bench.averaged)
-    derivatives = _derivatives(bench, at, tangent, view, shares[:, None] * weight)
-    weights, lit, moving = derivatives.weights, derivatives.lit, derivatives.moving
-    heavy = weights * lit
-    flat = (moving * np.sqrt(weights)).reshape(len(moving), -1)
-    to_pixels = np.einsum("mfp,kfp->mkp", moving, heavy)
-    pixels = np.einsum("afp,bfp->abp", heavy, lit)
-    mixed = np.concatenate(list(np.moveaxis(to_pixels @ basis, 1, 0)), axis=1)
-    block = np.block([[basis.T @ (each[:, None] * basis) for each in row] for row in pixels])
-    pixel_gradient = (heavy * view.slopes).sum(axis=1)
-    to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
-    lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
-    return Normal(
-        view=view,
-        derivatives=derivatives,
-        gradient=np.concatenate([flat @ (view.slopes * np.sqrt(weights)).ravel(),
-                                 (pixel_gradient @ basis).ravel()]),
-        hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
-        side=to_frames,
-        own=own,
-        coupling=np.concatenate([np.moveaxis(to_pixels, 2, 0), lights, drifting], axis=1),
-        pixel_gradient=pixel_gradient,
-        pixels=pixels,
-    )  # fmt: skip
+    return level_slopes(bench, at, tangent, weight).normal(weight)
 
 
-def _derivatives(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, view: View, weights: Array
-) -> Derivatives:
-    gain = np.ones((len(weights), 1))
+def level_slopes(
+    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
+) -> LevelSlopes:
+    """Derivatives of the grey levels of all frames; parameters as in `seen`."""
+    view = seen(bench, at, tangent, weight)
+    gain = np.ones((len(view.slopes), 1))
     if bench.drift[0]:
         gain += bench.drift[0] * view.drift[0][:, None]
-    return Derivatives(
+    even = np.broadcast_to(view.scale, view.light.shape)
+    return LevelSlopes(
+        view=view,
         loads=bench.loads,
-        weights=weights,
         turn=view.response.slope(view.phase) * view.scale * gain,
-        lit=np.stack([view.light * gain * view.scale, np.broadcast_to(view.scale, weights.shape)]),
         changes=matrix_changes(bench, at, tangent),
+        lit=np.stack([view.light * gain * view.scale, even]),
+        basis=bench.basis,
     )
-
-
-def matrix_changes(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, pixels: slice = EVERY
-) -> Array:
-    """Derivatives of the matrix by the design and the camera's place, shape (d + 2, p, 2n).
-
-    Parameters
-    ----------
-    bench, at, tangent
-        As in `seen`.
-    pixels : slice
-        Those that are wanted.
-    """
-    positions = at.positions(bench.sensor)[pixels]
-    slope = tangent.matrix(at.design, positions, slope=True)
-    along = np.stack([slope * SHIFT, slope * bench.sensor.pixel_positions[pixels, None]])
-    return np.concatenate([tangent.at(positions)[1:], along])
 
 
 def _drifting(

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.calibration.bench import Bench, Unknowns
+from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.frame_fit import Fit
-from fringeforce.calibration.normal_equations import EVERY, Normal, linearised, seen
+from fringeforce.calibration.normal_equations import Normal, linearised, seen
 from fringeforce.calibration.pattern import Pattern
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError

@@ -14,6 +14,7 @@ from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
+from fringeforce.cli.planning import plan
 
 __all__ = ["app", "main"]
 
@@ -30,7 +31,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-COMMANDS = (new, characterize, show, simulate, read, live, calibrate, check, explore, reproduce)
+COMMANDS = (
+    *(new, characterize, show, simulate, read, live),
+    *(plan, calibrate, check, explore, reproduce),
+)
 for command in COMMANDS:
     app.command()(command)
 

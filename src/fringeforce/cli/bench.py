@@ -41,6 +41,7 @@ def calibrate(
 
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
+    from fringeforce.calibration.planning import next_presses
     from fringeforce.calibration.references import References
     from fringeforce.design import load_sensor
     from fringeforce.files import load_frames
@@ -63,7 +64,7 @@ def calibrate(
         )
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
-    print("\n".join(calibration_summary(model)))
+    print("\n".join([*calibration_summary(model), next_presses(model, forces)]))
     if plot:
         picture = output.with_suffix(".png")
         draw_residuals(model, images, forces, picture)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design
+from fringeforce.cli.arguments import Design, is_model
 
 
 def new(
@@ -50,16 +50,9 @@ def show(
     from fringeforce.model import characterize
     from fringeforce.summary import summary
 
-    found = load_model(model) if is_hdf5(model) else characterize(load_sensor(model))
+    found = load_model(model) if is_model(model) else characterize(load_sensor(model))
     facts = summary(found)
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)
     for name, value in facts:
         print(f"  {name:<{width}}  {value}")
-
-
-def is_hdf5(path: str) -> bool:
-    """Whether a file is HDF5, by its ending or its content."""
-    from h5py import is_hdf5
-
-    return Path(path).suffix.lower() in (".h5", ".hdf5", ".nc") or is_hdf5(path)

@@ -21,13 +21,13 @@ def explore(
     import pickle
     import webbrowser
 
-    from fringeforce.cli.designs import is_hdf5
+    from fringeforce.cli.arguments import is_model
     from fringeforce.design import load_sensor, shipped_designs
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import Start
 
-    if target not in shipped_designs() and is_hdf5(target):
+    if target not in shipped_designs() and is_model(target):
         from fringeforce.files import load_model
 
         model = load_model(target)

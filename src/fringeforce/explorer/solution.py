@@ -62,7 +62,8 @@ def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
         If the design cannot be explored.
     """
     check(sensor)
-    displacement = _displacement(sensor.transducer, sensor.tactels)
+    # frozen parts of a design are hashable, which pydantic does not tell the type checker
+    displacement = _displacement(sensor.transducer, sensor.tactels)  # type: ignore[arg-type]
     model = reduced(sensor, displacement) if known is None else known
     reader = SingleFrameReader(model)
     blocks = {

@@ -115,7 +115,16 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
 
 
 def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
-    """Covariance that errors of the expected grey levels add to loads read from a frame.
+    """Covariance that errors of the expected grey levels add to loads read from a frame, (m, m).
+
+    Parameters as in `systematic_errors`.
+    """
+    moved = systematic_errors(pulls, spread, variance)
+    return np.asarray(moved.T @ moved, dtype=float)
+
+
+def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
+    """What errors of the expected grey levels do to loads read from a frame, shape (k, m) [N].
 
     To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
 
@@ -128,8 +137,7 @@ def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array
     variance : float
         Of the noise, sigma^2.
     """
-    moved = pulls @ spread / variance
-    return np.asarray(moved.T @ moved, dtype=float)
+    return pulls @ spread / variance
 
 
 def _phase_variance(influence: Array, loads: Array) -> Array:

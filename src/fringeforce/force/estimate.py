@@ -12,8 +12,8 @@ from fringeforce.force.likelihood import Misfit, Response, misfit
 
 Array = NDArray[np.float64]
 
-THINNED = 4
-"""Every so many pixels enter the Hessian; the gradient takes all of them."""
+THINNED, LEFT = 4, 16
+"""Every so many pixels enter the Hessian, if so many for each load are left; all the gradient."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +98,12 @@ def maximum_likelihood(
     """
     sigma = np.sqrt(response.variance)
     here = _evaluated(frame, influence, response, start)
-    damping = 1e-3
+    damping, every = 1e-3, int(np.clip(len(frame) // (LEFT * len(start)), 1, THINNED))
     for _ in range(steps):
         slope = response.slope(here.phase) / sigma
         gradient = influence.T @ (slope * here.misfit.slope)
-        root = slope[::THINNED] * np.sqrt(THINNED * here.misfit.weight[::THINNED])
-        scaled = influence[::THINNED] * root[:, None]
+        root = slope[::every] * np.sqrt(every * here.misfit.weight[::every])
+        scaled = influence[::every] * root[:, None]
         hessian = scaled.T @ scaled
         diagonal = np.diag(hessian) + 1e-9 * np.trace(hessian) + 1e-12
         before = here.misfit.loss

@@ -1,0 +1,44 @@
+"""Simulated calibrations whose errors, and nothing else, disturb readings."""
+
+import numpy as np
+
+import fringeforce as ff
+from fringeforce.calibration.bench import Bench
+from fringeforce.calibration.frame_fit import climb
+from fringeforce.calibration.knowledge import knowledge
+from fringeforce.force.bounds import covariance
+from fringeforce.force.estimate import maximum_likelihood
+from fringeforce.imaging import camera_response
+
+REPEATS = 40
+
+
+class Simulation:
+    """Frames of loads, fitted; then typical loads read without noise: only the fit's errors act."""
+
+    def __init__(self, model: ff.SensorModel, typical: np.ndarray) -> None:
+        self.model, self.known = model, knowledge(model)
+        truth = model.pixel_influence.reshape(model.sensor.camera.pixels, -1)
+        response, used = camera_response(model.sensor.camera), self.known.used
+        self.typical = typical.reshape(len(typical), -1)
+        self.levels = [response.level(truth @ load)[used] for load in self.typical]
+        spreads = [covariance(truth[used] @ f, truth[used], response) for f in self.typical]
+        self.noise = float(np.mean([np.trace(spread) for spread in spreads]))
+
+    def added(self, loads: np.ndarray) -> np.ndarray:
+        """Squared share of error that each of REPEATS calibrations adds."""
+        rng = np.random.default_rng(6)
+        return np.array([self._one(loads, rng) for _ in range(REPEATS)])
+
+    def _one(self, loads: np.ndarray, rng: np.random.Generator) -> float:
+        frames, sensor = self.model.expose(loads, rng=rng).astype(float), self.model.sensor
+        flat, used = loads.reshape(len(loads), -1), self.known.used
+        bench = Bench(sensor, frames, flat, self.known.bench.basis)
+        at = climb(bench, self.known.unknowns, self.known.tangent, used).unknowns
+        matrix = self.known.tangent.matrix(at.design, at.positions(sensor))[used]
+        response = at.response(bench).at(used)
+        off = [
+            maximum_likelihood(level, matrix, response, load, tolerance=1e-8).loads - load
+            for level, load in zip(self.levels, self.typical, strict=True)
+        ]
+        return float(np.square(off).sum(axis=1).mean() / self.noise)
