@@ -126,7 +126,7 @@ def test_masked_pixels_are_not_looked_at(model: ff.SensorModel) -> None:
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
     whole = model.read(model.expose(forces, rng=0))
     assert reading.std.max() > whole.std.max()
-    with pytest.raises(ff.FringeforceError, match="2048 pixels"):
+    with pytest.raises(ff.FringeforceError, match="2048"):
         model.read(frame, np.ones(2048, dtype=bool))
 
 

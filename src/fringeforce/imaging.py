@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,19 @@ class Imaging:
         none = np.empty((0, pixels))
         usable = np.ones(pixels, dtype=bool)
         return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 2, 0)), none, none)
+
+    def at(self, pixels: NDArray[Any] | slice) -> Imaging:
+        """Imaging of some pixels only, chosen by a mask, by numbers or by a slice."""
+        return replace(
+            self,
+            positions=self.positions[pixels],
+            amplitude=self.amplitude[pixels],
+            offset=self.offset[pixels],
+            usable=self.usable[pixels],
+            influence_modes=self.influence_modes[:, pixels],
+            amplitude_modes=self.amplitude_modes[:, pixels],
+            offset_modes=self.offset_modes[:, pixels],
+        )
 
     def level_modes(self, loads: Array, phase: Array) -> Array:
         """Modes of the grey levels under given loads.

@@ -17,7 +17,7 @@ from fringeforce.judgement import Interpretation, judged
 from fringeforce.phase.folding import Fringes, phase_pace
 from fringeforce.phase.tracking import explanations
 from fringeforce.reading import Status
-from fringeforce.scene import Scene
+from fringeforce.scene import Doubt, Scene
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -44,6 +44,7 @@ def interpret(
     full_scale: int,
     model_error: float = 0.0,
     channels: int = 1,
+    doubt: Doubt | None = None,
 ) -> Interpretation:
     """Explain a frame without any earlier state.
 
@@ -63,9 +64,12 @@ def interpret(
         Relative size of the influence matrix's errors of shape, where it is known.
     channels : int
         Channels that see the same strip along the same pixels.
+    doubt : callable, optional
+        What grey levels are uncertain by besides noise, for given loads and pixels.
     """
     lead = int(np.count_nonzero(used[: len(used) // channels]))
-    scene = Scene(levels[used], influence[used], response.at(used), lead, model_error)
+    lit = response.at(used)
+    scene = Scene(levels[used], influence[used], lit, lead, model_error, used, doubt)
     lines = list(_fringes(levels, used, influence, response, channels))
     tops: list[Estimate] = []
     for starts in explanations(lines):
@@ -87,7 +91,8 @@ def interpret(
     elif max(phase_pace(line.intensity, line.variance).max() for line in lines) > DENSE:
         status = Status.FRINGES_TOO_DENSE
     best = scene.pushing(tops[0])
-    return Interpretation(best.loads, scene.covariance(best), best.misfit.slope, status, [])
+    spread = scene.covariance(best)
+    return Interpretation(best.loads, spread, spread, best.misfit.slope, status, [])
 
 
 def _fringes(
@@ -106,7 +111,7 @@ def _fringes(
             line = np.interp(here, here[own], line[own])
         yield Fringes(
             intensity=(line - lit.offset) / lit.amplitude,
-            variance=float(np.mean(response.variance / lit.amplitude**2)),
+            variance=float(np.median(response.variance / lit.amplitude**2)),
             influence=influence[span],
             bias=float(np.mean(lit.bias)),
         )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fringeforce.force.estimate import Estimate
 from fringeforce.force.likelihood import misfit
+from fringeforce.force.shape import ShapeError
 from fringeforce.reading import Status
 from fringeforce.scene import Scene
 
@@ -42,6 +43,8 @@ class Interpretation:
         The likeliest loads, normal ones first [N].
     covariance : ndarray, shape (2n, 2n)
         Of the loads [N^2].
+    noise : ndarray, shape (2n, 2n)
+        The part of it that noise alone causes [N^2].
     residuals : ndarray, shape (p,)
         What is left of the used pixels, in units of the noise.
     status : Status
@@ -52,6 +55,7 @@ class Interpretation:
 
     loads: Array
     covariance: Array
+    noise: Array
     residuals: Array
     status: Status
     rivals: list[Array]
@@ -80,9 +84,13 @@ def judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
     wrong = scene.shape_error(best, spread)
     if wrong.chance < IMPOSSIBLE and not scene.model_error:
         status = Status.MODEL_MISMATCH
-    size = max(wrong.size if wrong.chance < DOUBTFUL else 0.0, scene.model_error)
-    whole = whole + size**2 * wrong.bias
-    return Interpretation(mean, whole, best.misfit.slope, status, rivals)
+    whole = whole + widening(wrong, scene.model_error) ** 2 * wrong.bias
+    return Interpretation(mean, whole, spread, best.misfit.slope, status, rivals)
+
+
+def widening(wrong: ShapeError, model_error: float) -> float:
+    """Size of errors of shape to allow for: what is known of them, or more if a frame shows it."""
+    return max(wrong.size if wrong.chance < DOUBTFUL else 0.0, model_error)
 
 
 def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
@@ -94,7 +102,7 @@ def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
     # a load and its negative are equally likely, and neither shows: their mean is none
     nothing = Estimate(np.zeros(unknowns), dark, silent)
     spread = scene.covariance(nothing)
-    return Interpretation(nothing.loads, spread, silent.slope, Status.NO_CONTACT, [])
+    return Interpretation(nothing.loads, spread, spread, silent.slope, Status.NO_CONTACT, [])
 
 
 def _rivals(scene: Scene, tops: list[Estimate], spread: Array) -> tuple[Estimate, Array, Array]:

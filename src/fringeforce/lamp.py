@@ -12,6 +12,7 @@ from fringeforce.force.own_light import own_light
 from fringeforce.interpretation import interpret
 from fringeforce.judgement import Interpretation
 from fringeforce.reading import Status
+from fringeforce.scene import Doubt
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -35,6 +36,7 @@ def interpret_in_own_light(
     model_error: float,
     channels: int,
     drift: tuple[float, float],
+    doubt: Doubt | None,
 ) -> Interpretation:
     """Explain a frame, with its own gain and offset where the lamp is known to drift.
 
@@ -46,6 +48,8 @@ def interpret_in_own_light(
         As of `interpret`; the response is that in the light of the calibration.
     drift : pair of float
         Standard deviations of gain and offset from frame to frame; zeros for a steady lamp.
+    doubt : callable or None
+        As of `interpret`.
     """
 
     def explained(shifts: Array) -> Interpretation:
@@ -53,7 +57,7 @@ def interpret_in_own_light(
         lit = replace(
             response, amplitude=response.amplitude * (1 + gain), offset=response.offset + offset
         )
-        return interpret(levels, used, influence, lit, full_scale, model_error, channels)
+        return interpret(levels, used, influence, lit, full_scale, model_error, channels, doubt)
 
     def settled(shifts: Array) -> Interpretation:
         found, added = explained(shifts), 0.0
@@ -63,7 +67,7 @@ def interpret_in_own_light(
                 found.loads,
                 influence[used],
                 response.at(used),
-                found.covariance,
+                found.noise,
                 drift,
             )
             following = np.clip(light.shifts, -LARGEST, LARGEST)
@@ -72,7 +76,7 @@ def interpret_in_own_light(
                 break
             shifts = following
             found = explained(shifts)
-        return replace(found, covariance=found.covariance + added)
+        return replace(found, covariance=found.covariance + added, noise=found.noise + added)
 
     if not any(drift):
         return explained(np.zeros(2))

@@ -5,6 +5,7 @@ Arrays only: grey levels, an influence matrix and the camera's response.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,9 @@ from fringeforce.phase.reflections import reflections
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Doubt = Callable[[Array, Mask], Array]
+"""From loads (2n,) and pixels (P,) to what k independent errors besides noise do to group sums of
+their grey levels in units of the noise, shape (p // GROUP, k)."""
 
 IMAGES = 16
 """Mirror images of one explanation that are tried."""
@@ -39,6 +43,10 @@ class Scene:
         Used pixels of the first channel.
     model_error : float
         Relative size of the influence matrix's errors of shape, where it is known.
+    pixels : ndarray of bool, shape (P,)
+        Which pixels they are.
+    doubt : callable, optional
+        What grey levels are uncertain by besides noise.
     """
 
     frame: Array
@@ -46,16 +54,20 @@ class Scene:
     response: Response
     lead: int
     model_error: float
+    pixels: Mask
+    doubt: Doubt | None = None
 
     def only(self, sound: Mask) -> Scene:
         """The scene without some of its pixels."""
-        lead = int(np.count_nonzero(sound[: self.lead]))
+        lead, pixels = int(np.count_nonzero(sound[: self.lead])), self.pixels.copy()
+        pixels[pixels] = sound
         return replace(
             self,
             frame=self.frame[sound],
             influence=self.influence[sound],
             response=self.response.at(sound),
             lead=lead,
+            pixels=pixels,
         )
 
     def climbed(self, start: Array) -> Estimate:
@@ -73,10 +85,11 @@ class Scene:
         return covariance(estimate.phase, self.influence, self.response)
 
     def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
-        """What the frame says of errors of shape of the influence matrix."""
-        slope = self.response.slope(estimate.phase) / np.sqrt(self.response.variance)
-        residuals = estimate.misfit.slope
-        return shape_error(residuals, slope, self.influence, estimate.loads, spread)
+        """What the frame says of errors of shape that the influence matrix is not known to have."""
+        sigma = np.sqrt(self.response.variance)
+        known = None if self.doubt is None else self.doubt(estimate.loads, self.pixels)
+        slope, residuals = self.response.slope(estimate.phase) / sigma, estimate.misfit.slope
+        return shape_error(residuals, slope, self.influence, estimate.loads, spread, known)
 
     def images(self, estimate: Estimate) -> Array:
         """Mirror images of an explanation in its first channel, the likeliest first."""

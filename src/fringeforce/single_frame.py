@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.doubt import CalibrationDoubt
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
 from fringeforce.force.bounds import covariance as noise_covariance
-from fringeforce.force.bounds import systematic_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
 from fringeforce.judgement import Interpretation
@@ -100,8 +100,17 @@ class SingleFrameReader:
             self.model_error,
             len(self.model.sensor.polariscope.pictures),
             self.drift,
+            self.doubt,
         )
         return found, sound
+
+    @cached_property
+    def doubt(self) -> CalibrationDoubt | None:
+        """What the calibration leaves uncertain, if there was one."""
+        imaging = self.model.imaging
+        if imaging is None or not len(imaging.amplitude_modes):
+            return None
+        return CalibrationDoubt.of(imaging, self.influence, self.model.response)
 
     @property
     def drift(self) -> tuple[float, float]:
@@ -169,9 +178,7 @@ class SingleFrameReader:
 
     def stated(self, found: Interpretation, used: Mask) -> Reading:
         """The reading of an interpretation."""
-        covariance = found.covariance + self.calibration_covariance(
-            found.loads, used, found.covariance
-        )
+        covariance = found.covariance + self.calibration_covariance(found.loads, used, found.noise)
         loads, n = found.loads, len(found.loads) // 2
         limited = np.zeros(n, dtype=bool)
         if self.friction is not None:
@@ -197,20 +204,11 @@ class SingleFrameReader:
         used : ndarray of bool, shape (n_pixels,)
             Pixels that were used.
         spread : ndarray, shape (2n, 2n)
-            Covariance from all other causes [N^2].
+            Covariance from noise alone, which says how far errors of the levels move them [N^2].
         """
-        imaging = self.model.imaging
-        if imaging is None:
+        if self.doubt is None:
             return np.zeros_like(spread)
-        phase = self.influence @ loads
-        modes = imaging.level_modes(loads, phase)[:, used]
-        return systematic_covariance(
-            phase[used],
-            self.influence[used],
-            self.model.response.at(used),
-            spread,
-            modes,
-        )
+        return self.doubt.covariance(loads, used, spread)
 
     def _bad(self, detail: str) -> Reading:
         pixels, unknowns = self.model.sensor.camera.pixels, self.influence.shape[1]

@@ -14,6 +14,7 @@ from fringeforce.force.gauss_newton import Place
 from fringeforce.force.shape import shape_error
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import CHUNK, Single
+from fringeforce.judgement import widening
 from fringeforce.reading import Reading, Status
 from fringeforce.single_frame import SingleFrameReader
 
@@ -158,6 +159,8 @@ class Tracker:
             phase = influence @ loads
             sigma = np.sqrt(response.variance)
             left = (levels[sound] - response.level(phase)) / sigma
-            wrong = shape_error(left, response.slope(phase) / sigma, influence, loads, noise)
-            whole = whole + single.model_error**2 * wrong.bias
-        return whole + single.calibration_covariance(loads, sound, whole)
+            known = None if single.doubt is None else single.doubt(loads, sound)
+            slope = response.slope(phase) / sigma
+            wrong = shape_error(left, slope, influence, loads, noise, known)
+            whole = whole + widening(wrong, single.model_error) ** 2 * wrong.bias
+        return whole + single.calibration_covariance(loads, sound, noise)

@@ -9,7 +9,8 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, _linearised, light_basis, residuals, start
+from fringeforce.calibration.frame_fit import Bench, light_basis, residuals, start
+from fringeforce.calibration.normal_equations import linearised
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
 from fringeforce.single_frame import SingleFrameReader
@@ -207,7 +208,7 @@ def test_the_gradient_of_the_fit_is_that_of_its_loss(sensor) -> None:
     bench = Bench(sensor, frames, forces.reshape(5, -1), light_basis(PIXELS, 6))
     at = start(bench, 3).moved(np.full(17, 0.01))
     weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
-    gradient = _linearised(bench, at, tangent, weight)[1]
+    gradient = linearised(bench, at, tangent, weight).gradient
 
     def loss(step: np.ndarray) -> float:
         return float((residuals(bench, at.moved(step), tangent) ** 2 @ weight).sum()) / 2

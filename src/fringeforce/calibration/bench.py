@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 SHIFT = 1e-3
 """Unit of the camera's shift [m]."""
+DIMMEST = 1.0
+"""Smallest amplitude of the light, where no fringe shows any [grey levels]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,4 +101,4 @@ class Unknowns:
         lights = np.stack([bench.basis @ self.amplitude, bench.basis @ self.offset])
         if bench.pattern is not None:
             lights = lights + bench.pattern.levels
-        return camera_response(bench.sensor.camera, *np.maximum(lights, 0.0))
+        return camera_response(bench.sensor.camera, *np.maximum(lights, [[DIMMEST], [0.0]]))

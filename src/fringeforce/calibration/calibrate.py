@@ -14,16 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.calibration import checks
 from fringeforce.calibration.bench import Bench, Unknowns
+from fringeforce.calibration.column_fit import fit_columns
 from fringeforce.calibration.design_entries import checked_paths, entries
-from fringeforce.calibration.design_tangent import DesignTangent, design_tangent
+from fringeforce.calibration.design_tangent import DesignTangent, design_tangent, followed
 from fringeforce.calibration.drift import drifting
 from fringeforce.calibration.frame_fit import (
-    Fit,
+    STAGES,
+    calm,
     climb,
     light_basis,
     on_strip,
-    phase_and_matrix,
     residuals,
+    sifted,
     start,
 )
 from fringeforce.calibration.references import (
@@ -48,16 +50,10 @@ PARAMETERS = (
 """Design values that drawings know worst."""
 LIGHTS = 10
 """Smooth functions along the frame that make up amplitude and offset each."""
-STAGES = (3.0, 10.0, np.inf)
-"""Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts that are tried first, in units of SHIFT."""
 ROUNDS = 10
 """Largest number of tangents of the last stage."""
-SETTLED = 1e-3
-"""Change of a design's entry below which a tangent is as good as the matrix itself."""
-UNSURE = 0.1
-"""Change in an entry's own deviations below which following it is not worth the elements."""
 
 
 def calibrate(
@@ -67,6 +63,7 @@ def calibrate(
     parameters: Sequence[str] = PARAMETERS,
     progress: Progress | None = None,
     references: References | None = None,
+    columns: bool = False,
 ) -> SensorModel:
     """Make the model agree with the sensor on the bench.
 
@@ -95,6 +92,9 @@ def calibrate(
     references : References, optional
         Frames that show the light alone.  With them every pixel has an amplitude and an offset of
         its own; what their noise leaves unknown is added to the noise of readings.
+    columns : bool
+        Also correct the columns of the influence matrix where no design value can: smooth along
+        the strip, and by no more than the frames themselves make probable, which may be nothing.
 
     Returns
     -------
@@ -112,6 +112,9 @@ def calibrate(
     bench = Bench(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
     report = progress or (lambda title, done, expected: None)
     found = _fitted(with_references(bench, lights), paths, lights, report)
+    if columns:
+        report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))
+        found = _corrected(found, paths)
     model = built(found, paths, len(levels))
     report("Done", 2 * len(STAGES), 2 * len(STAGES))
     return model
@@ -128,10 +131,11 @@ def _fitted(
     tangent = design_tangent(sensor, paths, at.design)
     at = _placed(bench, at, tangent, sound)
     for number, limit in enumerate(STAGES):
-        chosen = _calm(bench, at, tangent, limit)
+        chosen = calm(bench, at, tangent, limit)
         report(f"Fitting {chosen.sum()} frames", 1 + number, 2 * len(STAGES))
         fit = climb(bench.rows(chosen), at, tangent, sound)
-        at, tangent = fit.unknowns, _followed(sensor, paths, fit)
+        at = fit.unknowns
+        tangent = followed(sensor, paths, at.design, fit.covariance, tangent)
     fit = climb(bench, at, tangent, sound)
     if lights:
         bench = patterned(bench, fit, lights, sound)
@@ -144,46 +148,35 @@ def _fitted(
         bench, at = improved(bench, fit)
         if previous is tangent:
             bench = drifting(bench, at, tangent, (sound & seen).astype(float))
-        left = residuals(bench, at, tangent, (sound & seen).astype(float))
-        single = left / np.sqrt(bench.averaged)[:, None]
-        kept = ~checks.misfitting_frames(single[:, sound & seen])
-        sound = sound & ~(checks.misfitting_pixels(left[kept]) & seen)
+        clear, kept = sifted(bench, at, tangent, sound)
+        sound = sound & clear
         same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
         if same and previous is tangent:
             break
-        previous, tangent = tangent, _followed(sensor, paths, fit, 0.5 if number else 1.0)
+        share, design = 0.5 if number else 1.0, fit.unknowns.design
+        previous = tangent
+        tangent = followed(sensor, paths, design, fit.covariance, tangent, share)
         fit = climb(bench.rows(kept), at, tangent, sound)
     return Found(bench, fit, sound, kept)
 
 
+def _corrected(found: Found, paths: tuple[str, ...]) -> Found:
+    """The fit with corrected columns, or the one without if the frames show no error of them."""
+    bench = found.bench
+    stuck = checks.stuck_pixels(bench.levels, bench.sensor.camera)
+    columns = fit_columns(bench, paths, found.fit, stuck, found.kept)
+    if columns.belief.size == 0:
+        return found
+    return Found(columns.bench, columns.fit, columns.sound, columns.kept, columns)
+
+
 def _placed(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask) -> Unknowns:
     """The start with the shift under which calm frames fit best."""
-    calm = bench.rows(_calm(bench, at, tangent, STAGES[0]))
+    few = bench.rows(calm(bench, at, tangent, STAGES[0]))
     trials = [replace(at, place=np.array([shift, 0.0])) for shift in SHIFTS]
     losses = []
     for trial in trials:
         seen = sound & on_strip(trial.positions(bench.sensor), bench.sensor)
-        left = residuals(calm, trial, tangent)[:, seen] ** 2
+        left = residuals(few, trial, tangent)[:, seen] ** 2
         losses.append(np.minimum(left, 1e3).mean(axis=1).sum())
     return trials[int(np.argmin(losses))]
-
-
-def _calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> Mask:
-    """Frames whose phase is small enough, but never less than the calmest quarter."""
-    peaks = np.abs(phase_and_matrix(bench, at, tangent)[0]).max(axis=1)
-    return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
-
-
-def _followed(
-    sensor: Sensor, paths: tuple[str, ...], fit: Fit, share: float = 1.0
-) -> DesignTangent:
-    """A tangent at the new design or on the way to it, or the old one if that is near enough.
-
-    Meshes follow the design, so that two tangents may each point to the other along what frames
-    hardly show; halfway they agree.
-    """
-    step = fit.unknowns.design - fit.tangent.centre
-    unsure = np.sqrt(np.diag(fit.covariance)[: len(step)])
-    if (np.abs(step) < np.maximum(SETTLED, UNSURE * unsure)).all():
-        return fit.tangent
-    return design_tangent(sensor, paths, fit.tangent.centre + share * step)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 
 STEP = 0.004
 """Step of an entry for central differences."""
+SETTLED = 1e-3
+"""Change of a design's entry below which a tangent is as good as the matrix itself."""
+UNSURE = 0.1
+"""Change in an entry's own deviations below which following it is not worth the elements."""
 GRID = 2001
 """Places along the strip between which matrix and derivatives are interpolated."""
 
@@ -60,6 +64,12 @@ class DesignTangent:
         """Matrix of a design near the centre, or its slope along x, shape (m, 2n)."""
         parts = self.at(x, slope)
         return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
+
+    def plus(self, change: Array) -> DesignTangent:
+        """The same derivatives of a matrix that differs by values (GRID, 2n) on the grid."""
+        values = np.array(self.spline(self.spline.x))
+        values[:, 0] += change
+        return replace(self, spline=CubicSpline(self.spline.x, values))
 
 
 def design_tangent(
@@ -101,3 +111,36 @@ def design_tangent(
         values += [change * own for own in np.eye(change.shape[2])]
     stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
     return DesignTangent(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
+
+
+def followed(
+    sensor: Sensor,
+    paths: tuple[str, ...],
+    design: Array,
+    covariance: Array,
+    tangent: DesignTangent,
+    share: float = 1.0,
+) -> DesignTangent:
+    """A tangent at another design or on the way to it, or the old one if that is near enough.
+
+    Meshes follow the design, so that two tangents may each point to the other along what frames
+    hardly show; halfway they agree.
+
+    Parameters
+    ----------
+    sensor, paths
+        As of `design_tangent`.
+    design : ndarray, shape (d,)
+        Entries of the new design.
+    covariance : ndarray
+        Of the unknowns, the design's entries first.
+    tangent : DesignTangent
+        The old one.
+    share : float
+        Of the way to go.
+    """
+    step = design - tangent.centre
+    unsure = np.sqrt(np.diag(covariance)[: len(step)])
+    if (np.abs(step) < np.maximum(SETTLED, UNSURE * unsure)).all():
+        return tangent
+    return design_tangent(sensor, paths, tangent.centre + share * step)

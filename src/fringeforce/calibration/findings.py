@@ -73,6 +73,11 @@ def findings(bench: Bench, model: SensorModel, references: Mask) -> tuple[str, .
             f"The frames are not explained: reduced chi-square {found.chi2:.3g} instead of 1. "
             "Calibrate more parameters, or check the loads and the camera's noise in the design."
         )
+    if changed := model.provenance.get("column correction"):
+        said.append(
+            f"The influence matrix is corrected by {changed}: the frames show errors of it that no "
+            "design value explains."
+        )
     for combination in found.unidentified:
         said.append(
             f"The frames say nothing of {combination}; the drawing was kept along it. Young's "

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 
+from fringeforce.calibration import checks
 from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
 from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.calibration.design_tangent import DesignTangent
@@ -21,13 +22,16 @@ from fringeforce.calibration.normal_equations import (
 from fringeforce.calibration.pattern import eliminated
 from fringeforce.design import Sensor
 
-__all__ = ["PRIOR", "SHIFT", "Bench", "Fit", "Unknowns", "climb", "light_basis", "on_strip",
-           "phase_and_matrix", "precision", "residuals", "start"]  # fmt: skip
+__all__ = ["PRIOR", "SHIFT", "STAGES", "Bench", "Fit", "Unknowns", "calm", "climb", "light_basis",
+           "on_strip", "phase_and_matrix", "precision", "residuals", "sifted", "start"]  # fmt: skip
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 PRIOR = {"design": DEVIATION["value"], "shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 """Standard deviations of the unknowns before any frame is seen; light in units of A."""
+STAGES = (3.0, 10.0, np.inf)
+"""Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 FAR = 0.15
 """Change of a design's entry up to which a tangent is followed."""
 
@@ -66,7 +70,7 @@ def light_basis(pixels: int, count: int) -> Array:
     return BSpline.design_matrix(places, knots, degree).toarray()
 
 
-def on_strip(positions: Array, sensor: Sensor) -> NDArray[np.bool_]:
+def on_strip(positions: Array, sensor: Sensor) -> Mask:
     """Pixels that see the strip and not its end, shape (P,)."""
     margin = 2 * sensor.transducer.length / sensor.camera.pixels
     return np.abs(positions) < sensor.transducer.length / 2 - margin
@@ -103,9 +107,7 @@ def precision(bench: Bench, parameters: int, design: ArrayLike = DEVIATION["valu
     return 1 / deviations**2
 
 
-def climb(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, sound: NDArray[np.bool_], steps: int = 12
-) -> Fit:
+def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps: int = 12) -> Fit:
     """Levenberg and Marquardt's method with the matrix linear in the design.
 
     Frames that fit much worse than most lose weight in every step, so that a wrong press cannot
@@ -176,14 +178,34 @@ def residuals(
     return seen(bench, at, tangent, weight).slopes
 
 
+def calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> Mask:
+    """Frames whose phase is small enough, but never less than the calmest quarter, shape (F,)."""
+    peaks = np.abs(phase_and_matrix(bench, at, tangent)[0]).max(axis=1)
+    return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
+
+
+def sifted(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask) -> tuple[Mask, Mask]:
+    """Pixels and frames that do not contradict the others, shapes (P,) and (F,).
+
+    Parameters
+    ----------
+    bench : Bench
+        All frames.
+    at : Unknowns
+        Their explanation.
+    tangent : DesignTangent
+        The matrix about a design.
+    sound : ndarray of bool, shape (P,)
+        Pixels by which frames are judged.
+    """
+    seen_strip = on_strip(at.positions(bench.sensor), bench.sensor)
+    used = sound & seen_strip
+    left = residuals(bench, at, tangent, used.astype(float))
+    single = left / np.sqrt(bench.averaged)[:, None]
+    kept = ~checks.misfitting_frames(single[:, used])
+    return ~(checks.misfitting_pixels(left[kept]) & seen_strip), kept
+
+
 def _loss(view: View, weight: Array, shares: Array) -> float:
     own = (view.drift**2).sum(axis=0) if view.drift.size else np.zeros(len(shares))
     return float(shares @ (view.slopes**2 @ weight + own))
-
-
-def _linearised(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array
-) -> tuple[Array, Array, Array]:
-    """Residuals, half the gradient and half the Hessian of the loss."""
-    normal = linearised(bench, at, tangent, weight)
-    return normal.view.slopes, normal.gradient, normal.profiled

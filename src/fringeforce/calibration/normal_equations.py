@@ -7,12 +7,14 @@ likeliest values wherever the others are evaluated, and eliminated from the norm
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
+from fringeforce.calibration.bench import Bench, Unknowns
+from fringeforce.calibration.derivatives import Derivatives, matrix_changes
 from fringeforce.calibration.design_tangent import DesignTangent
 from fringeforce.force.likelihood import Response, misfit
 
@@ -77,6 +79,8 @@ class Normal:
     ----------
     view : View
         What they were linearised about.
+    derivatives : Derivatives
+        That they are made from.
     gradient : ndarray, shape (m,)
         Half that of the loss.
     hessian : ndarray, shape (m, m)
@@ -90,6 +94,7 @@ class Normal:
     """
 
     view: View
+    derivatives: Derivatives
     gradient: Array
     hessian: Array
     side: Array
@@ -125,8 +130,12 @@ class LevelSlopes:
     ----------
     view : View
         Where they were taken.
-    moving : ndarray, shape (d + 2, F, P)
-        By the design and the camera's place.
+    loads : ndarray, shape (F, 2n)
+        Known loads [N].
+    turn : ndarray, shape (F, P)
+        By the phase [1/rad].
+    changes : ndarray, shape (d + 2, P, 2n)
+        Those of the matrix by the design and the camera's place [rad/N].
     lit : ndarray, shape (2, F, P)
         By amplitude and offset at the pixel.
     basis : ndarray, shape (P, k)
@@ -134,9 +143,16 @@ class LevelSlopes:
     """
 
     view: View
-    moving: Array
+    loads: Array
+    turn: Array
+    changes: Array
     lit: Array
     basis: Array
+
+    @cached_property
+    def moving(self) -> Array:
+        """By the design and the camera's place, shape (d + 2, F, P)."""
+        return self.turn * (self.loads @ np.swapaxes(self.changes, 1, 2))
 
     @property
     def dense(self) -> Array:
@@ -145,10 +161,14 @@ class LevelSlopes:
 
     def frames(self) -> Iterator[LevelSlopes]:
         """Those of one frame after the other."""
-        for row in range(self.moving.shape[1]):
+        for row in range(len(self.turn)):
             one = slice(row, row + 1)
-            yield LevelSlopes(
-                self.view.rows(one), self.moving[:, one], self.lit[:, one], self.basis
+            yield replace(
+                self,
+                view=self.view.rows(one),
+                loads=self.loads[one],
+                turn=self.turn[one],
+                lit=self.lit[:, one],
             )
 
     def normal(self, weight: Array) -> Normal:
@@ -167,6 +187,7 @@ class LevelSlopes:
         lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
         return Normal(
             view=view,
+            derivatives=Derivatives(self.loads, weights, self.turn, lit, self.changes),
             gradient=np.concatenate([flat @ (view.slopes * np.sqrt(weights)).ravel(),
                                      (pixel_gradient @ basis).ravel()]),
             hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
@@ -241,19 +262,15 @@ def level_slopes(
     gain = np.ones((len(view.slopes), 1))
     if bench.drift[0]:
         gain += bench.drift[0] * view.drift[0][:, None]
-    moving = _moving(bench, at, tangent, view.response.slope(view.phase) * view.scale * gain)
     even = np.broadcast_to(view.scale, view.light.shape)
-    return LevelSlopes(view, moving, np.stack([view.light * gain * view.scale, even]), bench.basis)
-
-
-def _moving(bench: Bench, at: Unknowns, tangent: DesignTangent, turn: Array) -> Array:
-    """Derivatives of the levels by design and place of the camera, shape (d + 2, F, P)."""
-    positions = at.positions(bench.sensor)
-    parts = tangent.at(positions)[1:]
-    slope = tangent.matrix(at.design, positions, slope=True)
-    along = np.stack([slope * SHIFT, slope * bench.sensor.pixel_positions[:, None]])
-    changes = np.concatenate([parts, along])
-    return turn * (bench.loads @ np.swapaxes(changes, 1, 2))
+    return LevelSlopes(
+        view=view,
+        loads=bench.loads,
+        turn=view.response.slope(view.phase) * view.scale * gain,
+        changes=matrix_changes(bench, at, tangent),
+        lit=np.stack([view.light * gain * view.scale, even]),
+        basis=bench.basis,
+    )
 
 
 def _drifting(

@@ -196,7 +196,9 @@ class _Scene:
             if any(drift):
                 spread += own_light(level[used], load, seen, response, spread, drift).covariance
             levels = modes / one.view.scale
-            moved = systematic_errors(phase, seen, response, spread, levels)
+            moved = systematic_errors(
+                (levels * response.slope(phase)) @ seen, spread, response.variance
+            )
             noise += float(np.trace(spread))
             added += moved @ moved.T
         return added / noise

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.calibration.bench import Bench, Unknowns
+from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.frame_fit import Fit
 from fringeforce.calibration.normal_equations import Normal, linearised, seen
 from fringeforce.calibration.pattern import Pattern
@@ -190,8 +191,14 @@ def improved(bench: Bench, fit: Fit) -> tuple[Bench, Unknowns]:
     return replace(bench, pattern=better), at
 
 
-def pattern_response(bench: Bench, normal: Normal, modes: Array) -> Array:
-    """What modes of the other unknowns change in the likeliest pattern, shape (2, k, P).
+def pattern_response(
+    bench: Bench,
+    normal: Normal,
+    modes: Array,
+    columns: Array | None = None,
+    pixels: slice = EVERY,
+) -> Array:
+    """What modes of the other unknowns change in the likeliest pattern, shape (2, k, p).
 
     Parameters
     ----------
@@ -201,11 +208,19 @@ def pattern_response(bench: Bench, normal: Normal, modes: Array) -> Array:
         The frames about the fit.
     modes : ndarray, shape (m, k)
         Changes of the unknowns of the bench.
+    columns : ndarray, shape (k, p, 2n), optional
+        Changes of the matrix that go with them [rad/N].
+    pixels : slice
+        The p pixels that are wanted.
     """
+    coupling = normal.coupling[pixels, : len(modes)]
     if bench.pattern is None:
-        return np.zeros((2, modes.shape[1], len(bench.basis)))
-    pulled = np.swapaxes(normal.coupling[:, : len(modes)], 1, 2) @ modes
-    follow = -np.linalg.solve(bench.pattern.information(normal.pixels), pulled)
+        return np.zeros((2, modes.shape[1], len(coupling)))
+    pulled = np.swapaxes(coupling, 1, 2) @ modes
+    if columns is not None:
+        by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)[:, pixels]
+        pulled += np.einsum("apj,kpj->pak", by_matrix, columns, optimize=True)
+    follow = -np.linalg.solve(bench.pattern.information(normal.pixels)[pixels], pulled)
     return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)
 
 

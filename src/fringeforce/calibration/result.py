@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.bench import SHIFT, Bench
+from fringeforce.calibration.column_fit import ColumnFit
+from fringeforce.calibration.column_modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
-from fringeforce.calibration.frame_fit import Fit, on_strip, phase_and_matrix, residuals
-from fringeforce.calibration.references import pattern_freedom, pattern_response, pattern_variance
-from fringeforce.imaging import Calibration, Imaging
+from fringeforce.calibration.frame_fit import Fit, on_strip, residuals
+from fringeforce.calibration.imaging_modes import fitted_imaging
+from fringeforce.calibration.references import pattern_freedom
+from fringeforce.imaging import Calibration
 from fringeforce.model import SensorModel, characterize
 
 Array = NDArray[np.float64]
@@ -33,12 +36,15 @@ class Found:
         Pixels that follow the light.
     kept : ndarray of bool, shape (F,)
         Rows that do not contradict the others.
+    columns : ColumnFit, optional
+        Corrections of the columns, if there are any.
     """
 
     bench: Bench
     fit: Fit
     sound: Mask
     kept: Mask
+    columns: ColumnFit | None = None
 
     @property
     def used(self) -> Mask:
@@ -84,11 +90,18 @@ def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
         chi2=chi2,
         findings=(),
     )
-    imaging = _imaging(found, np.asarray(np.linalg.cholesky(covariance), float))
-    origin = {
+    origin: dict[str, str | int] = {
         "method": "finite elements, calibrated",
         "calibration frames": int(kept[:frames].sum()),
     }
+    if found.columns is None:
+        root = np.asarray(np.linalg.cholesky(covariance), dtype=float)
+        imaging = fitted_imaging(bench, found.fit, used, root)
+    else:
+        imaging = column_imaging(found.columns, used, max(chi2, 1.0))
+        correction = found.columns.correction(model.x).reshape(model.psi.shape)
+        model = replace(model, psi=model.psi + correction)
+        origin |= found.columns.origin
     model = replace(
         model,
         imaging=imaging,
@@ -97,29 +110,3 @@ def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
     )
     said = findings(bench, model, kept[frames:])
     return replace(model, calibration=replace(calibration, findings=said))
-
-
-def _imaging(found: Found, root: Array) -> Imaging:
-    """Registration and lighting, with the modes of a covariance given by its lower root."""
-    bench, at, tangent = found.bench, found.fit.unknowns, found.fit.tangent
-    positions, lights = at.positions(bench.sensor), bench.basis.shape[1]
-    _, parts = phase_and_matrix(bench, at, tangent)
-    slope = tangent.matrix(at.design, positions, slope=True)
-    along = np.stack([slope * SHIFT, slope * bench.sensor.pixel_positions[:, None]])
-    changes = np.concatenate([parts[1:], along])
-    count = len(changes)
-    response = at.response(bench)
-    # the root is lower triangular: only the first modes move the unknowns that come first
-    modes = np.tensordot(root[:count, :count].T, changes, 1)
-    follow = pattern_response(bench, found.fit.normal, root)
-    return Imaging(
-        positions=positions,
-        amplitude=np.asarray(response.amplitude, dtype=float),
-        offset=np.asarray(response.offset, dtype=float),
-        usable=found.used,
-        influence_modes=modes.reshape(*modes.shape[:2], 2, -1),
-        amplitude_modes=root[count : count + lights].T @ bench.basis.T + follow[0],
-        offset_modes=root[count + lights :].T @ bench.basis.T + follow[1],
-        light_variance=pattern_variance(bench, found.fit.normal, found.used),
-        drift=bench.drift,
-    )

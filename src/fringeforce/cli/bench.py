@@ -28,6 +28,9 @@ def calibrate(
     bright: Annotated[
         Path | None, typer.Option(help="Frames without load, the analyser turned by 90 degrees.")
     ] = None,
+    columns: Annotated[
+        bool, typer.Option("--columns", help="Also correct the matrix where no value can.")
+    ] = False,
     plot: Annotated[
         bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
     ] = True,
@@ -56,7 +59,9 @@ def calibrate(
         def advance(title: str, done: int, expected: int) -> None:
             progress.update(task, description=title, completed=done, total=expected)
 
-        model = calibrated(sensor, images, forces, parameter or PARAMETERS, advance, references)
+        model = calibrated(
+            sensor, images, forces, parameter or PARAMETERS, advance, references, columns
+        )
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
     print("\n".join([*calibration_summary(model), next_presses(model, forces)]))

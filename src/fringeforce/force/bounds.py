@@ -114,38 +114,30 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
     return _inverse(fisher_information(phase, influence, response, everywhere))
 
 
-def systematic_covariance(
-    phase: Array, influence: Array, response: Response, spread: Array, modes: Array
-) -> Array:
+def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
     """Covariance that errors of the expected grey levels add to loads read from a frame, (m, m).
 
     Parameters as in `systematic_errors`.
     """
-    moved = systematic_errors(phase, influence, response, spread, modes)
-    return moved.T @ moved
+    moved = systematic_errors(pulls, spread, variance)
+    return np.asarray(moved.T @ moved, dtype=float)
 
 
-def systematic_errors(
-    phase: Array, influence: Array, response: Response, spread: Array, modes: Array
-) -> Array:
+def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
     """What errors of the expected grey levels do to loads read from a frame, shape (k, m) [N].
 
     To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
 
     Parameters
     ----------
-    phase : ndarray, shape (P,)
-        Phase at the estimate [rad].
-    influence : ndarray, shape (P, m)
-        Influence matrix [rad/N].
-    response : Response
-        Of the camera.
+    pulls : ndarray, shape (k, m)
+        J' d of independent errors of unit variance, squared grey levels per newton.
     spread : ndarray, shape (m, m)
         Covariance C from noise alone [N^2].
-    modes : ndarray, shape (k, P)
-        Independent errors of the levels of unit variance, grey levels.
+    variance : float
+        Of the noise, sigma^2.
     """
-    return (modes * response.slope(phase)) @ influence @ spread / response.variance
+    return pulls @ spread / variance
 
 
 def _phase_variance(influence: Array, loads: Array) -> Array:

@@ -41,7 +41,11 @@ class Response:
 
     def level(self, phase: Array) -> Array:
         """Expected grey level before clipping."""
-        return self.amplitude * np.sin((phase + self.bias) / 2) ** 2 + self.offset
+        return self.amplitude * self.brightness(phase) + self.offset
+
+    def brightness(self, phase: Array) -> Array:
+        """Normalised intensity."""
+        return np.sin((phase + self.bias) / 2) ** 2
 
     def at(self, pixels: NDArray[Any] | slice) -> Response:
         """Response of some pixels only, chosen by a mask, by numbers or by a slice."""

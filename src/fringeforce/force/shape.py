@@ -42,7 +42,12 @@ class ShapeError:
 
 
 def shape_error(
-    residuals: Array, slope: Array, influence: Array, loads: Array, covariance: Array
+    residuals: Array,
+    slope: Array,
+    influence: Array,
+    loads: Array,
+    covariance: Array,
+    known: Array | None = None,
 ) -> ShapeError:
     """Look for errors of shape in what is left of a frame.
 
@@ -62,6 +67,9 @@ def shape_error(
         Fitted loads [N].
     covariance : ndarray, shape (m, m)
         Of the fitted loads, from noise alone [N^2].
+    known : ndarray, shape (P // GROUP, k), optional
+        Group sums of independent errors of unit variance that the levels are known to have besides
+        noise, in units of the noise.
     """
     tangent = group_sums(slope[:, None] * influence)
     left = group_sums(residuals[:, None])[:, 0]
@@ -74,9 +82,12 @@ def shape_error(
     basis = np.linalg.qr(tangent)[0]
     kernel -= basis @ (basis.T @ kernel)
     kernel -= (kernel @ basis) @ basis.T
-    trace, square = np.trace(kernel), (kernel**2).sum()
-    if trace <= 0:
+    square, weighed = (kernel**2).sum(), kernel
+    if known is not None:
+        weighed = kernel + (kernel @ known) @ known.T
+    mean, spread = np.trace(weighed), (weighed * weighed.T).sum()
+    if mean <= 0:
         return ShapeError(1.0, 0.0, bias)
     found = left @ kernel @ left
-    chance = float(chdtrc(trace**2 / square, found * trace / square))
-    return ShapeError(chance, float(np.sqrt(max(found - trace, 0) / square)), bias)
+    chance = float(chdtrc(mean**2 / spread, found * mean / spread))
+    return ShapeError(chance, float(np.sqrt(max(found - mean, 0) / square)), bias)

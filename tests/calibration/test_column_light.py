@@ -1,0 +1,138 @@
+"""Corrected columns together with references, single pixels and a lamp that drifts or does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benches import PIXELS, STRAIN_OPTIC, combined, drawing, findings, held_out, lit, seen_by
+
+from benches import presses, shots  # isort: skip
+
+import fringeforce as ff
+from fringeforce.calibration.bench import Bench
+from fringeforce.calibration.column_prior import shapes
+from fringeforce.calibration.column_quadratic import expanded
+from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.frame_fit import light_basis, start
+from fringeforce.calibration.pattern import Pattern
+from fringeforce.force.bounds import covariance, systematic_covariance
+from fringeforce.force.goodness import group_sums
+from fringeforce.single_frame import SingleFrameReader
+
+GAIN, DARK = 0.02, 0.7
+
+
+@pytest.fixture(scope="module")
+def true() -> ff.SensorModel:
+    """A bench whose columns are 3 % off any design, and whose pixels differ."""
+    made = ff.characterize(drawing().replace(**{STRAIN_OPTIC: 0.054}))
+    rng, x = np.random.default_rng(61), made.x / made.sensor.transducer.length
+    waves = rng.normal(size=(4, *made.psi.shape[1:])) * 0.03 / np.sqrt(2)
+    bends = np.array([np.cos(7 * x), np.sin(7 * x), np.cos(16 * x), np.sin(16 * x)])
+    wrong = replace(made, psi=made.psi * (1 + np.einsum("kx,kcn->xcn", bends, waves)))
+    return lit(wrong, rng, pattern=1.0)
+
+
+def calibrated(true: ff.SensorModel, gain: float, dark: float, columns: bool) -> ff.SensorModel:
+    rng = np.random.default_rng(62)
+    forces = presses(rng, 26)
+    gains, darks = gain * rng.standard_normal(len(forces)), dark * rng.standard_normal(len(forces))
+    still = np.zeros((40, *forces.shape[1:]))
+    references = ff.References(unloaded=shots(true, still, rng))
+    frames = shots(true, forces, rng, gains, darks)
+    return ff.calibrate(
+        drawing(), frames, forces, [STRAIN_OPTIC], references=references, columns=columns
+    )
+
+
+@pytest.fixture(scope="module")
+def steady(true: ff.SensorModel) -> ff.SensorModel:
+    return calibrated(true, 0.0, 0.0, columns=True)
+
+
+def test_a_wrong_matrix_is_not_taken_for_a_drifting_lamp(true, steady) -> None:
+    assert seen_by(calibrated(true, 0.0, 0.0, columns=False)).drift != (0.0, 0.0)
+    assert seen_by(steady).drift == (0.0, 0.0)
+    assert findings(steady).chi2 == pytest.approx(1, abs=0.04)
+    assert findings(steady).outliers == ()
+    found = held_out(steady, true, np.random.default_rng(63), 60)
+    assert found.efficiency < 1.3
+    assert 0.92 < found.coverage < 0.98
+    assert found.read > 0.95
+
+
+def test_columns_are_corrected_under_a_lamp_that_drifts(true) -> None:
+    model = calibrated(true, GAIN, DARK, columns=True)
+    assert seen_by(model).drift == pytest.approx((GAIN, DARK), rel=0.4)
+    found = held_out(model, true, np.random.default_rng(64), gain=GAIN, offset=DARK)
+    assert found.efficiency < 1.6
+    assert found.coverage > 0.92
+    assert found.read > 0.85
+
+
+def test_followed_frames_say_the_same_as_searched_ones(true, steady) -> None:
+    still = np.repeat(ff.polar(1.5, 8, n=11)[None], 4, axis=0)
+    frames = shots(true, still, np.random.default_rng(65))
+    reader = ff.Reader(steady)
+    readings = list(reader.stream(frames))
+    assert all(reading.tracked for reading in readings[1:])
+    reading, alone = readings[-1], steady.read(frames[-1])
+    np.testing.assert_allclose(reading.covariance, alone.covariance, rtol=0.02, atol=1e-7)
+    np.testing.assert_allclose(reading.forces, alone.forces, atol=0.02 * float(alone.std.min()))
+
+
+@pytest.mark.parametrize("size", [0.0, 0.5, 2.0])
+def test_doubt_by_blocks_is_that_of_every_pixel(steady, size) -> None:
+    single, imaging, response = SingleFrameReader(steady), steady.imaging, steady.response
+    used, loads = single.usable(None), ff.polar(size, 8, n=11).ravel()
+    assert single.doubt is not None
+    assert imaging is not None
+    phase = single.influence @ loads
+    modes = imaging.level_modes(loads, phase)[:, used]
+    phase, influence, response = phase[used], single.influence[used], response.at(used)
+    spread = covariance(phase, influence, response)
+    pulls = (modes * response.slope(phase)) @ influence
+    exact = systematic_covariance(pulls, spread, response.variance)
+    found = single.doubt.covariance(loads, used, spread)
+    scale = np.sqrt(np.diag(spread + exact))
+    assert (np.abs(found - exact) < 0.02 * np.outer(scale, scale)).all()
+    sums = group_sums(modes.T / np.sqrt(response.variance))
+    off = single.doubt(loads, used) - sums
+    assert np.sqrt((off**2).sum() / (sums**2).sum()) < 0.05
+
+
+def test_the_free_light_is_a_schur_complement_and_the_gradient_that_of_the_loss() -> None:
+    """Against the columns' own loss, minimised over pattern and frames' light by least squares."""
+    rng, sensor = np.random.default_rng(66), drawing()
+    forces = combined(rng, 6)
+    tangent = design_tangent(sensor, (STRAIN_OPTIC,), np.zeros(1))
+    levels = shots(lit(tangent.model, rng), forces, rng).astype(float)
+    bench = Bench(
+        sensor, levels, forces.reshape(6, -1), light_basis(PIXELS, 6), drift=(0.02, 0.7),
+        pattern=Pattern.unseen(PIXELS, (3.0, 1.0), None, 1.0),
+    )  # fmt: skip
+    at, possible = start(bench, 1), shapes(sensor, tangent, np.zeros(1))
+    weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
+    found = expanded(bench, at, tangent, possible, weight)
+    normal, pattern = found.normal, bench.pattern
+    assert pattern is not None
+    # all derivatives at once, pattern included, as one dense least-squares problem
+    change = rng.normal(size=(44, possible.count))
+    positions = at.positions(sensor)
+    derivatives, view = normal.derivatives, normal.view
+    turned = derivatives.turn * (bench.loads @ possible.correction(change, positions).T)
+    root = np.sqrt(derivatives.weights)
+    pixel = np.stack([(root * lit)[:, :, None] * np.eye(PIXELS) for lit in derivatives.lit])
+    columns = np.concatenate(np.moveaxis(pixel, 3, 1)).reshape(2 * PIXELS, -1)
+    prior = pattern.precision.ravel()
+    inside = columns @ columns.T + np.diag(prior)
+    mixed = columns @ (root * turned).ravel()
+    alone = (root * turned).ravel() @ (root * turned).ravel()
+    whole = alone - mixed @ np.linalg.solve(inside, mixed)
+    flat = change.ravel()
+    assert flat @ found.information @ flat == pytest.approx(whole, rel=1e-6)
+    left = (root * view.slopes).ravel()
+    pulled = columns @ left + prior * (pattern.levels - pattern.known).ravel()
+    slope = (root * turned).ravel() @ left - mixed @ np.linalg.solve(inside, pulled)
+    assert flat @ found.pull == pytest.approx(slope, rel=1e-6)
+    assert np.linalg.eigvalsh(found.hessian).min() > -1e-6
