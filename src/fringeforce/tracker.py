@@ -13,13 +13,16 @@ from fringeforce.force.following import FOLLOWED, NONE, STEP, WHOLE, Limits, fol
 from fringeforce.force.gauss_newton import Place
 from fringeforce.force.shape import shape_error
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import CHUNK, Single
+from fringeforce.force.vector_loops import CHUNK
 from fringeforce.judgement import widening
 from fringeforce.reading import Reading, Status
 from fringeforce.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+KINDS = (np.uint8, np.uint16)
+"""Kinds of grey levels that the compiled loops take as they are; others become float32."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +79,17 @@ class Tracker:
             return False
         return used is self._used or np.array_equal(used, self._used)
 
-    def packed(self, levels: NDArray[Any], used: Mask) -> Single:
+    def packed(self, levels: NDArray[Any], used: Mask) -> NDArray[Any]:
         """Frames (k, n_pixels) as the compiled loops want them, shape (k, chunks, CHUNK)."""
         count, pixels = levels.shape
-        packed = np.zeros((count, -(-pixels // CHUNK) * CHUNK), dtype=np.float32)
+        kind = levels.dtype if levels.dtype in KINDS else np.float32
+        packed = np.zeros((count, -(-pixels // CHUNK) * CHUNK), dtype=kind)
         packed[:, :pixels] = levels
         if not used.all():
             packed[:, :pixels][:, ~used] = 0  # for they may hold no number
         return packed.reshape(count, -1, CHUNK)
 
-    def advance(self, frames: Single, track: Track, first: int, whole: bool = False) -> int:
+    def advance(self, frames: NDArray[Any], track: Track, first: int, whole: bool = False) -> int:
         """Follow frames until one is doubtful; returns how many were done before it.
 
         Parameters

@@ -34,7 +34,7 @@ def evaluate(strip, loads, phase, slope, level) -> None:
     short[:size] = loads
     for i in range(len(matrix)):
         combine(matrix[i], short, bias[i], phase[i])
-        expose(phase[i], amplitude[i], offset[i], steepness[i], level[i], slope[i])
+    expose(*_flat(phase, amplitude), *_flat(offset, steepness), *_flat(level, slope))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -44,25 +44,43 @@ def compare(strip, frame, slope, level, left, root, gradient) -> float:
     Residuals are in units of the noise.  Returns what clipped pixels add to their sum of squares
     to make it the loss.
     """
-    matrix, _, _, _, inverse, _, _, floor, ceiling, _, _, _, _ = strip
+    matrix = strip[0]
+    beyond = _residuals(strip, level, frame, left, root)
+    pull = np.empty_like(left)
+    _multiply(left.reshape(-1), slope.reshape(-1), pull.reshape(-1))
     gradient[:] = 0
-    pull, beyond = np.empty(CHUNK, dtype=np.float32), 0.0
-    clips = floor > -np.inf or ceiling < np.inf
     for i in range(len(matrix)):
-        _residuals(level[i], frame[i], inverse[i], left[i], root[i])
-        if clips:
-            beyond += _hide(strip, i, frame[i], level[i], left[i], root[i])
-        for k in range(CHUNK):
-            pull[k] = left[i, k] * slope[i, k]
-        add_products(matrix[i], pull, gradient)
+        add_products(matrix[i], pull[i], gradient)
     return beyond
 
 
 @njit(cache=True, error_model="numpy")
-def _residuals(level, frame, inverse, left, root) -> None:
-    for k in range(CHUNK):
-        left[k] = (level[k] - frame[k]) * inverse[k]
-        root[k] = _ONE
+def _flat(first, second):
+    return first.reshape(-1), second.reshape(-1)
+
+
+@njit(cache=True, error_model="numpy")
+def _multiply(first, second, product) -> None:
+    for k in range(len(product)):
+        product[k] = first[k] * second[k]
+
+
+@njit(cache=True, error_model="numpy")
+def _residuals(strip, level, frame, left, root) -> float:
+    """Fill in residuals and roots of weights; returns what clipped pixels add to the loss."""
+    _subtract(*_flat(level, frame), *_flat(strip[4], left))
+    root[:] = _ONE
+    beyond = 0.0
+    if strip[7] > -np.inf or strip[8] < np.inf:
+        for i in range(len(left)):
+            beyond += _hide(strip, i, frame[i], level[i], left[i], root[i])
+    return beyond
+
+
+@njit(cache=True, error_model="numpy")
+def _subtract(level, frame, inverse, left) -> None:
+    for k in range(len(left)):
+        left[k] = (level[k] - np.float32(frame[k])) * inverse[k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -108,12 +126,5 @@ def describe(left, share, report) -> None:
 @njit(cache=True, error_model="numpy", nogil=True)
 def silence(strip, frame, left, root) -> float:
     """Loss of no load at all; fills in its residuals."""
-    _, _, _, _, inverse, _, _, floor, ceiling, _, _, _, dark = strip
-    clips = floor > -np.inf or ceiling < np.inf
-    loss = 0.0
-    for i in range(len(frame)):
-        _residuals(dark[i], frame[i], inverse[i], left[i], root[i])
-        if clips:
-            loss += _hide(strip, i, frame[i], dark[i], left[i], root[i])
-        loss += float(square_sum(left[i]))
-    return loss
+    beyond = _residuals(strip, strip[12], frame, left, root)
+    return beyond + float(square_sum(left.reshape(-1)))

@@ -110,14 +110,19 @@ def combine(matrix: Single, loads: Single, bias: Single, phase: Single) -> None:
 def add_products(matrix: Single, values: Single, total: Array) -> None:
     """Add the products of one chunk's rows with values over its pixels, shape (rows,)."""
     rows, pixels = matrix.shape
-    for j in range(0, rows, 2):
-        p, q = matrix[j], matrix[j + 1]
-        a, b = np.float32(0), np.float32(0)
+    for j in range(0, rows, 4):
+        p, q, r, s = matrix[j], matrix[j + 1], matrix[j + 2], matrix[j + 3]
+        a, b, c, d = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
         for k in range(pixels):
-            a += p[k] * values[k]
-            b += q[k] * values[k]
+            value = values[k]
+            a += p[k] * value
+            b += q[k] * value
+            c += r[k] * value
+            d += s[k] * value
         total[j] += a
         total[j + 1] += b
+        total[j + 2] += c
+        total[j + 3] += d
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
@@ -198,9 +203,9 @@ def invert(factor: Array, inverse: Array) -> None:
         row = half[i]
         for k in range(i):
             weight, other = factor[i, k], half[k]
-            for j in range(size):
+            for j in range(k + 1):
                 row[j] -= weight * other[j]
-        for j in range(size):
+        for j in range(i):
             row[j] /= factor[i, i]
         row[i] = 1 / factor[i, i]
     inverse[:] = 0
@@ -208,5 +213,5 @@ def invert(factor: Array, inverse: Array) -> None:
         other = half[k]
         for i in range(k + 1):
             weight, row = other[i], inverse[i]
-            for j in range(size):
+            for j in range(k + 1):
                 row[j] += weight * other[j]
