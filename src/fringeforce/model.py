@@ -112,7 +112,7 @@ class SensorModel:
         """Where the camera's pixels look, as measured or as designed, shape (n_pixels,) [m]."""
         return self.sensor.pixel_positions if self.imaging is None else self.imaging.positions
 
-    @property
+    @cached_property
     def frame_shape(self) -> tuple[int, ...]:
         """Shape of a frame: (n_pixels,), or (n_channels, n_pixels) if there are several."""
         pictures, pixels = len(self.sensor.polariscope.pictures), self.sensor.camera.pixels

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -147,6 +148,14 @@ class SingleFrameReader:
         imaging = self.model.imaging
         return np.ones(len(self.influence), bool) if imaging is None else imaging.usable
 
+    @cached_property
+    def _complete(self) -> bool:
+        return bool(self._usable.all())
+
+    def complete(self, used: Mask) -> bool:
+        """Whether all pixels are used; known without a look where there is no mask."""
+        return self._complete if used is self._usable else bool(used.all())
+
     def usable(self, mask: ArrayLike | None) -> Mask:
         """Pixels of a frame to use, in one row, under a mask of those to leave out."""
         usable, shape = self._usable, self.model.frame_shape
@@ -163,9 +172,9 @@ class SingleFrameReader:
 
     def _problem(self, levels: NDArray[Any], used: Mask) -> str:
         camera = self.model.sensor.camera
-        seen = levels if used.all() else levels[used]
-        darkest, brightest = seen.min(), seen.max()
-        if not np.isfinite(float(darkest) + float(brightest)):
+        seen = levels if self.complete(used) else levels[used]
+        darkest, brightest = float(seen.min()), float(seen.max())
+        if not isfinite(darkest + brightest):
             return f"{int((~np.isfinite(seen)).sum())} pixels are not a number."
         if darkest < 0 or brightest > camera.full_scale:
             return (

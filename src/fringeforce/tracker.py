@@ -21,7 +21,7 @@ from fringeforce.single_frame import SingleFrameReader
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-KINDS = (np.uint8, np.uint16)
+KINDS = ("|u1", "<u2")
 """Kinds of grey levels that the compiled loops take as they are; others become float32."""
 
 
@@ -46,6 +46,8 @@ class Track:
 
     def since(self, first: int) -> tuple[Any, Any, Any, Any]:
         """The arrays from one frame on."""
+        if first == 0:
+            return self.loads, self.covariances, self.reports, self.verdicts
         return (
             self.loads[first:],
             self.covariances[first:],
@@ -82,10 +84,14 @@ class Tracker:
     def packed(self, levels: NDArray[Any], used: Mask) -> NDArray[Any]:
         """Frames (k, n_pixels) as the compiled loops want them, shape (k, chunks, CHUNK)."""
         count, pixels = levels.shape
-        kind = levels.dtype if levels.dtype in KINDS else np.float32
-        packed = np.zeros((count, -(-pixels // CHUNK) * CHUNK), dtype=kind)
+        direct, whole = levels.dtype.str in KINDS, self.single.complete(used)
+        if direct and whole and pixels % CHUNK == 0:
+            return np.ascontiguousarray(levels).reshape(count, -1, CHUNK)
+        packed = np.zeros(
+            (count, -(-pixels // CHUNK) * CHUNK), levels.dtype if direct else np.float32
+        )
         packed[:, :pixels] = levels
-        if not used.all():
+        if not whole:
             packed[:, :pixels][:, ~used] = 0  # for they may hold no number
         return packed.reshape(count, -1, CHUNK)
 
