@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pressed_camera import BLOCK, SHARE, simulated
 from starlette.testclient import TestClient
 
 import fringeforce as ff
@@ -26,18 +27,6 @@ HOST = "http://127.0.0.1:8000"
 SOCKET = f"ws://127.0.0.1:8000/{TOKEN}/socket"
 Message = tuple[dict[str, Any], dict[str, np.ndarray]]
 Look = Callable[..., Message]
-BLOCK = 10
-SHARE = np.tan(np.radians(10))  # tangential over normal force
-
-
-def simulated(model: ff.SensorModel) -> SimulatedCamera:
-    return SimulatedCamera(model, Settings(1000, None, BLOCK), script=pressed)
-
-
-def pressed(times: np.ndarray) -> np.ndarray:
-    """About 1 N at 10 degrees on all tactels for three seconds of four, and nothing."""
-    size = (1 + 0.1 * np.sin(np.pi * times)) * (times % 4 < 3)
-    return size[:, None, None] * ff.polar(1.0, 10, n=11)
 
 
 @contextmanager

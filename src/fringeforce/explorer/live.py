@@ -282,5 +282,5 @@ def _counts(statistics: Statistics | None) -> dict[str, Any]:
         "lines": statistics.lines,
         "dropped": statistics.dropped_camera + statistics.dropped_queue,
         "rate": statistics.rate,
-        "trouble": " ".join(statistics.troubles),
+        "trouble": statistics.camera_trouble,
     }

@@ -39,7 +39,7 @@ class DesignRequest(_Request):
     """Characterise a design: one that the server knows by name, with changes by dotted path."""
 
     type: Literal["design"]
-    slot: Literal["main", "free", "roller", "live"] = "main"
+    slot: Literal["main", "free", "roller", "camera"] = "main"
     start: Annotated[str, Field(max_length=200)] = ""
     changes: Annotated[
         dict[Annotated[str, Field(max_length=100)], Value], Field(max_length=40)
