@@ -135,7 +135,7 @@ def test_a_recording_reads_as_the_reader_reads_it_and_says_when_it_has_ended(
                 line = header["line"]
                 np.testing.assert_allclose(blocks["forces"], expected.forces[line], atol=1e-6)
                 np.testing.assert_allclose(blocks["std"], expected.std[line], rtol=1e-5)
-                assert header["status"] == expected.status[line].name
+                assert header["status"] == expected.status.tolist()[line].name
             header, blocks = look()
             assert header["ended"] == "The recording has ended."
             assert not blocks

@@ -85,9 +85,13 @@ export class LivePictures {
   }
 
   private events(span: Moment[]): void {
-    const lines = span.flatMap(({ time, events }) =>
-      events.map(([kind, tactel]) => `${time.toFixed(1)} s: tactel ${tactel + 1} ${WORDS[kind] ?? kind}`),
-    );
+    const lines = span.flatMap(({ time, events }) => {
+      const kinds = [...new Set(events.map(([kind]) => kind))];
+      return kinds.map((kind) => {
+        const tactels = events.filter((event) => event[0] === kind).map((event) => event[1] + 1);
+        return `${time.toFixed(1)} s: ${WORDS[kind] ?? kind} at ${tactels.join(", ")}`;
+      });
+    });
     const last = lines.slice(-TOLD);
     const list = byId("watch-events");
     if (list.dataset.told === last.join()) return;
