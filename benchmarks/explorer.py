@@ -2,7 +2,8 @@
 
 Runs Debian's chromium without a screen, on this machine.  Input-to-paint is from the time stamp of
 a pointer's movement to the first moment after the frame that shows it; a painted frame is an
-animation frame in which the page drew the fringes anew.
+animation frame in which the page drew the fringes anew.  Live, it is one that shows another moment
+of a simulated camera under a load that is read without a search.
 """
 
 from __future__ import annotations
@@ -18,13 +19,19 @@ import time
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import numpy as np
 from playwright.async_api import Page, async_playwright
 from rich.console import Console
 from rich.table import Table
 
+from fringeforce.cameras.camera import Settings
+from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.design import load_sensor
+from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import STATIC, serve
 from fringeforce.explorer.session import Start
+from fringeforce.loads import polar
+from fringeforce.model import SensorModel
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
@@ -48,8 +55,38 @@ WATCH = """() => {
 }"""
 
 
+LIVE = """(seconds) => new Promise((resolve) => {
+  const [shown, counts] = ['moment', 'watch-counts'].map((id) => document.getElementById(id));
+  const start = performance.now();
+  let paints = 0;
+  const observer = new MutationObserver(() => { paints += 1; });
+  observer.observe(shown, { childList: true, characterData: true, subtree: true });
+  setTimeout(() => {
+    observer.disconnect();
+    resolve([paints / (performance.now() - start) * 1000, counts.textContent]);
+  }, 1000 * seconds);
+})"""
+
+
+def _pressed(times: np.ndarray) -> np.ndarray:
+    size = 1 + 0.1 * np.sin(np.pi * times)
+    return size[:, None, None] * polar(1.0, 10, n=11)
+
+
+def _camera(model: SensorModel) -> SimulatedCamera:
+    return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
+
+
 def _serve(port: int, ready: Connection) -> None:
-    serve(Start(load_sensor("saad")), TOKEN, "127.0.0.1", port, ready.send)
+    start = Start(load_sensor("saad"))
+    serve(start, TOKEN, "127.0.0.1", port, ready.send, Source(_camera))
+
+
+async def watch(page: Page) -> tuple[float, str]:
+    """Painted frames per second while the camera runs, and what the page says of the camera."""
+    await page.wait_for_function("() => document.getElementById('moment').textContent !== ''")
+    await page.wait_for_timeout(2000)
+    return await page.evaluate(LIVE, SECONDS)
 
 
 async def drag(page: Page) -> tuple[float, float, float]:
@@ -149,6 +186,7 @@ async def main() -> None:
         page.on("request", lambda r: None if r.url.startswith(address) else foreign.append(r.url))
         start = time.perf_counter()
         await page.goto(address)
+        await page.get_by_role("button", name="Live").click()
         await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
         rows.append(("first picture", f"{time.perf_counter() - start:.2f} s", "2 s"))
         await page.locator("#status[data-status=OK]").wait_for()
@@ -160,6 +198,10 @@ async def main() -> None:
         changes = await design_changes(page)
         text = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
         rows.append(("thickness to new fringes, median (largest)", text, "300 ms"))
+        await page.get_by_role("button", name="Live").click()
+        shown, counts = await watch(page)
+        rows.append((f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"))
+        await page.get_by_role("button", name="Live").click()
         await wander(page)
         await browser.close()
     server.terminate()

@@ -1,15 +1,22 @@
 """The explorer in a process of its own, for browsers."""
 
 import multiprocessing
+import shutil
 import socket
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 from fringeforce.design import load_sensor
+from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
 from fringeforce.explorer.session import Start
 
 TOKEN = "token-of-the-tests"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
+]  # fmt: skip
 
 
 def free_port() -> int:
@@ -18,14 +25,15 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def _serve(port: int, ready: Connection) -> None:
-    serve(Start(load_sensor("saad")), TOKEN, "127.0.0.1", port, ready.send)
+def _serve(port: int, ready: Connection, camera: Source | None) -> None:
+    serve(Start(load_sensor("saad")), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 class LocalServer:
     """The explorer in a process of its own, which can be killed and started again."""
 
-    def __init__(self) -> None:
+    def __init__(self, camera: Source | None = None) -> None:
+        self.camera = camera
         self.port = free_port()
         self.address = f"http://127.0.0.1:{self.port}/{TOKEN}/"
         self.process: BaseProcess | None = None
@@ -33,7 +41,7 @@ class LocalServer:
     def start(self) -> None:
         context = multiprocessing.get_context("spawn")
         told, tell = context.Pipe(duplex=False)
-        self.process = context.Process(target=_serve, args=(self.port, tell))
+        self.process = context.Process(target=_serve, args=(self.port, tell, self.camera))
         self.process.start()
         assert told.poll(60), "the server did not start"
         assert told.recv() == self.address

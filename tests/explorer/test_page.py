@@ -1,33 +1,19 @@
 """The page in a real browser: what a person does, and what follows."""
 
 import re
-import shutil
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from local_server import LocalServer
-from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+from local_server import CHROMIUM, LocalServer
+from playwright.sync_api import Browser, Locator, Page, expect
 
 import fringeforce as ff
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
 )
-FLAGS = [
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update",
-]  # fmt: skip
 WAIT = 20_000
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield found
-        found.close()
 
 
 @pytest.fixture

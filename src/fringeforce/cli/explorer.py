@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from fringeforce.cameras.camera import Camera, Settings
+    from fringeforce.explorer.live import Source
+    from fringeforce.model import SensorModel
 
 
 def explore(
@@ -15,6 +21,13 @@ def explore(
     bind: Annotated[
         str, typer.Option(help="Address to listen on; others than this machine only if changed.")
     ] = "127.0.0.1",
+    camera: Annotated[
+        str | None,
+        typer.Option(help="Watch a running sensor: sim, file:PATH, aravis:ID or pylon:SERIAL."),
+    ] = None,
+    line_rate: Annotated[float | None, typer.Option(help="Lines per second of the camera.")] = None,
+    exposure: Annotated[float | None, typer.Option(help="Exposure of a line in seconds.")] = None,
+    block: Annotated[int, typer.Option(help="Lines that the camera delivers at once.")] = 16,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
     """See and feel a sensor in the browser: push on it, watch its fringes, read its forces."""
@@ -35,9 +48,32 @@ def explore(
     else:
         start = Start(load_sensor(target))
 
+    source = None
+    if camera is not None:
+        from fringeforce.cameras.camera import Settings
+
+        source = _source(camera, Settings(line_rate, exposure, block))
+
     def ready(address: str) -> None:
         print(f"Open {address} in a browser; end with Ctrl+C.", flush=True)
         if browser:
             webbrowser.open(address)
 
-    serve(start, new_token(), bind, port, ready)
+    serve(start, new_token(), bind, port, ready, source)
+
+
+def _source(name: str, settings: Settings) -> Source:
+    """The camera of a name; a recording without times is played slowly enough to be watched."""
+    from fringeforce.cameras.choice import open_camera
+    from fringeforce.cameras.simulator import LINE_RATE
+    from fringeforce.explorer.live import Source
+
+    def opened(model: SensorModel) -> Camera:
+        camera = open_camera(name, model, settings)
+        return (
+            open_camera(name, model, replace(settings, line_rate=LINE_RATE))
+            if camera.patient
+            else camera
+        )
+
+    return Source(opened, recorded=name.startswith("file:"))

@@ -39,7 +39,7 @@ class DesignRequest(_Request):
     """Characterise a design: one that the server knows by name, with changes by dotted path."""
 
     type: Literal["design"]
-    slot: Literal["main", "free", "roller"] = "main"
+    slot: Literal["main", "free", "roller", "camera"] = "main"
     start: Annotated[str, Field(max_length=200)] = ""
     changes: Annotated[
         dict[Annotated[str, Field(max_length=100)], Value], Field(max_length=40)
@@ -65,7 +65,15 @@ class DownloadRequest(_Request):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
 
 
-Request = DesignRequest | ReadRequest | DownloadRequest
+class LiveRequest(_Request):
+    """What is new of the camera, which is started if need be."""
+
+    type: Literal["live"]
+    friction: Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)] = 0.5
+    again: bool = False
+
+
+Request = DesignRequest | ReadRequest | DownloadRequest | LiveRequest
 _REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
 
 

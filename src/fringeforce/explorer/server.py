@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import pickle
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import uvicorn
 from starlette.applications import Starlette
@@ -20,12 +22,20 @@ from fringeforce.explorer.security import Guard
 from fringeforce.explorer.session import Session, Start
 from fringeforce.explorer.workers import Workers
 
+if TYPE_CHECKING:
+    from fringeforce.explorer.live import Live, Source
+
 STATIC = Path(__file__).parent / "static"
 PAGES = 8
 """Pages that may be open at a time."""
 
 
-def application(start: Start, token: str, ready: Callable[[], object] = bool) -> Guard:
+def application(
+    start: Start,
+    token: str,
+    ready: Callable[[], object] = bool,
+    camera: Source | None = None,
+) -> Guard:
     """The explorer as an ASGI application.
 
     Parameters
@@ -36,17 +46,28 @@ def application(start: Start, token: str, ready: Callable[[], object] = bool) ->
         First part of every path; whoever does not know it gets nothing.
     ready : callable
         Called once the first picture can be had at once.
+    camera : Source, optional
+        Pages can watch it; it is started when the first one does.
     """
     workers = Workers()
     sessions: set[Session] = set()
+    live: Live | None = None
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
-        await workers.solve(start.sensor, start.model)
+        nonlocal live
+        solved = await workers.solve(start.sensor, start.model)
+        if camera is not None:
+            # only a camera brings the reader's libraries into this process
+            from fringeforce.explorer.live import Live
+
+            live = Live(pickle.loads(solved.model), camera)
         warming = asyncio.ensure_future(workers.warm(start.sensor, start.model))
         ready()
         yield
         warming.cancel()
+        if live is not None:
+            await asyncio.to_thread(live.close)
         workers.close()
 
     async def converse(websocket: WebSocket) -> None:
@@ -54,7 +75,7 @@ def application(start: Start, token: str, ready: Callable[[], object] = bool) ->
             await websocket.close(1013, "Too many pages are open.")
             return
         await websocket.accept()
-        session = Session(start, workers, websocket.send_bytes)
+        session = Session(start, workers, websocket.send_bytes, live)
         sessions.add(session)
         try:
             await session.greet()
@@ -77,7 +98,14 @@ def application(start: Start, token: str, ready: Callable[[], object] = bool) ->
     return Guard(Starlette(routes=routes, lifespan=lifespan), token)
 
 
-def serve(start: Start, token: str, bind: str, port: int, ready: Callable[[str], object]) -> None:
+def serve(
+    start: Start,
+    token: str,
+    bind: str,
+    port: int,
+    ready: Callable[[str], object],
+    camera: Source | None = None,
+) -> None:
     """Run the server until it is interrupted.
 
     Parameters
@@ -92,6 +120,8 @@ def serve(start: Start, token: str, bind: str, port: int, ready: Callable[[str],
         Port, or 0 for a free one.
     ready : callable
         Is told the page's address once the first picture can be had at once.
+    camera : Source, optional
+        Pages can watch it.
 
     Raises
     ------
@@ -113,7 +143,7 @@ def serve(start: Start, token: str, bind: str, port: int, ready: Callable[[str],
         host = f"[{bind}]" if family == socket.AF_INET6 else bind
         address = f"http://{host}:{listener.getsockname()[1]}/{token}/"
         config = uvicorn.Config(
-            application(start, token, lambda: ready(address)),
+            application(start, token, lambda: ready(address), camera),
             log_level="warning",
             ws="websockets-sansio",
             ws_max_size=MAX_REQUEST,

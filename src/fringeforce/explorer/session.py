@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from fringeforce.errors import FringeforceError, InputError
 from fringeforce.explorer.protocol import (
     DesignRequest,
     DownloadRequest,
+    LiveRequest,
     ReadRequest,
     Request,
     encoded,
@@ -22,6 +23,9 @@ from fringeforce.explorer.protocol import (
 )
 from fringeforce.explorer.tasks import Solved
 from fringeforce.explorer.workers import Workers
+
+if TYPE_CHECKING:
+    from fringeforce.explorer.live import Live
 
 Send = Callable[[bytes], Awaitable[None]]
 ENDINGS = {"design": "toml", "model": "h5", "forces": "csv", "reading": "csv"}
@@ -77,16 +81,22 @@ class Session:
         Who computes.
     send : coroutine function
         Takes one frame to the page.
+    live : Live, optional
+        The camera, if there is one.
     """
 
-    def __init__(self, start: Start, workers: Workers, send: Send) -> None:
+    def __init__(
+        self, start: Start, workers: Workers, send: Send, live: Live | None = None
+    ) -> None:
         self.start, self.workers, self.send = start, workers, send
         self.wishes = LatestWins(self._answer)
         self.current: tuple[int, Solved] | None = None
+        self.watcher = None if live is None else live.watcher()
 
     async def greet(self) -> None:
-        """Say which designs there are to start from."""
-        await self._say({"type": "hello", "designs": list(shipped_designs())})
+        """Say which designs there are to start from, and whether there is a camera."""
+        camera = self.watcher is not None
+        await self._say({"type": "hello", "designs": list(shipped_designs()), "camera": camera})
 
     async def receive(self, frame: bytes) -> None:
         """Take in one message of the page."""
@@ -107,6 +117,8 @@ class Session:
                 await self._design(wish)
             elif isinstance(wish, ReadRequest):
                 await self._read(wish)
+            elif isinstance(wish, LiveRequest):
+                await self._look(wish)
             else:
                 await self._download(wish)
         except FringeforceError as error:
@@ -129,6 +141,12 @@ class Session:
         model = self._model(wish)
         facts, blocks = await self.workers.shoot(model, wish.forces, wish.seed)
         await self._say({"type": "reading", "id": wish.id, "design": wish.design, **facts}, blocks)
+
+    async def _look(self, wish: LiveRequest) -> None:
+        if self.watcher is None:
+            raise InputError("There is no camera; start the explorer with --camera.")
+        facts, blocks = await self.watcher.next(wish.friction, wish.again)
+        await self._say({"type": "live", "id": wish.id, **facts}, blocks)
 
     async def _download(self, wish: DownloadRequest) -> None:
         model = self._model(wish)

@@ -6,6 +6,7 @@ import { DesignForm } from "./design";
 import { byId, element } from "./dom";
 import { downloadMenu, saveFile } from "./download";
 import { showFigures } from "./figures";
+import { Live } from "./live";
 import { Model, type Reading, readingOf } from "./model";
 import { Painting } from "./painting";
 import { presetLoads, refitted } from "./presets";
@@ -23,6 +24,7 @@ export class Explorer {
   private frame = 0;
   private loadChanged = true;
   private hashTimer = 0;
+  private live: Live | null = null;
   private readonly store = new Store(location.hash, (before) => this.changed(before));
   private readonly painting = new Painting(this.store, () => this.schedule());
   private readonly form = new DesignForm(this.store);
@@ -106,21 +108,30 @@ export class Explorer {
 
   private receive(message: Message): void {
     const { header, blocks } = message;
-    if (message.type === "hello") this.greeted(header.designs as string[]);
+    if (message.type === "hello") this.greeted(header);
+    else if (message.type === "live") this.live?.take(message);
     else if (message.type === "model") this.modelled(new Model(message), header.slot as string);
     else if (message.type === "reading") this.read(readingOf(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
   }
 
-  private greeted(designs: string[]): void {
-    const options = designs.map((name) => element("option", { value: name }, name));
+  private greeted(header: Record<string, unknown>): void {
+    const options = (header.designs as string[]).map((name) => element("option", { value: name }, name));
     const start = byId<HTMLSelectElement>("start");
     start.replaceChildren(element("option", { value: "" }, "as started"), ...options);
     start.value = this.store.state.start;
+    if (header.camera) {
+      this.live ??= new Live(this.connection, () => this.schedule());
+      this.live.greet();
+    }
   }
 
   private modelled(model: Model, slot: string): void {
+    if (slot === "camera") {
+      this.live?.modelled(model);
+      return;
+    }
     if (slot !== "main") {
       this.painting.compare.take(slot as Edges, model);
       this.schedule();
@@ -179,6 +190,10 @@ export class Explorer {
   private paint(): void {
     this.frame = 0;
     this.toolbar.show();
+    if (this.live?.shown) {
+      this.live.redraw();
+      return;
+    }
     if (!this.model || this.store.state.normal.length !== this.model.tactels.length) return;
     if (this.loadChanged) {
       this.typed.draw();

@@ -1,9 +1,11 @@
-/** Forces read from the noisy line beside the true ones, with bars of two standard deviations. */
+/** Forces read from a line, beside the true ones where they are known, with bars of two standard deviations. */
 
 import { set, shape } from "./dom";
 import { LEFT, type Layout, RIGHT } from "./layout";
-import { type Model, niceAbove, type Reading } from "./model";
-import type { State } from "./store";
+import { type Model, niceAbove, type Reading as FullReading } from "./model";
+
+type Reading = Pick<FullReading, "forces" | "std">;
+type Truth = { normal: number[]; tangential: number[] };
 
 const HEIGHT = 150;
 const TOP = 10;
@@ -29,11 +31,15 @@ export class Readings {
     container.append(this.svg);
   }
 
-  draw(model: Model, state: State, reading: Reading | null, place: Layout): void {
-    const n = state.normal.length;
+  /** Show forces on a scale that holds the true ones, or the lowest and highest given. */
+  draw(
+    model: Model, state: Truth | null, reading: Reading | null, place: Layout,
+    [least, most]: [number, number] = extremes(state),
+  ): void {
+    const n = model.tactels.length;
     if (this.pairs.length !== n) this.build(n);
-    const peak = Math.max(...state.normal, ...state.tangential, 0.1);
-    const deep = Math.min(...state.normal, ...state.tangential, 0);
+    const peak = Math.max(most, 0.1);
+    const deep = Math.min(least, 0);
     [this.high, this.low] = [niceAbove(peak * 1.12), deep < 0 ? -niceAbove(-deep * 1.12) : -0.1 * niceAbove(peak * 1.12)];
     const signature = `${model.id} ${place.width} ${this.high} ${this.low}`;
     if (signature !== this.drawn) {
@@ -44,10 +50,10 @@ export class Readings {
     const shift = Math.min(5, place.scale * 0.0002);
     this.pairs.forEach((pair, i) => {
       const x = place.across(model.tactels[i]);
-      this.put(pair[0], x - shift, state.normal[i], reading, i, n);
-      this.put(pair[1], x + shift, state.tangential[i], reading, n + i, n);
+      this.put(pair[0], x - shift, state?.normal[i], reading, i, n);
+      this.put(pair[1], x + shift, state?.tangential[i], reading, n + i, n);
     });
-    set(this.svg, { "aria-label": spoken(state, reading) });
+    set(this.svg, { "aria-label": spoken(n, state, reading) });
   }
 
   private y(force: number): number {
@@ -55,8 +61,10 @@ export class Readings {
     return TOP + Math.min(Math.max(share, -0.1), 1.1) * (HEIGHT - TOP - BOTTOM);
   }
 
-  private put(m: Marks, x: number, truth: number, reading: Reading | null, i: number, n: number): void {
-    set(m.truth, { x1: x - 6, x2: x + 6, y1: this.y(truth), y2: this.y(truth) });
+  private put(m: Marks, x: number, truth: number | undefined, reading: Reading | null, i: number, n: number): void {
+    set(m.truth, { visibility: truth === undefined ? "hidden" : "visible" });
+    const level = this.y(truth ?? 0);
+    set(m.truth, { x1: x - 6, x2: x + 6, y1: level, y2: level });
     const value = reading?.forces[i];
     const usable = value !== undefined && Number.isFinite(value) && reading?.forces.length === 2 * n;
     for (const mark of [m.bar, m.dot]) set(mark, { visibility: usable ? "visible" : "hidden" });
@@ -104,12 +112,17 @@ export class Readings {
   }
 }
 
-function spoken(state: State, reading: Reading | null): string {
+function extremes(state: Truth | null): [number, number] {
+  const forces = state ? [...state.normal, ...state.tangential] : [];
+  return [Math.min(...forces, 0), Math.max(...forces, 0)];
+}
+
+function spoken(n: number, state: Truth | null, reading: Reading | null): string {
   if (!reading) return "No reading yet.";
-  const n = state.normal.length;
-  const parts = state.normal.map((force, i) => {
+  const of = (truth: number | undefined) => (truth === undefined ? "" : ` of ${truth.toFixed(2)}`);
+  const parts = Array.from({ length: n }, (_, i) => {
     const [normal, tangential] = [reading.forces[i], reading.forces[n + i]];
-    return `tactel ${i + 1}: normal ${normal?.toFixed(2)} of ${force.toFixed(2)}, tangential ${tangential?.toFixed(2)} of ${state.tangential[i].toFixed(2)}`;
+    return `tactel ${i + 1}: normal ${normal?.toFixed(2)}${of(state?.normal[i])}, tangential ${tangential?.toFixed(2)}${of(state?.tangential[i])}`;
   });
-  return `Forces read, of the true ones, in newtons. ${parts.join("; ")}.`;
+  return `Forces read${state ? ", of the true ones" : ""}, in newtons. ${parts.join("; ")}.`;
 }

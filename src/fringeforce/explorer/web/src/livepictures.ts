@@ -1,0 +1,130 @@
+/** Everything that is painted of one moment of a running sensor. */
+
+import { isDark } from "./colours";
+import { byId, element } from "./dom";
+import { drawFringes } from "./fringes";
+import { History } from "./history";
+import { type Layout, layout, Sight } from "./layout";
+import type { Model } from "./model";
+import { AlongStrip } from "./plots";
+import { Readings } from "./readings";
+import type { Moment, Ring } from "./ring";
+import { Slip } from "./slip";
+
+const SPAN = 10;
+const TOLD = 6;
+const WORDS: Record<string, string> = { slip: "near slip", stick: "holds" };
+
+export class LivePictures {
+  private readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  private readonly readings: Readings;
+  private readonly slip: Slip;
+  private readonly normal = new History(byId("watch-normal"), "normal force [N]");
+  private readonly tangential = new History(byId("watch-tangential"), "tangential force [N]");
+  private readonly camera = new AlongStrip(byId("watch-camera"), {
+    height: 120,
+    unit: "grey level",
+    curves: [{ label: "camera line", ink: "noise", width: 1 }],
+    range: () => [0, this.fullScale],
+  });
+  private readonly sight: Sight;
+  private fullScale = 255;
+  private millimetres = new Float32Array();
+
+  constructor(repaint: () => void) {
+    byId("watch-fringes").append(this.canvas);
+    this.readings = new Readings(byId("watch-forces"));
+    this.slip = new Slip(byId("watch-slip"));
+    this.sight = new Sight(repaint);
+    this.sight.watch(...["fringes", "forces", "normal", "tangential", "slip"].map(panel));
+  }
+
+  /** Make ready for a sensor. */
+  build(model: Model): void {
+    this.fullScale = model.facts.camera.full_scale;
+    this.millimetres = model.x.map((x) => x * 1e3);
+    const n = model.tactels.length;
+    for (const plot of [this.normal, this.tangential]) plot.build(n);
+    byId("watch-lines").replaceChildren(...this.normal.legend(n));
+  }
+
+  /** How the camera does, which is the same for all moments. */
+  counts(header: Record<string, unknown>): void {
+    const rate = Math.round(header.rate as number);
+    const [lines, dropped] = [header.lines as number, header.dropped as number];
+    write("watch-title", (header.camera as string) || "Live");
+    write("watch-counts", `${rate} lines/s read, ${lines} lines, ${dropped} dropped`);
+    const trouble = (header.ended as string) || (header.trouble as string);
+    write("watch-trouble", trouble);
+    byId("watch-trouble").hidden = !trouble;
+  }
+
+  draw(model: Model, ring: Ring, number: number, friction: number): void {
+    const moment = ring.get(number);
+    const place = layout(byId("watch-fringes").clientWidth, model.facts.strip.length);
+    const span = ring.until(number, SPAN);
+    this.along(model, moment, place);
+    if (this.shows("forces")) this.readings.draw(model, null, moment, place, reach(span));
+    const n = model.tactels.length;
+    if (this.shows("normal")) this.normal.draw(place.width, theme(), span, 0, n, SPAN);
+    if (this.shows("tangential")) this.tangential.draw(place.width, theme(), span, n, n, SPAN);
+    if (this.shows("slip")) {
+      this.slip.draw(model, moment, place, friction);
+      this.events(ring.until(number, 2 * SPAN));
+    }
+    write("watch-status", moment.status.replaceAll("_", " "));
+    byId("watch-status").dataset.status = moment.status;
+    write("watch-advice", moment.advice);
+  }
+
+  private along(model: Model, moment: Moment, place: Layout): void {
+    if (!this.shows("fringes")) return;
+    drawFringes(this.canvas, model, moment.phase, place);
+    const frame = Float32Array.from(moment.frame);
+    this.camera.draw(place.width, theme(), [this.millimetres, frame]);
+  }
+
+  private events(span: Moment[]): void {
+    const lines = span.flatMap(({ time, events }) => {
+      const kinds = [...new Set(events.map(([kind]) => kind))];
+      return kinds.map((kind) => {
+        const tactels = events.filter((event) => event[0] === kind).map((event) => event[1] + 1);
+        return `${time.toFixed(1)} s: ${WORDS[kind] ?? kind} at ${tactels.join(", ")}`;
+      });
+    });
+    const last = lines.slice(-TOLD);
+    const list = byId("watch-events");
+    if (list.dataset.told === last.join()) return;
+    list.dataset.told = last.join();
+    list.replaceChildren(...last.map((line) => element("li", {}, line)));
+  }
+
+  private shows(name: string): boolean {
+    return this.sight.sees(panel(name));
+  }
+}
+
+/** Forces that the scale must hold, lowest and highest of a span, so that it does not twitch. */
+function reach(span: Moment[]): [number, number] {
+  let [low, high] = [0, 0.1];
+  for (const { forces } of span) {
+    for (const force of forces) {
+      if (force < low) low = force;
+      if (force > high) high = force;
+    }
+  }
+  return [low, high];
+}
+
+function panel(name: string): HTMLElement {
+  return byId(`watch-${name}`);
+}
+
+function theme(): string {
+  return isDark() ? "dark" : "light";
+}
+
+function write(id: string, text: string): void {
+  const target = byId(id);
+  if (target.textContent !== text) target.textContent = text;
+}
