@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import fringeforce as ff
+from fringeforce.files import load_frames, save_frames
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.loads import polar
 
@@ -111,6 +112,13 @@ def test_a_design_with_channels_survives_its_text(sensor, tmp_path) -> None:
     tables = "".join(f"[[polariscope.channels]]\nbias = {b}\n" for b in (0, 90))
     path.write_text(sensor.to_toml().replace("[camera]", f"{tables}[camera]"))
     assert len(ff.load_sensor(path).polariscope.channels) == 2
+
+
+def test_frames_of_several_channels_survive_their_file(models, tmp_path) -> None:
+    model = models["quadrature"]
+    frames = model.expose(contacts(np.random.default_rng(9), 3), rng=9)
+    save_frames(tmp_path / "f.h5", frames, model.pixel_positions)
+    np.testing.assert_array_equal(load_frames(tmp_path / "f.h5"), frames)
 
 
 def test_a_frame_of_another_number_of_channels_is_a_bad_frame(models) -> None:

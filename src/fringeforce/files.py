@@ -97,7 +97,7 @@ def save_frames(
     ----------
     path : path
         Of the HDF5 file.
-    frames : array_like, shape (k, n_pixels)
+    frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
         Grey levels.
     x : array_like, shape (n_pixels,)
         Places of the pixels [m].
@@ -108,7 +108,12 @@ def save_frames(
     with new_file(path, "frames") as file:
         _write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
         _write(file, "x", np.asarray(x, dtype=float), ("x",), "m", "places of the pixels")
-        _write(file, "grey", images, ("frame", "x"), None, "grey levels")
+        axes = ("frame", "x")
+        if images.ndim == 3:
+            channels = np.arange(1, images.shape[1] + 1)
+            _write(file, "channel", channels, ("channel",), None, "number of the channel")
+            axes = ("frame", "channel", "x")
+        _write(file, "grey", images, axes, None, "grey levels")
         if forces is not None:
             loads = np.asarray(forces, dtype=float)
             tactels = np.arange(1, loads.shape[2] + 1)
@@ -127,7 +132,7 @@ def load_frames(path: PathLike) -> NDArray[Any]:
 
     Returns
     -------
-    ndarray, shape (k, n_pixels)
+    ndarray, shape (k, n_pixels) or (k, n_channels, n_pixels)
         Grey levels as stored.
 
     Raises
