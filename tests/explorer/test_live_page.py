@@ -14,6 +14,8 @@ pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
 )
 WAIT = 20_000
+COMPILED = 180_000
+"""Until the first reading, for which a new machine compiles the reader's loops [ms]."""
 SPELLED = re.compile(r"normal (-?[\d.]+), tangential")
 
 
@@ -34,7 +36,8 @@ def page(browser: Browser, watched: LocalServer) -> Iterator[Page]:
     found.on("console", lambda message: complaints.append(message.text))
     found.on("pageerror", lambda error: complaints.append(str(error)))
     found.goto(watched.address)
-    expect(found.locator("#watch-forces svg")).to_have_attribute("aria-label", SPELLED)
+    forces = found.locator("#watch-forces svg")
+    expect(forces).to_have_attribute("aria-label", SPELLED, timeout=COMPILED)
     yield found
     context.close()
     assert complaints == []
