@@ -17,11 +17,12 @@ See Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 24, for the s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Transducer
+from fringeforce.design import Layer, Transducer
 from fringeforce.mechanics.moduli import plane_moduli
 
 Array = NDArray[np.float64]
@@ -68,14 +69,19 @@ class _Layer:
         )
 
 
-def _layers(transducer: Transducer) -> tuple[_Layer, _Layer]:
-    a, b = transducer.compliant.thickness, transducer.photoelastic.thickness
-    soft = plane_moduli(transducer.compliant, transducer.plane)
-    clear = plane_moduli(transducer.photoelastic, transducer.plane)
+def _layers(
+    compliant: Layer, photoelastic: Layer, plane: Literal["stress", "strain"]
+) -> tuple[_Layer, _Layer]:
+    a, b = compliant.thickness, photoelastic.thickness
+    soft, clear = plane_moduli(compliant, plane), plane_moduli(photoelastic, plane)
     return (
         _Layer(bottom=-a, top=0.0, c11=soft.c11, c12=soft.c12),
         _Layer(bottom=-a - b, top=-a, c11=clear.c11, c12=clear.c12),
     )
+
+
+def _strip_layers(transducer: Transducer) -> tuple[_Layer, _Layer]:
+    return _layers(transducer.compliant, transducer.photoelastic, transducer.plane)
 
 
 def _coefficients(layers: tuple[_Layer, _Layer], alpha: Array) -> Array:
@@ -94,6 +100,30 @@ def _coefficients(layers: tuple[_Layer, _Layer], alpha: Array) -> Array:
     tractions[1, 1] = 1.0
     solution = np.linalg.solve(system, np.broadcast_to(tractions, (len(alpha), 8, 2)))
     return np.asarray(solution, dtype=np.float64)
+
+
+def harmonic_displacement(
+    compliant: Layer, photoelastic: Layer, alpha: Array, heights: Array
+) -> Array:
+    """Displacement along a wave on the top surface, in plane strain.
+
+    Parameters
+    ----------
+    compliant, photoelastic : Layer
+        The cover, and what it lies on; the bottom is bonded.
+    alpha : ndarray, shape (k,)
+        Wave numbers [1/m].
+    heights : ndarray, shape (q,)
+        Places in the photoelastic layer [m].
+
+    Returns
+    -------
+    ndarray, shape (k, q, 2)
+        Amplitude of u [m/Pa] for a unit pressure and for a unit traction along the wave.
+    """
+    layers = _layers(compliant, photoelastic, "strain")
+    state = layers[1].basis(alpha, heights) @ _coefficients(layers, alpha)[:, None, 4:]
+    return state[:, :, _ALPHA_U] / alpha[:, None, None]
 
 
 def _harmonics(transducer: Transducer, positions: ArrayLike, terms: int) -> tuple[Array, Array]:
@@ -126,7 +156,7 @@ def integrated_stress(
         Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N], for normal and
         tangential unit forces.
     """
-    layers = _layers(transducer)
+    layers = _strip_layers(transducer)
     clear = layers[1]
     alpha, amplitude = _harmonics(transducer, positions, terms)
     faces = clear.basis(alpha, np.array([clear.top, clear.bottom]))
@@ -166,7 +196,7 @@ def stress_field(
     ndarray, shape (3, m, q, 2, n)
         sigma_x, sigma_z and tau_xz [Pa/N] for normal and tangential unit forces.
     """
-    layers = _layers(transducer)
+    layers = _strip_layers(transducer)
     soft, clear = layers
     alpha, amplitude = _harmonics(transducer, positions, terms)
     coefficients = _coefficients(layers, alpha)

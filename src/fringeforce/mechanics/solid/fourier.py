@@ -1,0 +1,141 @@
+"""The exact solution for roller sides, as a double Fourier series over the block.
+
+Roller sides are mirror planes, so with x' and y' from a corner, alpha = m pi / length,
+beta = n pi / width and kappa^2 = alpha^2 + beta^2 the fields
+
+    u ~ sin(alpha x') cos(beta y'),  v ~ cos(alpha x') sin(beta y'),  w ~ cos(alpha x') cos(beta y')
+
+separate.  Horizontal displacements along (alpha, beta) go with w as in plane strain at the wave
+number kappa; those across, along (-beta, alpha), are pure shear and obey u'' = kappa^2 u.  Both
+are ordinary differential equations in z (Ewing, Jardetzky and Press, Elastic Waves in Layered
+Media, 1957, chapter 4, at frequency zero).  No finite element takes part.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.mechanics.fourier import harmonic_displacement
+from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+
+Array = NDArray[np.float64]
+
+
+def stress_influence(
+    block: Block, patches: Patches, x: Array, y: Array, slices: int = 8, digits: float = 6.0
+) -> SolidInfluence:
+    """Stresses inside the photoelastic layer per unit force on every tactel.
+
+    Parameters
+    ----------
+    block : Block
+        Its sides are taken to be rollers, whatever it says.
+    patches : Patches
+        Where the forces act.
+    x, y : ndarray, shape (nx,), (ny,)
+        Places of the samples [m].
+    slices : int
+        Samples over the depth of the photoelastic layer.
+    digits : float
+        The series ends where the cover has damped its harmonics by ten to this power.
+    """
+    heights, weights = block.depths(slices)
+    alpha = _wave_numbers(block.length, block, digits)
+    beta = _wave_numbers(block.width, block, digits)
+    along, across = _horizontal(block, alpha, beta, heights)
+    shape = (len(x), len(y), slices, 3, len(patches.places))
+    difference, shear = np.empty(shape), np.empty(shape)
+    loads = _load_harmonics(block, patches, alpha, beta)
+    at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
+    mu = block.photoelastic.youngs_modulus / (2 * (1 + block.photoelastic.poissons_ratio))
+    turn_c, turn_s = _doubled_angle(alpha, beta)
+    for component, (load_x, load_y) in enumerate(loads):
+        # Hooke's law: 2 mu (eps_x - eps_y), and mu gamma_xy
+        waves_d = 2 * mu * (turn_c * along[component] - turn_s * across[component])
+        waves_s = -mu * (turn_s * along[component] + turn_c * across[component])
+        for field, waves, wave_x, wave_y in (
+            (difference, waves_d, np.cos(at_x), np.cos(at_y)),
+            (shear, waves_s, np.sin(at_x), np.sin(at_y)),
+        ):
+            field[:, :, :, component] = _synthesis(waves, wave_x, wave_y, load_x, load_y)
+    return SolidInfluence(x, y, heights, weights, difference, shear)
+
+
+def _wave_numbers(side: float, block: Block, digits: float) -> Array:
+    terms = math.ceil(digits * math.log(10) * side / (math.pi * block.compliant.thickness))
+    return np.arange(terms + 1, dtype=np.float64) * (np.pi / side)
+
+
+def _doubled_angle(alpha: Array, beta: Array) -> tuple[Array, Array]:
+    """Kappa times cosine and sine of twice the wave's direction, shape (1, m, n)."""
+    kappa = np.hypot(alpha[:, None], beta)
+    kappa[0, 0] = 1.0
+    return (
+        ((alpha[:, None] ** 2 - beta**2) / kappa)[None],
+        (2 * alpha[:, None] * beta / kappa)[None],
+    )
+
+
+def _horizontal(
+    block: Block, alpha: Array, beta: Array, heights: Array
+) -> tuple[list[Array], list[Array]]:
+    """Displacement along and across the wave, per unit harmonic of each traction component.
+
+    Returns two lists over N, T_x, T_y of arrays, shape (slices, m, n).
+    """
+    kappa = np.hypot(alpha[:, None], beta)
+    kappa[0, 0] = 1.0  # the mean pressure gives no stress difference: _doubled_angle is zero there
+    size, kind = np.unique(kappa, return_inverse=True)
+    kind = kind.reshape(kappa.shape)
+    pressed, pulled = np.moveaxis(
+        harmonic_displacement(block.compliant, block.photoelastic, size, heights), -1, 0
+    )
+    twisted = _shear_displacement(block, size, heights)
+    pressed, pulled, twisted = (values.T[:, kind] for values in (pressed, pulled, twisted))
+    cosine, sine = alpha[:, None] / kappa, beta / kappa
+    return (
+        [pressed, pulled * cosine, pulled * sine],
+        [np.zeros_like(pressed), -twisted * sine, twisted * cosine],
+    )
+
+
+def _shear_displacement(block: Block, kappa: Array, heights: Array) -> Array:
+    """Displacement across the wave for a unit traction across it, shape (len(kappa), slices)."""
+    soft, clear = (
+        layer.youngs_modulus / (2 * (1 + layer.poissons_ratio))
+        for layer in (block.compliant, block.photoelastic)
+    )
+    cover, depth = block.compliant.thickness, block.photoelastic.thickness
+    damped = np.exp(-kappa * cover)
+    cosh, sinh = (1 + damped**2) / 2, (1 - damped**2) / 2  # over exp(kappa cover)
+    interface = damped / (kappa * (clear / np.tanh(kappa * depth) * cosh + soft * sinh))
+    above = heights - block.base
+    rising = np.exp(kappa[:, None] * (above - depth))
+    ratio = rising * np.expm1(-2 * kappa[:, None] * above) / np.expm1(-2 * kappa * depth)[:, None]
+    return interface[:, None] * ratio
+
+
+def _load_harmonics(
+    block: Block, patches: Patches, alpha: Array, beta: Array
+) -> list[tuple[Array, Array]]:
+    """Harmonics of unit forces: along x, (m, tactels), and along y, (n, tactels), by component."""
+    x, y = patches.places.T + np.array([[block.length / 2], [block.width / 2]])
+    waves = []
+    for side, wave, place in ((block.length, alpha, x), (block.width, beta, y)):
+        share = np.where(wave > 0, 2.0, 1.0) / side * np.sinc(wave * patches.size / (2 * np.pi))
+        phase = np.outer(wave, place)
+        waves.append((share[:, None] * np.cos(phase), share[:, None] * np.sin(phase)))
+    (cos_x, sin_x), (cos_y, sin_y) = waves
+    return [(cos_x, cos_y), (sin_x, cos_y), (cos_x, sin_y)]
+
+
+def _synthesis(waves: Array, wave_x: Array, wave_y: Array, load_x: Array, load_y: Array) -> Array:
+    """Sum the series for every tactel, shape (nx, ny, slices, tactels)."""
+    field = np.empty((len(wave_x), len(wave_y), len(waves), load_x.shape[1]))
+    for tactel in range(load_x.shape[1]):
+        left, right = wave_x * load_x[:, tactel], (wave_y * load_y[:, tactel]).T
+        field[..., tactel] = np.moveaxis(left @ waves @ right, 0, -1)
+    return field
