@@ -234,7 +234,9 @@ def test_a_worker_that_dies_is_replaced(client: TestClient, ask: Ask) -> None:
     assert ask(type="read", id=3, design=2, forces=forces)[0]["status"] == "OK"
 
 
-def test_a_loaded_model_is_shown_as_it_is(model: ff.SensorModel) -> None:
+def test_a_loaded_model_is_shown_as_it_is_and_a_changed_one_as_drawn(
+    model: ff.SensorModel,
+) -> None:
     import pickle
     from dataclasses import replace
 
@@ -246,9 +248,12 @@ def test_a_loaded_model_is_shown_as_it_is(model: ff.SensorModel) -> None:
         client.websocket_connect(SOCKET, headers=headers) as socket,
     ):
         socket.receive_bytes()
-        peaks = []
+        peaks, drawn = [], []
         for k, changes in enumerate([{}, {"transducer.edges": "roller"}]):
             socket.send_bytes(encoded({"type": "design", "id": k, "changes": changes}))
-            peaks.append(np.abs(decoded(socket.receive_bytes())[1]["psi"]).max())
+            header, blocks = decoded(socket.receive_bytes())
+            peaks.append(np.abs(blocks["psi"]).max())
+            drawn.append(header["as_drawn"])
+    assert drawn == [False, True]
     assert peaks[0] == pytest.approx(np.abs(measured.pixel_influence).max(), rel=1e-6)
     assert peaks[1] < np.abs(model.pixel_influence).max() * 1.1

@@ -152,6 +152,34 @@ def test_a_page_that_looks_away_stalls_nobody_and_then_sees_the_newest(
         assert slow()[0]["line"] >= messages[-1][0]["line"]
 
 
+def test_a_camera_rests_while_no_page_asks_and_is_there_for_the_next(
+    sensor: ff.Sensor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fringeforce.explorer.live.REST", 0.3)
+    cameras: list[Closing] = []
+
+    def opened(model: ff.SensorModel) -> Camera:
+        cameras.append(Closing(model, Settings(1000, None, BLOCK)))
+        return cameras[-1]
+
+    with served(sensor, Source(opened)) as client, page(client) as look:
+        first = seen(look, lambda m: bool(m[1]))[-1][0]
+        deadline = time.monotonic() + 60
+        while not cameras[0].closed and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert cameras[0].closed
+        again = seen(look, lambda m: bool(m[1]))[-1][0]
+    assert (first["run"], again["run"], len(cameras)) == (1, 2, 2)
+
+
+class Closing(SimulatedCamera):
+    closed = False
+
+    def close(self) -> None:
+        self.closed = True
+        super().close()
+
+
 class Unplugged(SimulatedCamera):
     def __enter__(self) -> "Unplugged":
         raise CameraLost("Nobody answers at this address.")

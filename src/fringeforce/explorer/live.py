@@ -36,6 +36,8 @@ QUEUE = 8
 """Blocks that wait for the reader: who watches wants the newest, not all."""
 PATIENCE = 1.0
 """After which a page hears that nothing is new [s]."""
+REST = 5.0
+"""Without a question of any page a camera is let go after this time [s]."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,9 @@ class Latest(Sink):
 
 
 class Live:
-    """One camera, read in a thread of its own from the moment that a page first asks.
+    """One camera, read in a thread of its own while pages ask.
+
+    A camera that no page asks for rests until one does; a recording is played to its end.
 
     Parameters
     ----------
@@ -162,13 +166,17 @@ class Live:
         self.statistics: Statistics | None = None
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
+        self._asked = 0.0
 
     def start(self, again: bool = False) -> None:
-        """Begin to read; once it has ended, again if asked."""
-        if self._thread is not None and not (again and self.ended):
+        """Begin to read, after a rest anew; once it has ended, again if asked."""
+        self._asked = time.monotonic()
+        resting = self._thread is None or not (self._thread.is_alive() or self.ended)
+        if not (resting or (again and self.ended)):
             return
         self.run += 1
         self.latest, self.statistics, self.ended = Latest(self.model), None, ""
+        self._stop = threading.Event()
         self._thread = threading.Thread(target=self._read, name="live", daemon=True)
         self._thread.start()
 
@@ -188,6 +196,8 @@ class Live:
             self.name = camera.name
             reader, sinks = Reader(self.model), [self.latest]
             live(reader, camera, sinks, stop=self._stop, report=self._told, queue=QUEUE)
+            if self._stop.is_set():
+                return
         except FringeforceError as error:
             self.ended = str(error)
         except Exception as error:  # whatever a camera's library raises, the page must hear of it
@@ -198,6 +208,8 @@ class Live:
 
     def _told(self, statistics: Statistics, _: Readings | None) -> None:
         self.statistics = statistics
+        if not self.source.recorded and time.monotonic() - self._asked > REST:
+            self._stop.set()
 
 
 class Watcher:

@@ -135,6 +135,7 @@ class Session:
         if wish.slot == "main":
             self.current = wish.id, solved
         header = {"type": "model", "id": wish.id, "slot": wish.slot, **solved.facts}
+        header["as_drawn"] = base.model is not None and model is None
         await self._say(header, solved.blocks)
 
     async def _read(self, wish: ReadRequest) -> None:

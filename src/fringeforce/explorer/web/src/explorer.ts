@@ -148,6 +148,7 @@ export class Explorer {
       );
     }
     showFigures(model, this.model);
+    asDrawn(model);
     this.model = model;
     this.form.show(model);
     byId<HTMLSelectElement>("start").value = this.store.state.start;
@@ -204,4 +205,13 @@ export class Explorer {
     clearTimeout(this.hashTimer);
     this.hashTimer = setTimeout(() => history.replaceState(null, "", this.store.hash), HASH_DELAY);
   }
+}
+
+/** Say where the numbers come from, if the page was started with a model. */
+function asDrawn({ facts }: Model): void {
+  const line = byId("as-drawn");
+  line.hidden = !facts.as_drawn && !facts.calibrated;
+  line.textContent = facts.calibrated
+    ? "Calibrated: as the sensor was measured."
+    : "As drawn: what the loaded model was measured to be holds for its own design only. Undo leads back.";
 }

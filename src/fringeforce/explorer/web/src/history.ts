@@ -7,6 +7,8 @@ import { LEFT, RIGHT } from "./layout";
 import type { Moment } from "./ring";
 
 const HEIGHT = 130;
+/** Seconds without a moment after which a line is not drawn on. */
+const GAP = 0.5;
 const FONT = "11px system-ui, sans-serif";
 /** After Okabe and Ito, darkened or lightened by the style sheet; then again with dashes. */
 const INKS = ["line-1", "line-2", "line-3", "line-4", "line-5", "line-6", "line-7"];
@@ -29,9 +31,10 @@ export class History {
 
   /** Show some of the forces of each moment, from one of them on. */
   draw(width: number, theme: string, span: Moment[], from: number, count: number, seconds: number): void {
-    const data: (number | null)[][] = [span.map(({ time }) => time)];
+    const moments = span.flatMap((moment, k) => (after(span[k - 1], moment) > GAP ? [null, moment] : [moment]));
+    const data: (number | null)[][] = [moments.map((moment, k) => (moment ?? moments[k - 1])?.time ?? 0)];
     for (let k = from; k < from + count; k++) {
-      data.push(span.map(({ forces }) => (Number.isFinite(forces[k]) ? forces[k] : null)));
+      data.push(moments.map((moment) => (moment && Number.isFinite(moment.forces[k]) ? moment.forces[k] : null)));
     }
     const signature = `${width} ${theme} ${this.lines}`;
     if (signature !== this.made || !this.plot) {
@@ -83,4 +86,8 @@ export class History {
       ],
     };
   }
+}
+
+function after(before: Moment | undefined, moment: Moment): number {
+  return before ? moment.time - before.time : 0;
 }

@@ -42,9 +42,8 @@ export class Live {
   /** The server has answered, for the first time or after it was away. */
   greet(): void {
     this.connection.want("model", () => ({ type: "design", slot: "camera" }));
-    if (!this.greeted) this.show(true);
+    if (!this.greeted || this.shown) this.show(true);
     this.greeted = true;
-    this.want();
   }
 
   modelled(model: Model): void {
@@ -66,7 +65,8 @@ export class Live {
     if (!this.paused) this.cursor = Math.max(this.ring.length - 1, 0);
     this.pictures.counts(header);
     byId("again").hidden = !this.ended;
-    if (!this.ended) this.want();
+    // the camera rests while no page shows it
+    if (!this.ended && this.shown) this.want();
     this.redraw();
   }
 
@@ -99,8 +99,12 @@ export class Live {
     document.body.classList.toggle("live", on);
     byId("watch").hidden = !on;
     byId("live").setAttribute("aria-pressed", `${on}`);
-    if (on) this.redraw();
-    else this.left();
+    if (!on) {
+      this.left();
+      return;
+    }
+    if (!this.ended) this.want();
+    this.redraw();
   }
 
   private pause(on: boolean): void {

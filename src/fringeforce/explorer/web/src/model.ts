@@ -19,6 +19,7 @@ export interface Facts {
   layers: [cover: number, clear: number];
   camera: { amplitude: number; offset: number; noise: number; full_scale: number };
   calibrated: boolean;
+  as_drawn: boolean;
 }
 
 /** Cells of the stress picture along the strip; the rows follow from the blocks' sizes. */
