@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.batch import Batch, checked_recording, read_batch, read_on
 from fringeforce.force.admissible import admissible
-from fringeforce.force.following import FOLLOWED, covariance_at
+from fringeforce.force.following import SILENT, UNSETTLED
 from fringeforce.model import SensorModel
-from fringeforce.reading import Reading, Status
+from fringeforce.reading import Reading
 from fringeforce.single_frame import SingleFrameReader
-from fringeforce.tracker import Track, Tracker
+from fringeforce.tracker import STATUSES, Track, Tracker
 
 Array = NDArray[np.float64]
 
@@ -154,21 +154,21 @@ class Reader:
 
     def _followed(self, levels: NDArray[Any]) -> Reading:
         single, tracker = self._single, self._tracker
-        loads = self._track.loads[0].copy()
-        touched = self._track.verdicts[0] == FOLLOWED
+        loads, verdict = self._track.loads[0].copy(), self._track.verdicts[0]
         spread: Callable[[], Array]
-        if not touched:
+        if verdict == SILENT:
             spread = partial(getattr, single, "silent_covariance")
-        elif tracker.widens:
-            spread = partial(_spread, tracker, loads, levels.copy())
         else:
-            spread = partial(covariance_at, tracker.strip, loads)
+            spread = tracker.noise(loads, verdict)
+            if tracker.widens:
+                spread = partial(_widened, tracker, spread, loads, levels.copy())
         limited = np.zeros(len(loads) // 2, dtype=bool)
+        rivals = tracker.rivals if verdict == UNSETTLED else tracker.rivals[:0]
         known: dict[str, Any] = {
             "chi2": float(tracker.chi2(self._track.reports[0])),
-            "status": Status.OK if touched else Status.NO_CONTACT,
+            "status": STATUSES[verdict],
             "detail": "",
-            "alternatives": np.empty((0, 2, len(loads) // 2)),
+            "alternatives": rivals.reshape(-1, 2, len(loads) // 2),
             "tracked": True,
         }
         if single.friction is not None:
@@ -180,5 +180,7 @@ class Reader:
         return Reading.deferred(known, {"covariance": spread, "phase": phase})
 
 
-def _spread(tracker: Tracker, loads: Array, levels: NDArray[Any]) -> Array:
-    return tracker.widened(covariance_at(tracker.strip, loads), loads, levels)
+def _widened(
+    tracker: Tracker, noise: Callable[[], Array], loads: Array, levels: NDArray[Any]
+) -> Array:
+    return tracker.widened(noise(), loads, levels)
