@@ -94,7 +94,7 @@ class Tracker:
         self._sound = np.empty(0, dtype=bool)
         self._place: Place | None = None
         self._memory: Memory | None = None
-        self._compiled: tuple[Any, ...] = ()
+        self._compiled: tuple[Any, Any, Any, Any] = ((), (), (), ())
         self._excess, self.rivals = np.empty((0, 0)), np.empty((0, 0))
 
     def release(self) -> None:
@@ -166,14 +166,13 @@ class Tracker:
         self._used = used
         self._limits, self._memory = Limits.of(strip), memory
         self._place = place = Place.at(strip, loads)
-        memory.begin(found.status is Status.AMBIGUOUS, found.status is Status.NO_CONTACT)
-        if found.status is Status.AMBIGUOUS:
+        self._excess = found.covariance - found.noise
+        unsettled = found.status is Status.AMBIGUOUS
+        memory.begin(unsettled, found.status is Status.NO_CONTACT)
+        if unsettled:
             steady(strip.arrays, place.arrays, memory.variance, memory.mean)
         self._compiled = (strip.arrays, place.arrays, memory.arrays, self._limits.numbers)
-        self._excess, self.rivals = (
-            found.covariance - found.noise,
-            np.reshape(found.rivals, (-1, len(loads))),
-        )
+        self.rivals = np.reshape(found.rivals, (-1, len(loads)))
 
     def noise(self, loads: Array, verdict: int) -> Callable[[], Array]:
         """What computes the covariance of the frame that was followed last, shape (2n, 2n)."""

@@ -23,7 +23,7 @@ from fringeforce.force.evaluation import (
     silence,
 )
 from fringeforce.force.gauss_newton import CLOSE, follow, settle
-from fringeforce.force.steady import FRAMES, REMEMBERED, STEADY, step_steadily, steady, uncertainty
+from fringeforce.force.steady import FRAMES, REMEMBERED, STEADY, steady, step_steadily, uncertainty
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import CHUNK, add_gram, factorise, invert
 
@@ -32,13 +32,18 @@ Array = NDArray[np.float64]
 FOLLOWED, SILENT, DOUBTFUL, HELD, UNSETTLED = range(5)
 """What becomes of a frame: explained; explained by no load at all; left to a search; explained, by
 what the last search settled on; and explained by one of several loads that it left open."""
-OPEN, WIDE, LEFT, RAISED = range(4)
-"""What is known since the last search: whether it left open which of several loads; whether nothing
-has been surer since; frames that may still come before the next one must look; and frames in a row
-that were louder than silence."""
-KNOWN = 4
-SPELL, HUSH = 128, 32
-"""Frames for which the word of a search holds: about loads, and about silence."""
+OPEN, FRESHLY, AGAIN, LENGTH, LEFT, RAISED, LOOKED = range(7)
+"""What is known since the last search: whether it left open which of several loads; whether
+nothing has been surer since, and whether the doubt lasts; for how many frames it need not be done
+again, and how many of them are left; frames in a row that were louder than silence; and frames for
+which errors of the model need no new look."""
+KNOWN = 7
+SPELL, HUSH = 128.0, 32.0
+"""Frames until a search is due again at first: about loads, and about silence."""
+WORD = 32.0
+"""Frames for which the word of a search, or of the last frame that was sure, holds."""
+HOLDS, STAYS = 512.0, 4096.0
+"""And at most, if doubt lasts and the spell doubles: where a search was sure, and where not."""
 JUMP = 0.25
 """Bend of the way from one frame to the next, beyond which it may have led to a mirror image."""
 MARGIN = 6.0
@@ -54,8 +59,8 @@ from the mean instead."""
 LOST, NEAR = 1.5, 0.5
 """Shares of it, by the mean's own deviation, beyond which the branch is no longer known, and below
 which it is worth a search to know it again."""
-PAUSE, FEW = 32, 8
-"""Frames between two searches at least; and those after which the mean is surer than a search."""
+PAUSE, FEW = 0.25, 8
+"""Share of a spell without a search at least; frames after which the mean is surer than one."""
 CONTACT = 6.0
 """Deviations of pure noise by which loads must beat silence."""
 STEP, WHOLE, NONE = range(3)
@@ -111,8 +116,11 @@ class Memory:
 
     def begin(self, unsettled: bool, silent: bool) -> None:
         """Begin after a search."""
+        again, length = self.known[AGAIN], 2 * self.known[LENGTH]
+        spell = min(length, STAYS if unsettled else HOLDS) if again else SPELL
+        spell = HUSH if silent else spell
         self.mean[:] = 0
-        self.known[:] = unsettled, not silent, HUSH if silent else SPELL, 0
+        self.known[:] = unsettled, not silent, not silent, spell, spell, 0, SPELL
 
     @property
     def arrays(self) -> tuple[Any, ...]:
@@ -149,7 +157,7 @@ def follow_all(
             return i
         if verdicts[i] == SILENT:
             silent, loads[i], mean[STEADY] = True, 0, 0
-        elif mean[STEADY] and wanted != NONE or wanted == STEP:
+        elif (mean[STEADY] and wanted != NONE) or wanted == STEP:
             covariances[i] = place[8]
         elif wanted == WHOLE:
             covariance(strip, place[2], covariances[i])
@@ -176,17 +184,19 @@ def _hush(strip, known, limits, frame, report) -> int:
 def _touch(strip, place, memory, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
     variance, mean, known = memory
+    known[LOOKED] -= 1
+    order = NOISE if known[LOOKED] > 0 else ORDER
     if not mean[STEADY]:
         before = place[0].copy()
         follow(strip, place, frame, loads, report)
-        found = verdict(report, limits)
+        found = verdict(report, limits, order)
         if found != DOUBTFUL:
-            known[WIDE], known[LEFT] = 0, SPELL
+            _trust(known)
             return found
         place[0][:] = before
         steady(strip, place, variance, mean)
     step_steadily(strip, place, variance, mean, frame, loads, report)
-    found = steady_verdict(report, limits, mean, known)
+    found = steady_verdict(report, limits, mean, known, order)
     if found == FOLLOWED and 2 * MARGIN * report[WEAK] < CALM:
         mean[STEADY], place[0][:] = 0, loads
         settle(strip, place)
@@ -194,10 +204,10 @@ def _touch(strip, place, memory, limits, frame, loads, report) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def verdict(report, limits) -> int:
+def verdict(report, limits, order) -> int:
     """What becomes of a frame, from what `follow` reported."""
     pixels, groups, size = limits
-    if not report[PROMISED] <= CLOSE or not _noise(report, pixels, groups, NOISE, ORDER):
+    if not report[PROMISED] <= CLOSE or not _noise(report, pixels, groups, NOISE, order):
         return DOUBTFUL
     if report[GAIN] <= size + CONTACT * sqrt(2 * size):
         return SILENT
@@ -207,10 +217,10 @@ def verdict(report, limits) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def steady_verdict(report, limits, mean, known) -> int:
+def steady_verdict(report, limits, mean, known, order) -> int:
     """What becomes of a frame, from what `step_steadily` reported."""
     pixels, groups, size = limits
-    if not _noise(report, pixels, groups, NOISE, ORDER):
+    if not _noise(report, pixels, groups, NOISE, order):
         return DOUBTFUL
     # a step that is long, or so bent that it does not end at the top
     if not report[PROMISED] <= LEAP * size or not report[BENT] ** 2 * report[PROMISED] <= size:
@@ -218,14 +228,23 @@ def steady_verdict(report, limits, mean, known) -> int:
     if report[GAIN] <= size + CONTACT * sqrt(2 * size):
         return SILENT
     near = 2 * MARGIN * report[WEAK] * uncertainty(mean)
-    if not known[OPEN] and known[LEFT] == SPELL and near <= LOST:
-        known[WIDE] = known[WIDE] and mean[FRAMES] < FEW
-        return HELD if known[WIDE] else FOLLOWED
+    if not known[OPEN] and known[LEFT] == known[LENGTH] and near <= LOST:
+        if known[FRESHLY] and mean[FRAMES] < FEW:
+            return HELD
+        _trust(known)
+        return FOLLOWED
     known[LEFT] -= 1
     # back from where the way may have led to a mirror image, or too long there
-    if known[LEFT] < 0 or (near <= NEAR and known[LEFT] < SPELL - PAUSE):
+    if known[LEFT] < 0 or (near <= NEAR and known[LEFT] < (1 - PAUSE) * known[LENGTH]):
         return DOUBTFUL
-    return UNSETTLED if known[OPEN] else HELD
+    # its word holds for a while, and then nothing does until the next
+    return UNSETTLED if known[OPEN] or known[LENGTH] - known[LEFT] > WORD else HELD
+
+
+@njit(cache=True, error_model="numpy")
+def _trust(known) -> None:
+    """Take a frame as surer than the last search."""
+    known[FRESHLY], known[AGAIN], known[LENGTH], known[LEFT] = 0, 0, SPELL, SPELL
 
 
 @njit(cache=True, error_model="numpy")

@@ -17,7 +17,6 @@ from numba import njit
 from fringeforce.force.evaluation import (
     BENT,
     GAIN,
-    GROUPED,
     PROMISED,
     SQUARES,
     WEAK,
@@ -39,13 +38,16 @@ from fringeforce.force.vector_loops import (
 )
 
 STEADY, FRAMES, GAINED, SURPRISE = range(4)
-"""What a memory holds: whether frames are followed in this way; number of frames in the mean so far;
-share of a new frame in it; and running mean of what a frame surprises by, relative to noise."""
+"""What a memory holds: whether frames are followed in this way; number of frames in the mean;
+share of a new frame in it; running mean of what a frame surprises by, relative to noise."""
 REMEMBERED = 4
 LONGEST = 64
 """Largest number of frames in the mean."""
 LAGGING = 1.3
 """Surprise beyond which the mean lags behind and takes in fewer frames."""
+RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
+"""Least share of a frame in the mean surprise; factors by which its share in the mean of the loads
+grows where that lags, and shrinks where it does not."""
 ROUNDS = 12
 """Rounds until the variance of the phase and the information agree, from nothing."""
 
@@ -96,8 +98,8 @@ def step_steadily(strip, place, variance, memory, frame, estimate, report) -> No
     moved = np.empty_like(slope)
     gradient = np.empty(strip[0].shape[1])
     beyond = compare(strip, frame, slope, level, left, root, gradient)
-    if memory[FRAMES] > 0 and bend(strip, anchor, phase, steep, level) > FRESH:
-        _anchor(strip, place, root, variance, 2)
+    if memory[FRAMES] > 0 and bend(strip, anchor, phase, steep, level) > 2 * FRESH:
+        _anchor(strip, place, root, variance, 1)
     size = len(loads)
     step = -np.dot(covariance, gradient[:size])
     report[PROMISED] = -np.dot(step, gradient[:size])
@@ -127,11 +129,11 @@ def _take_in(memory, surprise) -> None:
     # noise of the frame, and that of the mean
     expected = 2 / (2 - share)
     memory[FRAMES] += 1
-    memory[SURPRISE] += max(share, 0.1) * (surprise / expected - memory[SURPRISE])
+    memory[SURPRISE] += max(share, RECENT) * (surprise / expected - memory[SURPRISE])
     if memory[SURPRISE] > LAGGING:
-        memory[GAINED] = min(1.0, share * 1.2)
+        memory[GAINED] = min(1.0, share * FASTER)
     else:
-        memory[GAINED] = max(share / 1.05, 1.0 / LONGEST, 1.0 / (memory[FRAMES] + 1))
+        memory[GAINED] = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory[FRAMES] + 1))
 
 
 @njit(cache=True, error_model="numpy")
