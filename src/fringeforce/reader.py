@@ -28,6 +28,8 @@ class Reader:
     does it, which takes milliseconds.  What several loads explain equally well the way there
     decides: a followed reading is OK where the frame alone would be AMBIGUOUS.  The way is trusted
     while it is short against the way to any mirror image; after a jump the search decides again.
+    Where forces are so weak that it is not short, the word of a search holds for some frames; then
+    followed frames are AMBIGUOUS, with the loads that the way makes likeliest, until the next one.
 
     The compiled loops take some seconds to compile on the first use on a machine, and about one
     to load in each process; `prepare` does it before the first frame comes.
