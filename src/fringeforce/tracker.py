@@ -110,6 +110,8 @@ class Tracker:
     def packed(self, levels: NDArray[Any], used: Mask) -> NDArray[Any]:
         """Frames (k, n_pixels) as the compiled loops want them, shape (k, chunks, CHUNK)."""
         count, pixels = levels.shape
+        if not levels.flags.writeable:
+            levels = levels.copy()  # or the loops would be compiled again, for arrays like this
         direct, whole = levels.dtype.str in KINDS, self.single.complete(used)
         if direct and whole and pixels % CHUNK == 0:
             return np.ascontiguousarray(levels).reshape(count, -1, CHUNK)
