@@ -87,9 +87,12 @@ def _resident() -> float:
 
 
 def _shown(model: ff.SensorModel) -> np.ndarray:
-    lines = SimulatedCamera(model, Settings(line_rate=LOOP), period=1.0).lines.copy()
+    return SimulatedCamera(model, Settings(line_rate=LOOP), period=1.0).lines.copy()
+
+
+def _number(lines: np.ndarray) -> None:
+    """Write its number into every line's first pixels, which a reader would take for dead ones."""
     lines[:, 0], lines[:, 1] = np.arange(LOOP) % 256, np.arange(LOOP) // 256
-    return lines
 
 
 def main() -> None:
@@ -104,6 +107,8 @@ def main() -> None:
     except ff.FringeforceError as missing:
         Console().print(f"Not run: {missing}")
         return
+    if not options.read:
+        _number(SHOWN)
     with tempfile.TemporaryDirectory() as folder:
         fake = FakeCamera(SHOWN, Path(folder), BLOCK)
         watch = Watch(fake, options.seconds)

@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 from scipy.stats import binom
 
 import fringeforce as ff
+from fringeforce.cameras.touch import touch as fingertip
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.single_frame import SingleFrameReader
 
@@ -114,6 +115,31 @@ def test_a_touch_out_of_nothing_and_back_is_never_wrong(model) -> None:
     assert sure.mean() > 0.4
     assert (np.abs(batch.forces - forces) < 6 * batch.std)[sure].all()
     assert not sure[wave == 0].any()
+
+
+def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> None:
+    times, searched, sure = np.arange(450, 3550) / 1000, [], []
+    for seed in range(3):
+        forces = fingertip(times, model.sensor.tactels.positions)
+        batch = ff.Reader(model).read_batch(model.expose(forces, rng=seed), workers=1)
+        ok = batch.status == ff.Status.OK
+        assert (np.abs(batch.forces - forces) < 6 * batch.std)[ok].all()
+        searched.append(~batch.tracked)
+        sure.append(ok)
+    assert np.mean(searched) < 0.02
+    assert np.mean(sure) > 0.7
+
+
+def test_a_mirror_image_that_a_search_left_open_stays_in_the_reading(model) -> None:
+    forces = np.stack([np.zeros(N), np.full(N, 0.8)])
+    reader = ff.Reader(model)
+    readings = [reader.read(model.expose(forces, rng=seed)) for seed in range(12)]
+    assert all(reading.status is ff.Status.AMBIGUOUS for reading in readings)
+    assert sum(reading.tracked for reading in readings) > 6
+    for reading in readings:
+        both = np.concatenate([reading.forces[None], reading.alternatives])
+        off = np.abs(both - forces).max(axis=(1, 2)) / reading.std.max()
+        assert off.min() < 6
 
 
 def test_a_bad_frame_is_said_to_be_one_and_following_goes_on(model) -> None:

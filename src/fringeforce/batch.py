@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
-from fringeforce.force.following import FOLLOWED
+from fringeforce.force.following import HELD, SILENT, UNSETTLED
 from fringeforce.reading import Reading, Status
 from fringeforce.single_frame import SingleFrameReader
-from fringeforce.tracker import Track, Tracker
+from fringeforce.tracker import STATUSES, Track, Tracker
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -168,9 +168,13 @@ def _store_track(
 ) -> None:
     """Fill in frames that were followed."""
     loads, covariance = track.loads[rows], track.covariances[rows]
-    touched = track.verdicts[rows] == FOLLOWED
+    verdicts = track.verdicts[rows]
+    touched = verdicts != SILENT
     if not touched.all():
         covariance[~touched] = tracker.single.silent_covariance
+    for verdict in (HELD, UNSETTLED):
+        if (unsure := verdicts == verdict).any():
+            covariance[unsure] += tracker.excess(verdict)
     if tracker.widens:
         for i in np.flatnonzero(touched):
             covariance[i] = tracker.widened(covariance[i], loads[i], levels[rows][i])
@@ -181,6 +185,7 @@ def _store_track(
     batch.forces[rows] = loads.reshape(shape)
     batch.std[rows] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).reshape(shape)
     batch.chi2[rows], batch.tracked[rows] = tracker.chi2(track.reports[rows]), True
-    batch.status[rows] = np.where(touched, Status.OK, Status.NO_CONTACT)  # type: ignore[call-overload]
+    for verdict, status in STATUSES.items():
+        batch.status[rows][verdicts == verdict] = status
     if batch.covariance is not None:
         batch.covariance[rows] = covariance

@@ -140,11 +140,11 @@ def _with_neighbours(scene: Scene, found: list[Estimate]) -> tuple[list[Estimate
         explored.append(chosen)
         for start in scene.images(chosen):
             phase = scene.influence @ start
-            if any(scene.gap(phase, other) < SAME_START for other in tried):
+            if (scene.gaps(phase, tried) < SAME_START).any():
                 continue
             tried.append(phase)
             top = scene.half_climbed(start)
-            if all(scene.gap(top.phase, e.phase) > SAME_TOP for e in tops):
+            if (scene.gaps(top.phase, [e.phase for e in tops]) > SAME_TOP).all():
                 tops.append(top)
         tops.sort(key=lambda e: e.misfit.loss)
     tops[0] = scene.climbed(tops[0].loads)

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.batch import Batch, checked_recording, read_batch, read_on
 from fringeforce.force.admissible import admissible
-from fringeforce.force.following import FOLLOWED, covariance_at
+from fringeforce.force.following import SILENT, UNSETTLED
 from fringeforce.model import SensorModel
-from fringeforce.reading import Reading, Status
+from fringeforce.reading import Reading
 from fringeforce.single_frame import SingleFrameReader
-from fringeforce.tracker import Track, Tracker
+from fringeforce.tracker import STATUSES, Track, Tracker
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,8 @@ class Reader:
     does it, which takes milliseconds.  What several loads explain equally well the way there
     decides: a followed reading is OK where the frame alone would be AMBIGUOUS.  The way is trusted
     while it is short against the way to any mirror image; after a jump the search decides again.
+    Where forces are so weak that it is not short, the word of a search holds for some frames; then
+    followed frames are AMBIGUOUS, with the loads that the way makes likeliest, until the next one.
 
     The compiled loops take some seconds to compile on the first use on a machine, and about one
     to load in each process; `prepare` does it before the first frame comes.
@@ -154,21 +156,21 @@ class Reader:
 
     def _followed(self, levels: NDArray[Any]) -> Reading:
         single, tracker = self._single, self._tracker
-        loads = self._track.loads[0].copy()
-        touched = self._track.verdicts[0] == FOLLOWED
+        loads, verdict = self._track.loads[0].copy(), self._track.verdicts[0]
         spread: Callable[[], Array]
-        if not touched:
+        if verdict == SILENT:
             spread = partial(getattr, single, "silent_covariance")
-        elif tracker.widens:
-            spread = partial(_spread, tracker, loads, levels.copy())
         else:
-            spread = partial(covariance_at, tracker.strip, loads)
+            spread = tracker.noise(loads, verdict)
+            if tracker.widens:
+                spread = partial(_widened, tracker, spread, loads, levels.copy())
         limited = np.zeros(len(loads) // 2, dtype=bool)
+        rivals = tracker.rivals if verdict == UNSETTLED else tracker.rivals[:0]
         known: dict[str, Any] = {
             "chi2": float(tracker.chi2(self._track.reports[0])),
-            "status": Status.OK if touched else Status.NO_CONTACT,
+            "status": STATUSES[verdict],
             "detail": "",
-            "alternatives": np.empty((0, 2, len(loads) // 2)),
+            "alternatives": rivals.reshape(-1, 2, len(loads) // 2),
             "tracked": True,
         }
         if single.friction is not None:
@@ -180,5 +182,7 @@ class Reader:
         return Reading.deferred(known, {"covariance": spread, "phase": phase})
 
 
-def _spread(tracker: Tracker, loads: Array, levels: NDArray[Any]) -> Array:
-    return tracker.widened(covariance_at(tracker.strip, loads), loads, levels)
+def _widened(
+    tracker: Tracker, noise: Callable[[], Array], loads: Array, levels: NDArray[Any]
+) -> Array:
+    return tracker.widened(noise(), loads, levels)

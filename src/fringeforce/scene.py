@@ -5,7 +5,7 @@ Arrays only: grey levels, an influence matrix and the camera's response.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,8 +101,15 @@ class Scene:
 
     def gap(self, first: Array, second: Array) -> float:
         """Largest distance of two phases, known up to their signs if nothing is biased [rad]."""
-        apart = np.abs(first - second).max()
-        return float(min(apart, np.abs(first + second).max()) if self.response.even else apart)
+        return float(self.gaps(first, [second])[0])
+
+    def gaps(self, phase: Array, others: Sequence[Array]) -> Array:
+        """`gap` of a phase from each of others, shape (k,) [rad]."""
+        stack = np.reshape(others, (-1, len(phase)))
+        apart = np.abs(stack - phase).max(axis=1)
+        if not self.response.even:
+            return np.asarray(apart)
+        return np.minimum(apart, np.abs(stack + phase).max(axis=1))
 
     def pushing(self, estimate: Estimate) -> Estimate:
         """The one of a load and its negative that pushes, where both give the same frame."""

@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
-from fringeforce.force.following import FOLLOWED, NONE, STEP, WHOLE, Limits, follow_all
+from fringeforce.force.following import (
+    FOLLOWED,
+    HELD,
+    NONE,
+    SILENT,
+    STEP,
+    UNSETTLED,
+    WHOLE,
+    Limits,
+    Memory,
+    covariance_at,
+    follow_all,
+)
 from fringeforce.force.gauss_newton import Place
 from fringeforce.force.shape import shape_error
+from fringeforce.force.steady import STEADY, steady
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import CHUNK
-from fringeforce.judgement import widening
+from fringeforce.judgement import Interpretation, widening
 from fringeforce.reading import Reading, Status
 from fringeforce.single_frame import SingleFrameReader
 
@@ -23,6 +38,14 @@ Mask = NDArray[np.bool_]
 
 KINDS = ("|u1", "<u2")
 """Kinds of grey levels that the compiled loops take as they are; others become float32."""
+
+STATUSES = {
+    FOLLOWED: Status.OK,
+    HELD: Status.OK,
+    UNSETTLED: Status.AMBIGUOUS,
+    SILENT: Status.NO_CONTACT,
+}
+"""Status of a frame that was followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +82,8 @@ class Track:
 class Tracker:
     """The lock on one sequence of frames.
 
-    It is taken where a search says OK or NO_CONTACT, and kept while the frames leave no doubt.
+    It is taken where a search explains a frame, and kept while the frames leave no doubt, or none
+    that the last search did not settle.
     Under a lamp that drifts it is never taken: every frame has a light of its own to be found.
     """
 
@@ -69,7 +93,9 @@ class Tracker:
         self._strip: Strip | None = None
         self._sound = np.empty(0, dtype=bool)
         self._place: Place | None = None
-        self._compiled: tuple[Any, Any, Any] = ((), (), ())
+        self._memory: Memory | None = None
+        self._compiled: tuple[Any, Any, Any, Any] = ((), (), (), ())
+        self._excess, self.rivals = np.empty((0, 0)), np.empty((0, 0))
 
     def release(self) -> None:
         """Give up the lock."""
@@ -84,6 +110,8 @@ class Tracker:
     def packed(self, levels: NDArray[Any], used: Mask) -> NDArray[Any]:
         """Frames (k, n_pixels) as the compiled loops want them, shape (k, chunks, CHUNK)."""
         count, pixels = levels.shape
+        if not levels.flags.writeable:
+            levels = levels.copy()  # or the loops would be compiled again, for arrays like this
         direct, whole = levels.dtype.str in KINDS, self.single.complete(used)
         if direct and whole and pixels % CHUNK == 0:
             return np.ascontiguousarray(levels).reshape(count, -1, CHUNK)
@@ -111,11 +139,10 @@ class Tracker:
             return 0
         wanted = (WHOLE if whole else STEP) if len(track.covariances) else NONE
         silent = not self._place.loads.any()
-        strip, place, limits = self._compiled
-        done = follow_all(strip, place, limits, silent, frames, wanted, *track.since(first))
+        done = follow_all(*self._compiled, silent, frames, wanted, *track.since(first))
         if done < len(frames):
             self.release()
-        elif done and track.verdicts[first + done - 1] != FOLLOWED:
+        elif done and track.verdicts[first + done - 1] == SILENT:
             self._place.loads[:] = 0
         return done
 
@@ -124,29 +151,42 @@ class Tracker:
         grey = levels.astype(float)
         found, sound = self.single.explained(grey, used)
         self.release()
-        if found.status in (Status.OK, Status.NO_CONTACT) and not any(self.single.drift):
-            self._lock(grey, used, found.loads, sound)
+        explained = (Status.OK, Status.NO_CONTACT, Status.AMBIGUOUS)
+        if found.status in explained and not any(self.single.drift):
+            self._lock(grey, used, found, sound)
         return self.single.stated(found, sound)
 
-    def _lock(self, levels: Array, used: Mask, loads: Array, sound: Mask) -> None:
-        response = self.single.model.response
+    def _lock(self, levels: Array, used: Mask, found: Interpretation, sound: Mask) -> None:
+        response, loads = self.single.model.response, found.loads
         expected = response.level(self.single.influence @ loads)
         # the search, too, leaves out pixels that alone contradict all others
         sound = sound & ~(np.abs(levels - expected) > OUTLIER * np.sqrt(response.variance))
         if self._strip is None or not np.array_equal(sound, self._sound):
             self._strip = Strip.of(self.single.influence, response, sound)
-            self._sound = sound
+            self._sound, self._memory = sound, None
+        strip, memory = self._strip, self._memory or Memory.of(self._strip)
         self._used = used
-        self._limits = Limits.of(self._strip)
-        self._place = Place.at(self._strip, loads)
-        self._compiled = (self._strip.arrays, self._place.arrays, self._limits.numbers)
+        self._limits, self._memory = Limits.of(strip), memory
+        self._place = place = Place.at(strip, loads)
+        self._excess = found.covariance - found.noise
+        unsettled = found.status is Status.AMBIGUOUS
+        memory.begin(unsettled, found.status is Status.NO_CONTACT)
+        if unsettled:
+            steady(strip.arrays, place.arrays, memory.variance, memory.mean)
+        self._compiled = (strip.arrays, place.arrays, memory.arrays, self._limits.numbers)
+        self.rivals = np.reshape(found.rivals, (-1, len(loads)))
 
-    @property
-    def strip(self) -> Strip:
-        """The pixels that are followed."""
-        if self._strip is None:
+    def noise(self, loads: Array, verdict: int) -> Callable[[], Array]:
+        """What computes the covariance of the frame that was followed last, shape (2n, 2n)."""
+        if self._strip is None or self._place is None or self._memory is None:
             raise RuntimeError("There is no lock yet.")
-        return self._strip
+        if not self._memory.mean[STEADY]:
+            return partial(covariance_at, self._strip, loads)
+        return partial(np.asarray, self.excess(verdict) + self._place.covariance)
+
+    def excess(self, verdict: int) -> Array:
+        """What the last search's doubts add to the covariance of a frame, shape (2n, 2n) [N^2]."""
+        return self._excess if verdict in (HELD, UNSETTLED) else np.zeros_like(self._excess)
 
     def chi2(self, reports: Array) -> Array:
         """Reduced chi-square of frames that were followed, shape (k,) for reports (k, REPORTED)."""

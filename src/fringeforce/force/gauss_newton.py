@@ -126,7 +126,7 @@ def follow(strip, place, frame, estimate, report) -> None:
         Filled with: SQUARES, of the residuals; GROUPED, of their sums over neighbours; the number
         of OUTLIERS; GAIN of twice the log-likelihood that the loads have over none at all;
         PROMISED, the gain of one more step; BENT, the bend of the way from where the matrix was
-        computed (see `_bend`); WEAK, that of one deviation in the direction of which the frame
+        computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
         says least.
     """
     loads, phase, slope, level, anchor, steep, factor, weakest, _ = place
@@ -148,7 +148,7 @@ def follow(strip, place, frame, estimate, report) -> None:
             break
     estimate[:] = loads - step
     describe(left, strip[6], report)
-    report[BENT] = _bend(strip, anchor, phase, steep, level)
+    report[BENT] = bend(strip, anchor, phase, steep, level)
     if renewed or report[BENT] > FRESH:
         _anchor(strip, place, root)
     report[WEAK] = weakest[-1]
@@ -161,9 +161,9 @@ def _anchor(strip, place, root) -> None:
     loads, phase, slope, level, anchor, steep, factor, weakest, covariance = place
     step_matrix(strip, slope, root, factor)
     anchor[:], steep[:] = phase, slope
-    _weaken(factor, len(loads), weakest)
+    weaken(factor, len(loads), weakest)
     invert(factor, covariance)
-    weakest[-1] = _weak_bend(strip, weakest[:-1], slope, level)
+    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -185,7 +185,7 @@ def step_matrix(strip, slope, root, factor) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def _bend(strip, before, after, steep, level) -> float:
+def bend(strip, before, after, steep, level) -> float:
     """Second-order change of the levels on a way, relative to the first.
 
     A mirror image lies where both cancel: at a bend of one.
@@ -205,7 +205,7 @@ def _bend(strip, before, after, steep, level) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _weaken(factor: Array, size: int, direction: Array) -> None:
+def weaken(factor: Array, size: int, direction: Array) -> None:
     """Turn a direction towards the one of least information, and make it one deviation long.
 
     One round of inverse iteration from the last frame's direction.
@@ -222,7 +222,7 @@ def _weaken(factor: Array, size: int, direction: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def _weak_bend(strip, direction, slope, level) -> float:
+def weak_bend(strip, direction, slope, level) -> float:
     """Bend of a way of one deviation, from every fourth pixel."""
     thinned, size = strip[1], strip[9]
     amplitude, offset = strip[2].reshape(-1, THINNED), strip[3].reshape(-1, THINNED)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class Response:
         )
         return replace(self, amplitude=amplitude, offset=offset, bias=bias)
 
-    @property
+    @cached_property
     def even(self) -> bool:
         """Whether a phase and its negative give the same level everywhere."""
         return bool(np.all(np.abs(np.sin(self.bias)) < EVEN))

@@ -195,11 +195,9 @@ def solve(factor: Array, size: int, right: Array, solution: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def invert(factor: Array, inverse: Array) -> None:
-    """Inverse of a matrix from the leading block of its Cholesky factor, shape (size, size)."""
-    size = len(inverse)
-    half = np.zeros((size, size))  # inverse of the factor
-    for i in range(size):
+def invert_factor(factor: Array, half: Array) -> None:
+    """Fill in the inverse of the leading block of a Cholesky factor; `half` comes full of zeros."""
+    for i in range(len(half)):
         row = half[i]
         for k in range(i):
             weight, other = factor[i, k], half[k]
@@ -208,6 +206,14 @@ def invert(factor: Array, inverse: Array) -> None:
         for j in range(i):
             row[j] /= factor[i, i]
         row[i] = 1 / factor[i, i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def invert(factor: Array, inverse: Array) -> None:
+    """Inverse of a matrix from the leading block of its Cholesky factor, shape (size, size)."""
+    size = len(inverse)
+    half = np.zeros((size, size))
+    invert_factor(factor, half)
     inverse[:] = 0
     for k in range(size):
         other = half[k]

@@ -1,0 +1,204 @@
+"""Follow loads that one frame hardly shows: a single step a frame, from a running mean.
+
+Where the phase stays near a multiple of pi, the levels hardly change with the loads, mirror images
+lie within a few deviations, and a climb to the top of one frame's likelihood ends at any of them.
+The mean of the last frames lies close to the truth; one step of Gauss and Newton's method from
+there is as good as the top itself (Le Cam's one-step estimate) and stays on the mean's side.  The
+mean takes in as many frames as it can without lagging behind.
+"""
+
+from __future__ import annotations
+
+from math import exp, sqrt
+
+import numpy as np
+from numba import njit
+
+from fringeforce.force.evaluation import (
+    BENT,
+    GAIN,
+    PROMISED,
+    SQUARES,
+    WEAK,
+    compare,
+    describe,
+    evaluate,
+    silence,
+)
+from fringeforce.force.gauss_newton import FRESH, RIDGE, bend, weak_bend, weaken
+from fringeforce.force.strip import THINNED
+from fringeforce.force.vector_loops import (
+    CHUNK,
+    add_gram,
+    combine,
+    expose,
+    factorise,
+    invert,
+    invert_factor,
+)
+
+STEADY, FRAMES, GAINED, SURPRISE = range(4)
+"""What a memory holds: whether frames are followed in this way; number of frames in the mean;
+share of a new frame in it; running mean of what a frame surprises by, relative to noise."""
+REMEMBERED = 4
+LONGEST = 64
+"""Largest number of frames in the mean."""
+LAGGING = 1.3
+"""Surprise beyond which the mean lags behind and takes in fewer frames."""
+RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
+"""Least share of a frame in the mean surprise; factors by which its share in the mean of the loads
+grows where that lags, and shrinks where it does not."""
+ROUNDS = 12
+"""Rounds until the variance of the phase and the information agree, from nothing."""
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def steady(strip, place, variance, memory) -> None:
+    """Begin a mean at the loads of a place.
+
+    Parameters
+    ----------
+    strip, place : tuple
+        `Strip.arrays` and `Place.arrays`.
+    variance : ndarray, shape (fewer chunks, CHUNK)
+        Filled with the variance of the phase at every fourth pixel [rad^2].
+    memory : ndarray, shape (REMEMBERED,)
+        Filled.
+    """
+    loads, phase, slope, level, _, _, _, _, _ = place
+    memory[STEADY], memory[FRAMES], memory[GAINED], memory[SURPRISE] = 1, 0, 1, 1
+    evaluate(strip, loads, phase, slope, level)
+    steepness = strip[5].reshape(-1, THINNED)
+    flat = variance.reshape(-1)
+    flat[:] = 0
+    for k in range(len(steepness)):
+        if steepness[k, 0] > 0:
+            flat[k] = np.float32(1) / steepness[k, 0]
+    _anchor(strip, place, np.ones_like(slope), variance, ROUNDS)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def step_steadily(strip, place, variance, memory, frame, estimate, report) -> None:
+    """Read one frame from the mean, and take it in.
+
+    Parameters
+    ----------
+    strip, place, variance, memory
+        As of `steady`; the place is moved to the new mean.
+    frame : ndarray, shape (chunks, CHUNK)
+        Grey levels.
+    estimate : ndarray, shape (m,)
+        Filled with the loads [N].
+    report : ndarray, shape (REPORTED,)
+        As of `gauss_newton.follow`, but PROMISED is what the step gains, and BENT and WEAK are of
+        the step and of one deviation.
+    """
+    loads, phase, slope, level, anchor, steep, _, weakest, covariance = place
+    left, root = np.empty_like(slope), np.empty_like(slope)
+    moved = np.empty_like(slope)
+    gradient = np.empty(strip[0].shape[1])
+    beyond = compare(strip, frame, slope, level, left, root, gradient)
+    if memory[FRAMES] > 0 and bend(strip, anchor, phase, steep, level) > 2 * FRESH:
+        _anchor(strip, place, root, variance, 1)
+    size = len(loads)
+    step = -np.dot(covariance, gradient[:size])
+    report[PROMISED] = -np.dot(step, gradient[:size])
+    _way(strip, step, moved)
+    report[BENT] = bend(strip, phase, phase + moved, slope, level)
+    left += slope * moved
+    describe(left, strip[6], report)
+    report[WEAK] = weakest[-1]
+    estimate[:] = loads + step
+    _take_in(memory, report[PROMISED] / size)
+    gain = np.float32(memory[GAINED])
+    loads += memory[GAINED] * step
+    phase += gain * moved
+    expose(*_flat(phase, strip[2]), *_flat(strip[3], strip[5]), *_flat(level, slope))
+    report[GAIN] = silence(strip, frame, left, root) - report[SQUARES] - beyond
+
+
+@njit(cache=True, error_model="numpy")
+def _flat(first, second):
+    return first.reshape(-1), second.reshape(-1)
+
+
+@njit(cache=True, error_model="numpy")
+def _take_in(memory, surprise) -> None:
+    """Change the share of a new frame by how much the mean lags."""
+    share = memory[GAINED]
+    # noise of the frame, and that of the mean
+    expected = 2 / (2 - share)
+    memory[FRAMES] += 1
+    memory[SURPRISE] += max(share, RECENT) * (surprise / expected - memory[SURPRISE])
+    if memory[SURPRISE] > LAGGING:
+        memory[GAINED] = min(1.0, share * FASTER)
+    else:
+        memory[GAINED] = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory[FRAMES] + 1))
+
+
+@njit(cache=True, error_model="numpy")
+def uncertainty(memory) -> float:
+    """Deviation of the mean, relative to that of one frame."""
+    return sqrt(memory[GAINED] / (2 - memory[GAINED]))
+
+
+@njit(cache=True, error_model="numpy")
+def _way(strip, step, moved) -> None:
+    """Fill in the change of the phase under a change of the loads."""
+    matrix = strip[0]
+    short, nothing = np.zeros(matrix.shape[1], np.float32), np.zeros(CHUNK, np.float32)
+    short[: len(step)] = step
+    for i in range(len(matrix)):
+        combine(matrix[i], short, nothing, moved[i])
+
+
+@njit(cache=True, error_model="numpy")
+def _anchor(strip, place, root, variance, rounds) -> None:
+    """Compute the matrix where the place is, the phase's own variance in mind."""
+    loads, phase, slope, level, anchor, steep, factor, weakest, covariance = place
+    for _ in range(rounds):
+        _smooth_matrix(strip, slope, root, variance, factor)
+        _vary(strip[1], factor, len(loads), variance)
+        weaken(factor, len(loads), weakest)
+    anchor[:], steep[:] = phase, slope
+    invert(factor, covariance)
+    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
+
+
+@njit(cache=True, error_model="numpy")
+def _smooth_matrix(strip, slope, root, variance, factor) -> None:
+    """Fill in the Cholesky factor of the information; see `bounds.fisher_information`."""
+    thinned, size = strip[1], strip[9]
+    steep, roots = slope.reshape(-1, THINNED), root.reshape(-1, THINNED)
+    steepness, vary = strip[5].reshape(-1, THINNED), variance.reshape(-1)
+    weight = np.zeros(thinned.shape[0] * CHUNK, dtype=np.float32)
+    for k in range(len(steep)):
+        kept = exp(-2 * vary[k])
+        square = kept * steep[k, 0] ** 2 + (1 - kept) / 8 * steepness[k, 0] ** 2
+        weight[k] = np.float32(sqrt(THINNED * square)) * roots[k, 0]
+    factor[:] = 0
+    scaled = np.empty(thinned.shape[1:], dtype=np.float32)
+    for i in range(len(thinned)):
+        add_gram(thinned[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, factor)
+    trace = 0.0
+    for j in range(size):
+        trace += factor[j, j]
+    factorise(factor, size, RIDGE * trace + 1e-12)
+
+
+@njit(cache=True, error_model="numpy")
+def _vary(thinned, factor, size, variance) -> None:
+    """Move the variance of the phase half way, geometrically, to what the information allows."""
+    half = np.zeros((size, size))
+    invert_factor(factor, half)
+    row, turned = np.zeros(thinned.shape[1], np.float32), np.empty(CHUNK, np.float32)
+    nothing, total = np.zeros(CHUNK, np.float32), np.empty(CHUNK, np.float32)
+    for i in range(len(thinned)):
+        total[:] = 0
+        for j in range(size):
+            row[:size] = half[j]
+            combine(thinned[i], row, nothing, turned)
+            for k in range(CHUNK):
+                total[k] += turned[k] * turned[k]
+        for k in range(CHUNK):
+            variance[i, k] = np.sqrt(variance[i, k] * total[k])
