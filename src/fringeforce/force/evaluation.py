@@ -29,7 +29,8 @@ _ZERO, _ONE = np.float32(0), np.float32(1)
 @njit(cache=True, error_model="numpy", nogil=True)
 def evaluate(strip, loads, phase, slope, level) -> None:
     """Fill in phase, bias included, slope and level of all pixels at given loads."""
-    matrix, _, amplitude, offset, _, steepness, _, _, _, size, _, bias, _ = strip
+    matrix, amplitude, offset, steepness = strip[0], strip[2], strip[3], strip[5]
+    size, bias = strip[9], strip[11]
     short = np.zeros(matrix.shape[1], dtype=np.float32)
     short[:size] = loads
     for i in range(len(matrix)):

@@ -23,9 +23,10 @@ from fringeforce.force.evaluation import (
     silence,
 )
 from fringeforce.force.gauss_newton import CLOSE, follow, settle
+from fringeforce.force.information import factorise_information
 from fringeforce.force.steady import FRAMES, REMEMBERED, STEADY, steady, step_steadily, uncertainty
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import CHUNK, add_gram, factorise, invert
+from fringeforce.force.vector_loops import CHUNK, invert
 
 Array = NDArray[np.float64]
 
@@ -97,7 +98,7 @@ class Memory:
     Attributes
     ----------
     variance : ndarray, shape (fewer chunks, CHUNK)
-        Of the phase at every fourth pixel [rad^2].
+        Of the phase at the nodes of the information [rad^2].
     mean : ndarray, shape (REMEMBERED,)
         See `steady`.
     known : ndarray, shape (KNOWN,)
@@ -111,7 +112,7 @@ class Memory:
     @classmethod
     def of(cls, strip: Strip) -> Memory:
         """Of nothing yet."""
-        variance = np.zeros((len(strip.thinned), CHUNK), dtype=np.float32)
+        variance = np.zeros((len(strip.nodes), CHUNK), dtype=np.float32)
         return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN))
 
     def begin(self, unsettled: bool, silent: bool) -> None:
@@ -264,16 +265,10 @@ def covariance(strip, slope, result) -> None:
     The inverse of Fisher's information; a place that passed `verdict` lies far enough from where
     the curvature counts.
     """
-    matrix, size = strip[0], len(result)
-    rows = matrix.shape[1]
-    scaled, total = np.empty((rows, CHUNK), dtype=np.float32), np.zeros((rows, rows))
-    for i in range(len(matrix)):
-        add_gram(matrix[i], slope[i], scaled, total)
-    trace = 0.0
-    for j in range(size):
-        trace += total[j, j]
-    factorise(total, size, 1e-12 * trace)
-    invert(total, result)
+    rows = strip[1].shape[1]
+    factor = np.empty((rows, rows))
+    factorise_information(strip, slope * slope, 1e-12, factor)
+    invert(factor, result)
 
 
 def covariance_at(strip: Strip, loads: Array) -> Array:

@@ -1,7 +1,7 @@
 """From one frame to the next: Gauss and Newton's step in tens of microseconds.
 
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
-the top of the likelihood.  The gradient takes all pixels, its matrix every fourth.  What the last
+the top of the likelihood.  What the last
 frame's evaluation left behind is where the first step starts, so that a frame costs one evaluation;
 and the matrix is kept until the phase has moved by some hundredths of what would bend it.
 """
@@ -9,7 +9,6 @@ and the matrix is kept until the phase has moved by some hundredths of what woul
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -27,14 +26,13 @@ from fringeforce.force.evaluation import (
     evaluate,
     silence,
 )
-from fringeforce.force.strip import THINNED, Strip
+from fringeforce.force.information import factorise_information
+from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import (
     CHUNK,
     REORDERED,
     Single,
-    add_gram,
     combine,
-    factorise,
     invert,
     solve,
 )
@@ -168,20 +166,8 @@ def _anchor(strip, place, root) -> None:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def step_matrix(strip, slope, root, factor) -> None:
-    """Fill in the Cholesky factor of the information in every fourth pixel, scaled to all."""
-    thinned, size = strip[1], strip[9]
-    factor[:] = 0
-    scaled = np.empty(thinned.shape[1:], dtype=np.float32)
-    weight = np.zeros(thinned.shape[0] * CHUNK, dtype=np.float32)
-    steep, roots = slope.reshape(-1, THINNED), root.reshape(-1, THINNED)
-    for k in range(len(steep)):
-        weight[k] = np.float32(sqrt(THINNED)) * steep[k, 0] * roots[k, 0]
-    for i in range(len(thinned)):
-        add_gram(thinned[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, factor)
-    trace = 0.0
-    for j in range(size):
-        trace += factor[j, j]
-    factorise(factor, size, RIDGE * trace + 1e-12)
+    """Fill in the Cholesky factor of the information, each pixel with its weight."""
+    factorise_information(strip, (slope * root) ** 2, RIDGE, factor)
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
@@ -223,17 +209,17 @@ def weaken(factor: Array, size: int, direction: Array) -> None:
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def weak_bend(strip, direction, slope, level) -> float:
-    """Bend of a way of one deviation, from every fourth pixel."""
-    thinned, size = strip[1], strip[9]
-    amplitude, offset = strip[2].reshape(-1, THINNED), strip[3].reshape(-1, THINNED)
-    inverse = strip[4].reshape(-1, THINNED)
-    steep, grey = slope.reshape(-1, THINNED), level.reshape(-1, THINNED)
-    short = np.zeros(thinned.shape[1], dtype=np.float32)
+    """Bend of a way of one deviation, from the pixels at the nodes."""
+    nodes, size, every = strip[1], strip[9], strip[13]
+    amplitude, offset = strip[2].reshape(-1, every), strip[3].reshape(-1, every)
+    inverse = strip[4].reshape(-1, every)
+    steep, grey = slope.reshape(-1, every), level.reshape(-1, every)
+    short = np.zeros(nodes.shape[1], dtype=np.float32)
     short[:size] = direction
-    moved = np.empty((len(thinned), CHUNK), dtype=np.float32)
+    moved = np.empty((len(nodes), CHUNK), dtype=np.float32)
     nothing = np.zeros(CHUNK, dtype=np.float32)
-    for i in range(len(thinned)):
-        combine(thinned[i], short, nothing, moved[i])
+    for i in range(len(nodes)):
+        combine(nodes[i], short, nothing, moved[i])
     way = moved.reshape(-1)
     first, second = _ZERO, _ZERO
     for k in range(len(steep)):
@@ -242,4 +228,4 @@ def weak_bend(strip, direction, slope, level) -> float:
         bent = curve * way[k] * way[k]
         first += straight * straight
         second += bent * bent
-    return np.sqrt(second / np.float32(THINNED)) / max(first, _TINY)
+    return np.sqrt(second / np.float32(every)) / max(first, _TINY)

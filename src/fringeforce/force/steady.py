@@ -26,17 +26,16 @@ from fringeforce.force.evaluation import (
     silence,
 )
 from fringeforce.force.gauss_newton import FRESH, RIDGE, bend, weak_bend, weaken
-from fringeforce.force.strip import THINNED
+from fringeforce.force.information import factorise_information
 from fringeforce.force.vector_loops import (
     CHUNK,
-    add_gram,
     combine,
     expose,
-    factorise,
     invert,
     invert_factor,
 )
 
+_ONE, _EIGHTH = np.float32(1), np.float32(1 / 8)
 STEADY, FRAMES, GAINED, SURPRISE = range(4)
 """What a memory holds: whether frames are followed in this way; number of frames in the mean;
 share of a new frame in it; running mean of what a frame surprises by, relative to noise."""
@@ -61,14 +60,14 @@ def steady(strip, place, variance, memory) -> None:
     strip, place : tuple
         `Strip.arrays` and `Place.arrays`.
     variance : ndarray, shape (fewer chunks, CHUNK)
-        Filled with the variance of the phase at every fourth pixel [rad^2].
+        Filled with the variance of the phase at the nodes [rad^2].
     memory : ndarray, shape (REMEMBERED,)
         Filled.
     """
     loads, phase, slope, level, _, _, _, _, _ = place
     memory[STEADY], memory[FRAMES], memory[GAINED], memory[SURPRISE] = 1, 0, 1, 1
     evaluate(strip, loads, phase, slope, level)
-    steepness = strip[5].reshape(-1, THINNED)
+    steepness = strip[5].reshape(-1, strip[13])
     flat = variance.reshape(-1)
     flat[:] = 0
     for k in range(len(steepness)):
@@ -168,36 +167,28 @@ def _anchor(strip, place, root, variance, rounds) -> None:
 @njit(cache=True, error_model="numpy")
 def _smooth_matrix(strip, slope, root, variance, factor) -> None:
     """Fill in the Cholesky factor of the information; see `bounds.fisher_information`."""
-    thinned, size = strip[1], strip[9]
-    steep, roots = slope.reshape(-1, THINNED), root.reshape(-1, THINNED)
-    steepness, vary = strip[5].reshape(-1, THINNED), variance.reshape(-1)
-    weight = np.zeros(thinned.shape[0] * CHUNK, dtype=np.float32)
-    for k in range(len(steep)):
-        kept = exp(-2 * vary[k])
-        square = kept * steep[k, 0] ** 2 + (1 - kept) / 8 * steepness[k, 0] ** 2
-        weight[k] = np.float32(sqrt(THINNED * square)) * roots[k, 0]
-    factor[:] = 0
-    scaled = np.empty(thinned.shape[1:], dtype=np.float32)
-    for i in range(len(thinned)):
-        add_gram(thinned[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, factor)
-    trace = 0.0
-    for j in range(size):
-        trace += factor[j, j]
-    factorise(factor, size, RIDGE * trace + 1e-12)
+    every, vary = strip[13], variance.reshape(-1)
+    square = (slope * root) ** 2
+    pixels, most = square.reshape(-1, every), (strip[5] * root).reshape(-1, every)
+    for k in range(len(pixels)):
+        kept = np.float32(exp(-2 * vary[k]))
+        for d in range(every):
+            pixels[k, d] = kept * pixels[k, d] + (_ONE - kept) * _EIGHTH * most[k, d] ** 2
+    factorise_information(strip, square, RIDGE, factor)
 
 
 @njit(cache=True, error_model="numpy")
-def _vary(thinned, factor, size, variance) -> None:
+def _vary(nodes, factor, size, variance) -> None:
     """Move the variance of the phase half way, geometrically, to what the information allows."""
     half = np.zeros((size, size))
     invert_factor(factor, half)
-    row, turned = np.zeros(thinned.shape[1], np.float32), np.empty(CHUNK, np.float32)
+    row, turned = np.zeros(nodes.shape[1], np.float32), np.empty(CHUNK, np.float32)
     nothing, total = np.zeros(CHUNK, np.float32), np.empty(CHUNK, np.float32)
-    for i in range(len(thinned)):
+    for i in range(len(nodes)):
         total[:] = 0
         for j in range(size):
             row[:size] = half[j]
-            combine(thinned[i], row, nothing, turned)
+            combine(nodes[i], row, nothing, turned)
             for k in range(CHUNK):
                 total[k] += turned[k] * turned[k]
         for k in range(CHUNK):

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.force.information import spacing
 from fringeforce.force.likelihood import Response
 from fringeforce.force.vector_loops import CHUNK, Single, chunked, chunked_matrix
 
 Array = NDArray[np.float64]
 
-THINNED = 4
-"""Every so many pixels enter the matrix of a step; the gradient takes all of them."""
 GROUP = 16
 """Neighbouring pixels that are summed to find a misfit that noise would average away."""
 
@@ -27,8 +26,8 @@ class Strip:
     ----------
     matrix : ndarray, shape (chunks, rows, CHUNK)
         Influence matrix [rad/N].
-    thinned : ndarray, shape (fewer chunks, rows, CHUNK)
-        The same at every fourth pixel.
+    nodes : ndarray, shape (fewer chunks, rows, CHUNK)
+        The same at every fourth pixel, or as many as it takes; see `information`.
     amplitude, offset : ndarray, shape (chunks, CHUNK)
         A and I_o, grey levels.
     inverse, steepness : ndarray, shape (chunks, CHUNK)
@@ -41,10 +40,12 @@ class Strip:
         Number of loads, and of pixels that are used.
     bias, dark : ndarray, shape (chunks, CHUNK)
         Phase [rad] and grey level without loads.
+    every, count : int
+        Distance of the nodes in pixels, and their number.
     """
 
     matrix: Single
-    thinned: Single
+    nodes: Single
     amplitude: Single
     offset: Single
     inverse: Single
@@ -56,15 +57,18 @@ class Strip:
     pixels: int
     bias: Single
     dark: Single
+    every: int
+    count: int
 
     @classmethod
     def of(cls, influence: Array, response: Response, used: NDArray[np.bool_]) -> Strip:
         """From the influence matrix (P, m), the camera's response and the pixels to use."""
+        every = spacing(influence, used)
         whole, inverse = np.ones(len(influence)), used / np.sqrt(response.variance)
         counts = chunked(used.astype(float)).reshape(-1, CHUNK // GROUP, GROUP).sum(axis=2)
         return cls(
             matrix=chunked_matrix(influence),
-            thinned=chunked_matrix(influence[::THINNED]),
+            nodes=chunked_matrix(influence[::every]),
             amplitude=chunked(whole * response.amplitude),
             offset=chunked(whole * response.offset),
             inverse=chunked(inverse),
@@ -76,6 +80,8 @@ class Strip:
             pixels=int(used.sum()),
             bias=chunked(whole * response.bias),
             dark=chunked(response.level(0 * whole)),
+            every=every,
+            count=len(influence[::every]),
         )
 
     @property

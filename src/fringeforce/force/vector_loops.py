@@ -127,7 +127,7 @@ def add_products(matrix: Single, values: Single, total: Array) -> None:
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def add_gram(matrix: Single, weight: Single, scaled: Single, total: Array) -> None:
-    """Add one chunk's rows, weighted, times each other; of `total` the lower triangle is valid.
+    """Add one chunk's weighted rows times its rows; of `total` the lower triangle is valid.
 
     Nine products at a time, so that every number loaded is used three times.
     """
@@ -138,7 +138,7 @@ def add_gram(matrix: Single, weight: Single, scaled: Single, total: Array) -> No
     for i in range(0, rows, 3):
         a, b, c = scaled[i], scaled[i + 1], scaled[i + 2]
         for j in range(0, i + 1, 3):
-            p, q, r = scaled[j], scaled[j + 1], scaled[j + 2]
+            p, q, r = matrix[j], matrix[j + 1], matrix[j + 2]
             ap, aq, ar = np.float32(0), np.float32(0), np.float32(0)
             bp, bq, br = np.float32(0), np.float32(0), np.float32(0)
             cp, cq, cr = np.float32(0), np.float32(0), np.float32(0)
