@@ -133,7 +133,8 @@ class Tracker:
         track : Track
             Filled from its frame number `first`; covariances if it has room for them.
         whole : bool
-            Whether covariances are those of all pixels rather than of every fourth.
+            Whether covariances are those of each frame itself rather than of the last step's
+            matrix, which may be some frames old.
         """
         if self._place is None or self._strip is None:
             return 0
