@@ -1,0 +1,1 @@
+"""Stresses of a layered block in three dimensions; knows no light."""

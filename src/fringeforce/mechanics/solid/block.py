@@ -1,0 +1,93 @@
+"""A layered block on a rigid base, the tactels on its top, and what unit forces on them do inside.
+
+Axes: x along, y across, both from the middle of the block; z upwards from the loaded top surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design import Layer
+
+Array = NDArray[np.float64]
+Sides = Literal["free", "roller", "bonded"]
+
+NORMAL, ALONG, ACROSS = range(3)
+"""Components of a force: N presses towards -z, T_x points to +x, T_y to +y."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A compliant cover on a photoelastic layer that is bonded to a rigid base."""
+
+    length: float  # along x [m]
+    width: float  # along y [m]
+    compliant: Layer
+    photoelastic: Layer
+    sides: (
+        Sides  # all four: no traction, no normal displacement and no friction, or no displacement
+    )
+
+    @property
+    def interface(self) -> float:
+        """Height of the plane between cover and photoelastic layer [m]."""
+        return -self.compliant.thickness
+
+    @property
+    def base(self) -> float:
+        """Height of the bonded bottom [m]."""
+        return self.interface - self.photoelastic.thickness
+
+    def depths(self, slices: int) -> tuple[Array, Array]:
+        """Heights and weights of a Gauss-Legendre rule over the photoelastic layer.
+
+        Parameters
+        ----------
+        slices : int
+            Number of points.
+
+        Returns
+        -------
+        heights : ndarray, shape (slices,)
+            From the interface down to the base [m].
+        weights : ndarray, shape (slices,)
+            Their sum is the thickness of the layer [m].
+        """
+        points, weights = np.polynomial.legendre.leggauss(slices)
+        half = self.photoelastic.thickness / 2
+        return self.interface - half * (1 + points), half * weights
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Squares on the top surface, each under a uniform traction that sums up to a unit force."""
+
+    places: Array  # (n, 2): centres along x and y [m]
+    size: float = 0.0  # side of a square [m]; zero is a point
+
+
+@dataclass(frozen=True)
+class SolidInfluence:
+    """The stresses that light along z sees, per unit force on every tactel.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (nx,), (ny,)
+        Places of the samples [m].
+    z, weights : ndarray, shape (slices,)
+        Heights of the samples and the weights of their depth integral [m], from the interface down.
+    difference, shear : ndarray, shape (nx, ny, slices, 3, n)
+        sigma_x - sigma_y and tau_xy [Pa/N] for a unit normal force, a tangential one along x and
+        one along y, on each of n tactels.
+    """
+
+    x: Array
+    y: Array
+    z: Array
+    weights: Array
+    difference: NDArray[np.floating]
+    shear: NDArray[np.floating]
