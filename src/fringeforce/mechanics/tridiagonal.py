@@ -34,6 +34,35 @@ class BlockCholesky:
             values[i] = backward(self.diagonal[i], values[i])
         return values
 
+    def followed_by(self, block: Array, off: Array, fixed: NDArray[np.bool_]) -> BlockCholesky:
+        """The chain with one more link: its own stiffness, and what couples it to the last."""
+        off[fixed] = 0.0
+        block[fixed], block[:, fixed] = 0.0, 0.0
+        block[fixed, fixed] = 1.0
+        if self.diagonal:
+            off[:, self.held[-1]] = 0.0
+            off = forward(self.diagonal[-1], off.T).T
+            block -= off @ off.T
+        factor = cholesky(block, lower=True, overwrite_a=True, check_finite=False)
+        held = np.concatenate([self.held, fixed[None]])
+        return BlockCholesky(held, [*self.diagonal, factor], [*self.lower, off])
+
+    def held_last(self, stiffness: Array, fixed: NDArray[np.bool_]) -> BlockCholesky:
+        """The same chain, of two links or more, with its last link held in another way.
+
+        Parameters
+        ----------
+        stiffness : ndarray, shape (2 u, 2 u)
+            Of the last pair of links.
+        fixed : ndarray of bool, shape (u,)
+            Unknowns of the last link that are held at zero.
+        """
+        size = fixed.size
+        shorter = BlockCholesky(self.held[:-1], self.diagonal[:-1], self.lower[:-1])
+        return shorter.followed_by(
+            stiffness[size:, size:].copy(), stiffness[size:, :size].copy(), fixed
+        )
+
 
 def block_cholesky(stiffness: Sequence[Array], held: NDArray[np.bool_]) -> BlockCholesky:
     """Factor a chain.
@@ -46,26 +75,13 @@ def block_cholesky(stiffness: Sequence[Array], held: NDArray[np.bool_]) -> Block
         Unknowns that are held at zero.
     """
     size = held.shape[1]
-    diagonal: list[Array] = []
-    lower: list[Array] = []
-    for i, fixed in enumerate(held):
-        block = np.zeros((size, size))
-        off = np.zeros((size, size if i else 0))
-        if i:
-            block += stiffness[i - 1][size:, size:]
-            off += stiffness[i - 1][size:, :size]
-        if i < len(stiffness):
-            block += stiffness[i][:size, :size]
-        off[fixed] = 0.0
-        block[fixed], block[:, fixed] = 0.0, 0.0
-        block[fixed, fixed] = 1.0
-        if i:
-            off[:, held[i - 1]] = 0.0
-            off = forward(diagonal[-1], off.T).T
-            block -= off @ off.T
-        diagonal.append(cholesky(block, lower=True, overwrite_a=True, check_finite=False))
-        lower.append(off)
-    return BlockCholesky(held, diagonal, lower)
+    nothing = np.zeros((2 * size, 2 * size))
+    chain = BlockCholesky(held[:0], [], [])
+    pairs = zip([nothing, *stiffness], [*stiffness, nothing], held, strict=True)
+    for left, right, fixed in pairs:
+        block = left[size:, size:] + right[:size, :size]
+        chain = chain.followed_by(block, left[size:, :size].copy(), fixed)
+    return chain
 
 
 def forward(factor: Array, values: Array) -> Array:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fringeforce.design import Layer
 from fringeforce.mechanics.elements import interval
+from fringeforce.mechanics.solid.section import mirrored_interval
 
 Array = NDArray[np.float64]
 
@@ -36,19 +37,20 @@ def brick_stiffness(
     Returns
     -------
     ndarray, shape (3 m, 3 m) with m = (order + 1)^3
-        Unknowns run over (component u, v or w, shape along x, along y, along z).
+        Unknowns run over (component u, v or w, along x, along y, along z); along x they are those
+        of `section.mirrored_interval`.
     """
-    line, m = interval(order), (order + 1) ** 3
+    lines, m = (mirrored_interval(order), interval(order), interval(order)), (order + 1) ** 3
     volume = float(np.prod(size))
     lam, mu = lame
 
     def gradients(row: int, column: int) -> Array:
         """Integral of d phi_i / d x_row times d phi_j / d x_column."""
-        factors = [line.mass] * 3
+        factors = [line.mass for line in lines]
         if row == column:
-            factors[row] = line.stiffness
+            factors[row] = lines[row].stiffness
         else:
-            factors[row], factors[column] = line.mixed, line.mixed.T
+            factors[row], factors[column] = lines[row].mixed, lines[column].mixed.T
         scale = volume / (size[row] * size[column])
         return scale * np.kron(np.kron(factors[0], factors[1]), factors[2])
 

@@ -13,7 +13,8 @@ from fringeforce.errors import InputError
 from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.bricks import lame_parameters
 from fringeforce.mechanics.solid.mesh import BoxMesh
-from fringeforce.mechanics.solid.slabs import Section, slabs
+from fringeforce.mechanics.solid.section import Section
+from fringeforce.mechanics.solid.slabs import slabs
 from fringeforce.mechanics.solid.symmetry import EVEN, ODD, Mirror, mirrored_load
 
 Array = NDArray[np.float64]
@@ -128,16 +129,15 @@ def symmetric_parts(
         held = np.zeros((3, lines), dtype=bool)
         held[:, 0] = mirror_y.held_inside
         held[:, -1] = mirror_y.held_outside(side_y)
-        eliminated = slabs(
-            Section(mesh.order, np.diff(mesh.y), np.diff(mesh.z), lame, held), np.diff(mesh.x)
-        )
+        section = Section(mesh.order, np.diff(mesh.y), np.diff(mesh.z), lame, held)
+        outside = Mirror(0, EVEN).held_outside(side_x)
+        eliminated = slabs(section, np.diff(mesh.x), outside)
         for i, parity_x in enumerate((EVEN, ODD)):
             if progress:
                 progress("classes of symmetry", 2 * k + i, 2 * len(across))
             mirror_x = Mirror(0, parity_x)
             solution = eliminated.solve(
                 mirror_x.held_inside,
-                mirror_x.held_outside(side_x),
                 _surface_forces(loads, mesh, (mirror_x, mirror_y)),
             )
             shape = (*solution.shape[:-1], loads.components, len(loads.quarter))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
@@ -58,30 +56,27 @@ def pad_influence(
     if not isinstance(mesh, BoxMesh):
         borders = loads.places[..., None] + np.array([-0.5, 0.5]) * patches.size
         mesh = box_mesh(block, borders[:, 0], borders[:, 1], mesh)
-    samples = Samples(np.asarray(x, float), np.asarray(y, float), *block.depths(slices))
-    shape = (len(samples.x), len(samples.y), slices, 3, len(loads.places))
+    places = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    z, weights = block.depths(slices)
+    at_depth, _ = interpolation(mesh.order, mesh.z, z)
+    shape = (len(places[0]), len(places[1]), slices, 3, len(loads.places))
     difference, shear = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     for part in symmetric_parts(block, loads, mesh, progress=progress):
         image, signs = loads.images(part.mirrors)
         for component in range(3):
-            stresses = light_stresses(block, part, mesh, samples, component)
+            stresses = light_stresses(block, part, mesh, places, at_depth, component)
             for total, stress in zip((difference, shear), stresses, strict=True):
                 total[:, :, :, component] += stress[..., image] * signs[component]
-    return SolidInfluence(samples.x, samples.y, samples.z, samples.weights, difference, shear)
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Where stresses are wanted: a grid of places x, y, and depths z with their weights [m]."""
-
-    x: Array
-    y: Array
-    z: Array
-    weights: Array
+    return SolidInfluence(*places, z, weights, difference, shear)
 
 
 def light_stresses(
-    block: Block, part: SymmetricPart, mesh: BoxMesh, samples: Samples, component: int
+    block: Block,
+    part: SymmetricPart,
+    mesh: BoxMesh,
+    places: tuple[Array, Array],
+    depth: csr_array,
+    component: int,
 ) -> tuple[Array, Array]:
     """sigma_x - sigma_y = 2 mu (eps_x - eps_y), and tau_xy = mu gamma_xy, of a class of loads.
 
@@ -95,8 +90,10 @@ def light_stresses(
         Displacements of a quarter.
     mesh : BoxMesh
         Its bricks.
-    samples : Samples
-        Within the photoelastic layer.
+    places : (ndarray, ndarray)
+        Samples along x and y, shape (nx,), (ny,) [m].
+    depth : sparse array, shape (slices, along z)
+        What is wanted of the shape functions along z: values at depths, or their integral.
     component : int
         Of the loads: 0 for N, 1 for T_x, 2 for T_y.
 
@@ -106,14 +103,11 @@ def light_stresses(
         Per newton on each load of the quarter [Pa/N].
     """
     order = mesh.order
-    at_depth, _ = interpolation(order, mesh.z, samples.z)
-    u, v = (
-        along(at_depth, part.coefficients[i, ..., component, :], axis=2) for i in (0, 1)
-    )
+    u, v = (along(depth, part.coefficients[i, ..., component, :], axis=2) for i in (0, 1))
 
     def slope(values: Array, displacement: int, axis: int) -> Array:
         for mirror, breaks, points in zip(
-            part.mirrors, (mesh.x, mesh.y), (samples.x, samples.y), strict=True
+            part.mirrors, (mesh.x, mesh.y), places, strict=True
         ):
             matrices = mirrored_interpolation(order, breaks, points, mirror.of(displacement))
             values = along(matrices[int(mirror.axis == axis)], values, mirror.axis)

@@ -2,7 +2,8 @@
 
 The eliminations of `mechanics.substructure` one dimension up, each exact: the inside of every
 brick, then all that lies between the two mesh planes of a slab, which leaves a block-tridiagonal
-chain of mesh planes.  Slabs of equal thickness share one elimination.
+chain of mesh planes.  Slabs of equal thickness share one elimination, which even and odd
+displacements go through apart.
 """
 
 from __future__ import annotations
@@ -14,172 +15,149 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array
 
 from fringeforce.mechanics.solid.bricks import brick_stiffness
+from fringeforce.mechanics.solid.section import Half, Section, plane_sums
 from fringeforce.mechanics.substructure import ROUNDING
-from fringeforce.mechanics.tridiagonal import backward, block_cholesky, forward
+from fringeforce.mechanics.tridiagonal import BlockCholesky, backward, block_cholesky, forward
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+Place = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
-    """What all slabs have in common: the bricks of a cross-section, and what holds them.
-
-    Attributes
-    ----------
-    order : int
-        Polynomial order of the bricks.
-    widths : ndarray, shape (columns,)
-        Of the bricks along y [m].
-    heights : ndarray, shape (rows,)
-        Along z, from the bonded base upwards [m].
-    lame : list of (float, float)
-        Lame's parameters of each row [Pa].
-    held : ndarray of bool, shape (3, order * columns + 1)
-        Components that are zero over the height, along y.
-    """
-
-    order: int
-    widths: Array
-    heights: Array
-    lame: list[tuple[float, float]]
-    held: Mask
-
-    @cached_property
-    def shape(self) -> tuple[int, int, int, int]:
-        """Of a slab's grid of unknowns: component, along x, y and z."""
-        p = self.order
-        return 3, p + 1, p * len(self.widths) + 1, p * len(self.heights) + 1
-
-    @cached_property
-    def _free(self) -> Mask:
-        free = np.broadcast_to(~self.held[:, None, :, None], self.shape).copy()
-        free[..., 0] = False  # the base is bonded
-        return free
-
-    @cached_property
-    def planes(self) -> Index:
-        """Flat places of the free unknowns of the left, then the right mesh plane, (2, u)."""
-        grid = np.arange(self._free.size).reshape(self.shape)[:, [0, -1]]
-        return np.stack([grid[:, side][self._free[:, 0]] for side in (0, 1)])
-
-    @cached_property
-    def components(self) -> Index:
-        """Component of each unknown of a mesh plane, shape (u,)."""
-        return np.nonzero(self._free[:, 0])[0]
-
-    @cached_property
-    def between(self) -> Index:
-        """Flat places of the free unknowns between the planes, outside the bricks."""
-        p = self.order
-        frame = self._free.copy()
-        frame[:, [0, -1]] = False
-        inside = np.ones(self.shape[2:], dtype=bool)
-        inside[::p], inside[:, ::p] = False, False
-        frame[:, :, inside] = False
-        return np.flatnonzero(frame)
-
-    @cached_property
-    def bricks(self) -> Index:
-        """Flat places of each brick's unknowns, shape (columns, rows, 3 (order + 1)^3)."""
-        p = self.order
-        grid = np.arange(np.prod(self.shape)).reshape(self.shape)
-        return np.array(
-            [
-                [
-                    grid[:, :, c * p : (c + 1) * p + 1, r * p : (r + 1) * p + 1].ravel()
-                    for r in range(len(self.heights))
-                ]
-                for c in range(len(self.widths))
-            ]
-        )
-
-    @cached_property
-    def inside(self) -> Index:
-        """Unknowns inside one brick, in its own numbering."""
-        q = self.order + 1
-        return np.arange(3 * q**3).reshape(3, q, q, q)[:, 1:-1, 1:-1, 1:-1].ravel()
-
-    @cached_property
-    def around(self) -> Index:
-        """Unknowns on the boundary of one brick, in its own numbering."""
-        return np.setdiff1d(np.arange(3 * (self.order + 1) ** 3), self.inside)
-
-
-@dataclass(frozen=True, eq=False)
-class _Slab:
-    """A slab reduced to its two mesh planes, and the way back inside.
+class _Reduced:
+    """Half a slab reduced to its mesh planes, and the way back inside.
 
     With K in blocks of planes (p) and between (b), and K_bb = L L', the coupling is L^-1 K_bp.
     """
 
-    stiffness: Array  # (2u, 2u)
+    stiffness: Array  # (u, u)
     factor: Array  # L
     coupling: Array
-    inside: dict[tuple[int, int], Array]  # inner displacements of a brick per boundary ones
+    inside: dict[Place, Array]  # inner displacements of a brick per boundary ones
+
+
+def _reduced(half: Half, bricks: dict[Place, Array], unknowns: int) -> _Reduced:
+    kept = half.planes.size
+    number = np.full(unknowns, -1)
+    number[half.planes] = np.arange(kept)
+    number[half.between] = kept + np.arange(half.between.size)
+    known: dict[int, tuple[Array, Array]] = {}
+    inside: dict[Place, Array] = {}
+    rows, columns, values = [], [], []
+    for place, whole in bricks.items():
+        if id(whole) not in known:
+            known[id(whole)] = _shell(whole[half.local[:, None], half.local], half)
+        shell, inside[place] = known[id(whole)]
+        here = number[half.bricks[place][half.around]]
+        used = np.flatnonzero(here >= 0)
+        rows.append(np.repeat(here[used], used.size))
+        columns.append(np.tile(here[used], used.size))
+        values.append(shell[used[:, None], used].ravel())
+    places = np.concatenate(rows), np.concatenate(columns)
+    frame = coo_array((np.concatenate(values), places), shape=(kept + half.between.size,) * 2)
+    frame = frame.tocsr()
+    inner = frame[kept:, kept:].toarray()
+    factor = cholesky(inner, lower=True, overwrite_a=True, check_finite=False)
+    coupling = forward(factor, frame[kept:, :kept].toarray(order="F"))
+    stiffness = frame[:kept, :kept].toarray() - coupling.T @ coupling
+    return _Reduced(stiffness, factor, coupling, inside)
+
+
+def _shell(brick: Array, half: Half) -> tuple[Array, Array]:
+    """A brick reduced to its boundary: its stiffness, and the way inside."""
+    keep, drop = half.around, half.inside
+    across = brick[drop[:, None], keep]
+    recovery = -np.asarray(np.linalg.solve(brick[drop[:, None], drop], across))
+    return brick[keep[:, None], keep] + across.T @ recovery, recovery
+
+
+@dataclass(frozen=True, eq=False)
+class _Slab:
+    """A slab reduced to its two mesh planes, in an even and an odd half."""
+
+    section: Section
+    halves: tuple[_Reduced, _Reduced]
+
+    @cached_property
+    def _turned(self) -> Array:
+        """What the mirror does to the components of a plane's unknowns, shape (u, 1)."""
+        return np.where(self.section.components == 0, -1.0, 1.0)[:, None]
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Of the last and the first mesh plane, in this order, shape (2u, 2u)."""
+        even, odd = (half.stiffness for half in self.halves)
+        turned = self._turned
+        own, other = (even + odd) / 2, (even - odd) / 2
+        return np.block([[turned * own * turned.T, turned * other], [other * turned.T, own]])
+
+    def condensed(self, loads: Array) -> tuple[Array, list[Array]]:
+        """What forces (unknowns, cases) between the planes do on them, (2, u, cases), and L^-1 f.
+
+        Loads are those of the even and odd sums.
+        """
+        inner = [
+            forward(reduced.factor, loads[half.between])
+            for reduced, half in zip(self.halves, self.section.halves, strict=True)
+        ]
+        even, odd = (
+            reduced.coupling.T @ f for reduced, f in zip(self.halves, inner, strict=True)
+        )
+        return np.sqrt(0.5) * np.stack([even + odd, self._turned * (even - odd)]), inner
+
+    def displacements(self, pair: Array, inner: list[Array]) -> Array:
+        """Everything inside from the planes (2, u, cases) and `condensed`, (unknowns, cases)."""
+        first, last = pair[0], self._turned * pair[1]
+        flat = np.zeros((np.prod(self.section.shape), pair.shape[-1]))
+        both = zip(self.halves, self.section.halves, (1, -1), inner, strict=True)
+        for reduced, half, sign, forces in both:
+            plane = np.sqrt(0.5) * (first + sign * last)
+            flat[half.planes] = plane
+            flat[half.between] = backward(reduced.factor, forces - reduced.coupling @ plane)
+            for place, recovery in reduced.inside.items():
+                brick = half.bricks[place]
+                flat[brick[half.inside]] = recovery @ flat[brick[half.around]]
+        return flat
 
 
 def _slab(section: Section, thickness: float) -> _Slab:
-    kept = section.planes.ravel()
-    number = np.full(np.prod(section.shape), -1)
-    number[kept] = np.arange(kept.size)
-    number[section.between] = kept.size + np.arange(section.between.size)
-    frame = csr_array((kept.size + section.between.size,) * 2)
-    inside: dict[tuple[int, int], Array] = {}
-    for place, shell, recovery in _shells(section, thickness):
-        inside[place] = recovery
-        here = number[section.bricks[place][section.around]]
-        used = np.flatnonzero(here >= 0)
-        rows, columns = np.meshgrid(here[used], here[used], indexing="ij")
-        values = shell[used[:, None], used]
-        frame = frame + coo_array(
-            (values.ravel(), (rows.ravel(), columns.ravel())), shape=frame.shape
-        )
-    planes, between = slice(0, kept.size), slice(kept.size, None)
-    factor = cholesky(
-        frame[between, between].toarray(), lower=True, overwrite_a=True, check_finite=False
-    )
-    coupling = forward(factor, frame[between, planes].toarray(order="F"))
-    stiffness = frame[planes, planes].toarray() - coupling.T @ coupling
-    return _Slab(stiffness, factor, coupling, inside)
+    bricks = dict(_bricks(section, thickness))
+    unknowns = int(np.prod(section.shape))
+    even, odd = (_reduced(half, bricks, unknowns) for half in section.halves)
+    return _Slab(section, (even, odd))
 
 
-def _shells(
-    section: Section, thickness: float
-) -> Iterator[tuple[tuple[int, int], Array, Array]]:
-    """Every brick of a slab reduced to its boundary: its place, stiffness, and way inside."""
-    known: dict[tuple[float, ...], tuple[Array, Array]] = {}
-    keep, drop = section.around, section.inside
+def _bricks(section: Section, thickness: float) -> Iterator[tuple[Place, Array]]:
+    """The stiffness of every brick of a slab by its place; equal bricks share one array."""
+    known: dict[tuple[float, ...], Array] = {}
     for c, width in enumerate(section.widths):
         for r, (height, lame) in enumerate(zip(section.heights, section.lame, strict=True)):
             kind = (*np.log([width, height]).round(ROUNDING), *lame)
             if kind not in known:
-                k = brick_stiffness(section.order, (thickness, width, height), lame)
-                across = k[drop[:, None], keep]
-                recovery = -np.asarray(np.linalg.solve(k[drop[:, None], drop], across))
-                known[kind] = k[keep[:, None], keep] + across.T @ recovery, recovery
-            yield (c, r), *known[kind]
+                known[kind] = brick_stiffness(section.order, (thickness, width, height), lame)
+            yield (c, r), known[kind]
 
 
 @dataclass(frozen=True, eq=False)
 class Slabs:
-    """The slabs of a box, eliminated; a chain of them can be held at its ends in any way."""
+    """The slabs of a box and the chain of their mesh planes, eliminated from the far end."""
 
-    section: Section
     distinct: list[_Slab]
     kind: Index  # (slabs,): which of the distinct slabs stands where
+    chain: BlockCholesky
 
-    def solve(self, first: Mask, last: Mask, surface: Array) -> Array:
+    def solve(self, first: Mask, surface: Array) -> Array:
         """Displacements for forces on the top surface.
 
         Parameters
         ----------
-        first, last : ndarray of bool, shape (3,)
-            Components that are zero on the first and on the last mesh plane.
+        first : ndarray of bool, shape (3,)
+            Components that are zero on the first mesh plane.
         surface : ndarray, shape (3, along x, along y, cases)
             Nodal forces on the grid of shape functions [N].
 
@@ -188,50 +166,36 @@ class Slabs:
         ndarray, shape (3, along x, along y, along z, cases)
             Coefficients of u, v and w on the grid of shape functions [m].
         """
-        section, cases = self.section, surface.shape[-1]
-        held = np.zeros((len(self.kind) + 1, section.components.size), dtype=bool)
-        held[0], held[-1] = first[section.components], last[section.components]
-        chain = block_cholesky([self.distinct[k].stiffness for k in self.kind], held)
-        loads = np.zeros((*held.shape, cases))
-        reduced = []
+        section, cases = self.distinct[0].section, surface.shape[-1]
+        p, components = section.order, section.components
+        chain = self.chain.held_last(self.distinct[self.kind[0]].stiffness, first[components])
+        loads = np.zeros((len(self.kind) + 1, components.size, cases))
+        inner = []
         for s, kind in enumerate(self.kind):
-            grid = self._slab_loads(surface, s)
-            inner = forward(self.distinct[kind].factor, grid[section.between])
-            reduced.append(inner)
-            loads[s] += grid[section.planes[0]]
-            condensed = self.distinct[kind].coupling.T @ inner
-            loads[s : s + 2] -= condensed.reshape(2, -1, cases)
-        loads[-1] += self._slab_loads(surface, len(self.kind) - 1)[section.planes[1]]
-        planes = chain.solve(loads)
-        p = section.order
-        _, _, along_y, along_z = section.shape
-        result = np.zeros((3, p * len(self.kind) + 1, along_y, along_z, cases))
+            grid = np.zeros((*section.shape, cases))
+            grid[..., -1, :] = surface[:, s * p : (s + 1) * p + 1]
+            whole = grid.reshape(-1, cases)
+            loads[s] += whole[section.planes[0]]
+            if s + 1 == len(self.kind):
+                loads[-1] += whole[section.planes[1]]
+            condensed, forces = self.distinct[kind].condensed(_summed(grid, p).reshape(-1, cases))
+            loads[s : s + 2] -= condensed
+            inner.append(forces)
+        planes = chain.solve(loads[::-1])[::-1]
+        result = np.zeros((3, p * len(self.kind) + 1, *section.shape[2:], cases))
         for s, kind in enumerate(self.kind):
-            result[:, s * p : (s + 1) * p + 1] = self._inside(
-                self.distinct[kind], planes[s : s + 2], reduced[s]
-            )
+            flat = self.distinct[kind].displacements(planes[s : s + 2], inner[s])
+            here = slice(s * p, (s + 1) * p + 1)
+            result[:, here] = _summed(flat.reshape(*section.shape, cases), p)
         return result
 
-    def _slab_loads(self, surface: Array, slab: int) -> Array:
-        p, cases = self.section.order, surface.shape[-1]
-        grid = np.zeros((*self.section.shape, cases))
-        grid[..., -1, :] = surface[:, slab * p : (slab + 1) * p + 1]
-        return grid.reshape(-1, cases)
 
-    def _inside(self, slab: _Slab, pair: Array, inner: Array) -> Array:
-        section, cases = self.section, pair.shape[-1]
-        flat = np.zeros((np.prod(section.shape), cases))
-        flat[section.planes] = pair
-        flat[section.between] = backward(
-            slab.factor, inner - slab.coupling @ pair.reshape(-1, cases)
-        )
-        for place, recovery in slab.inside.items():
-            brick = section.bricks[place]
-            flat[brick[section.inside]] = recovery @ flat[brick[section.around]]
-        return flat.reshape(*section.shape, cases)
+def _summed(grid: Array, order: int) -> Array:
+    """Even and odd sums of a slab's mesh planes, or the planes from their sums."""
+    return np.einsum("ij,cj...->ci...", plane_sums(order), grid)
 
 
-def slabs(section: Section, thicknesses: Array) -> Slabs:
+def slabs(section: Section, thicknesses: Array, last: Mask) -> Slabs:
     """Eliminate the slabs of a box.
 
     Parameters
@@ -240,8 +204,14 @@ def slabs(section: Section, thicknesses: Array) -> Slabs:
         Their common cross-section.
     thicknesses : ndarray, shape (slabs,)
         Of the slabs along x [m].
+    last : ndarray of bool, shape (3,)
+        Components that are zero on the last mesh plane.
     """
     _, first, kind = np.unique(
         np.log(thicknesses).round(ROUNDING), return_index=True, return_inverse=True
     )
-    return Slabs(section, [_slab(section, t) for t in thicknesses[first]], kind)
+    distinct = [_slab(section, t) for t in thicknesses[first]]
+    held = np.zeros((len(kind) + 1, section.components.size), dtype=bool)
+    held[0] = last[section.components]
+    chain = block_cholesky([distinct[k].stiffness for k in kind[::-1]], held)
+    return Slabs(distinct, kind, chain)
