@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,24 +64,24 @@ class BlockCholesky:
         )
 
 
-def block_cholesky(stiffness: Sequence[Array], held: NDArray[np.bool_]) -> BlockCholesky:
+def block_cholesky(stiffness: Iterable[Array], held: NDArray[np.bool_]) -> BlockCholesky:
     """Factor a chain.
 
     Parameters
     ----------
-    stiffness : sequence of ndarray, shape (2 u, 2 u)
+    stiffness : iterable of ndarray, shape (2 u, 2 u)
         Of each pair of neighbouring links, left one first; they add up.
     held : ndarray of bool, shape (links, u)
         Unknowns that are held at zero.
     """
     size = held.shape[1]
-    nothing = np.zeros((2 * size, 2 * size))
+    left = np.zeros((2 * size, 2 * size))
     chain = BlockCholesky(held[:0], [], [])
-    pairs = zip([nothing, *stiffness], [*stiffness, nothing], held, strict=True)
-    for left, right, fixed in pairs:
+    for right, fixed in zip(stiffness, held[:-1], strict=True):
         block = left[size:, size:] + right[:size, :size]
         chain = chain.followed_by(block, left[size:, :size].copy(), fixed)
-    return chain
+        left = right
+    return chain.followed_by(left[size:, size:].copy(), left[size:, :size].copy(), held[-1])
 
 
 def forward(factor: Array, values: Array) -> Array:

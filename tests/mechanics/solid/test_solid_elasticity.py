@@ -1,5 +1,7 @@
 """Bricks against scikit-fem, uniform strain, plane strain, the double Fourier series, Betti."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,7 +16,8 @@ from fringeforce.mechanics.elements import interpolation
 from fringeforce.mechanics.solid.block import Block, Patches
 from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import along, light_stresses, pad_influence
-from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
+from fringeforce.mechanics.solid.mesh import BoxMesh, box_mesh
+from fringeforce.mechanics.solid.strip import STRIP
 from fringeforce.mechanics.solid.symmetry import EVEN, mirrored_interpolation
 
 Array = NDArray[np.float64]
@@ -120,7 +123,7 @@ def test_line_loads_between_rollers_make_plane_strain(sensor: ff.Sensor) -> None
     positions = np.array([-1e-3, 0.0, 2.5e-3])
     block = Block(strip.length, strip.width, strip.compliant, strip.photoelastic, "roller")
     loads = Loads(np.stack([positions, 0 * positions], axis=1), (0.0, strip.width), 2)
-    mesh = box_mesh(block, positions, [], Grading(order=6, load=1.0, surface=0.2))
+    mesh = box_mesh(block, positions, [], replace(STRIP, order=6, load=1.0, surface=0.2))
     places = np.linspace(-11e-3, 11e-3, 45), np.array([0.0, 1.3e-3])
     z, weights = block.depths(20)
     depth = interpolation(mesh.order, mesh.z, z)[0]
@@ -154,7 +157,7 @@ def test_a_load_beyond_the_block_is_refused() -> None:
 
 def test_an_order_that_no_slab_can_be_eliminated_with_is_refused() -> None:
     with pytest.raises(ff.FringeforceError, match="order = 1"):
-        Grading(order=1)
+        replace(STRIP, order=1)
 
 
 def test_a_matrix_along_an_axis_is_a_tensor_product() -> None:

@@ -20,6 +20,9 @@ from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
 
 Array = NDArray[np.float64]
 
+PAD = Grading(order=5, load=2.0, surface=1.0, below=2.0, corner=1.0)
+"""Bricks of a pad whose tactels are about as wide as they are apart."""
+
 
 def pad_influence(
     block: Block,
@@ -27,7 +30,7 @@ def pad_influence(
     x: ArrayLike,
     y: ArrayLike,
     slices: int = 8,
-    mesh: BoxMesh | Grading | None = None,
+    mesh: BoxMesh | Grading = PAD,
     progress: Progress | None = None,
 ) -> SolidInfluence:
     """Stresses inside the photoelastic layer per unit force on every tactel, by finite elements.
@@ -42,7 +45,7 @@ def pad_influence(
         Places of the samples [m].
     slices : int
         Samples over the depth of the photoelastic layer.
-    mesh : BoxMesh or Grading, optional
+    mesh : BoxMesh or Grading
         The bricks, or their sizes.
     progress : callable, optional
         Told words, the steps done and their count.

@@ -22,28 +22,28 @@ class Grading:
     ----------
     order : int
         Polynomial order of the displacements in all directions, 2 or more.
-    load, growth : float
-        Beside the border of a load: first brick along x and y, in cover thicknesses, and growth.
-    surface, growth_down : float
-        Below the surface: first brick along z, in cover thicknesses, and growth.
-    below, growth_below : float
-        Below the interface: first brick, in cover thicknesses, and growth down to the base.
-    corner, corner_growth : float
-        Beside the edges where a free side meets base or interface: first brick, in thicknesses of
-        the whole block, and growth.
+    load : float
+        First brick along x and y beside the border of a load, in cover thicknesses.
+    surface, below : float
+        First brick along z below the surface and below the interface, in cover thicknesses.
+    corner : float
+        First brick beside the edges where a free side meets base or interface, in thicknesses of
+        the whole block.
+    growth, growth_down, growth_below, corner_growth : float
+        Of the bricks that follow.
     largest : float
         Largest brick, in thicknesses of the whole block.
     """
 
-    order: int = 4
-    load: float = 1.0
+    order: int
+    load: float
+    surface: float
+    below: float
+    corner: float
     growth: float = 2.0
-    surface: float = 0.4
     growth_down: float = 2.4
-    below: float = 1.2
     growth_below: float = 3.0
-    corner: float = 0.05
-    corner_growth: float = 5.0
+    corner_growth: float = 6.0
     largest: float = 0.8
 
     def __post_init__(self) -> None:
@@ -84,7 +84,7 @@ class BoxMesh:
 
 
 def box_mesh(
-    block: Block, marks_x: ArrayLike, marks_y: ArrayLike, grading: Grading | None = None
+    block: Block, marks_x: ArrayLike, marks_y: ArrayLike, sizes: Grading
 ) -> BoxMesh:
     """The bricks that a block and its loads ask for.
 
@@ -94,10 +94,9 @@ def box_mesh(
         The layers and their sides.
     marks_x, marks_y : array_like, shape (k,)
         Borders of loads on either side of the middle [m]; each becomes an element boundary.
-    grading : Grading, optional
+    sizes : Grading
         Sizes and order.
     """
-    sizes = grading or Grading()
     depth = -block.base
     corner = sizes.corner * depth
     singular = "free" in (block.sides, block.across)

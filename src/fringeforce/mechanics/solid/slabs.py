@@ -88,7 +88,7 @@ class _Slab:
         """What the mirror does to the components of a plane's unknowns, shape (u, 1)."""
         return np.where(self.section.components == 0, -1.0, 1.0)[:, None]
 
-    @cached_property
+    @property
     def stiffness(self) -> Array:
         """Of the last and the first mesh plane, in this order, shape (2u, 2u)."""
         even, odd = (half.stiffness for half in self.halves)
@@ -213,5 +213,5 @@ def slabs(section: Section, thicknesses: Array, last: Mask) -> Slabs:
     distinct = [_slab(section, t) for t in thicknesses[first]]
     held = np.zeros((len(kind) + 1, section.components.size), dtype=bool)
     held[0] = last[section.components]
-    chain = block_cholesky([distinct[k].stiffness for k in kind[::-1]], held)
+    chain = block_cholesky((distinct[k].stiffness for k in kind[::-1]), held)
     return Slabs(distinct, kind, chain)

@@ -19,7 +19,7 @@ from fringeforce.mechanics.solid.symmetry import EVEN
 
 Array = NDArray[np.float64]
 
-STRIP = Grading(order=5, load=1.6, surface=0.4, below=1.2, corner=0.05, corner_growth=6.0)
+STRIP = Grading(order=5, load=1.6, surface=0.6, below=1.2, corner=0.1)
 """Bricks of a strip; the study of its width shows what they leave."""
 
 
