@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.cli.arguments import Design, is_model
+from fringeforce.cli.progress import progress_bar
 
 
 def new(
@@ -34,7 +35,8 @@ def characterize(
     from fringeforce.model import characterize
 
     sensor = load_sensor(design)
-    model = characterize(sensor, mesh)
+    with progress_bar() as advance:
+        model = characterize(sensor, mesh, advance)
     model.save(output)
     print(
         f"{output}: {sensor.name}; {len(model.x)} stations, {model.provenance['unknowns']} unknowns"

@@ -163,9 +163,7 @@ def _banded(first: NDArray[np.intp], weights: Array, columns: int) -> csr_array:
     return csr_array((weights.ravel(), index.ravel(), starts), shape=(rows, columns))
 
 
-def _located(
-    breaks: Array, points: Array, side: Side = "left"
-) -> tuple[NDArray[np.intp], Array]:
+def _located(breaks: Array, points: Array, side: Side = "left") -> tuple[NDArray[np.intp], Array]:
     """Element of each point and its place within, 0 to 1."""
     element = np.clip(np.searchsorted(breaks, points, side=side) - 1, 0, len(breaks) - 2)
     return element, (points - breaks[element]) / np.diff(breaks)[element]

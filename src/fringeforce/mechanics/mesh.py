@@ -79,6 +79,7 @@ class Mesh:
 
 
 def cut(breaks: Array, factor: int) -> Array:
+    """Every interval between boundaries cut into equal ones."""
     fractions = np.arange(factor) / factor
     inner = breaks[:-1, None] + np.diff(breaks)[:, None] * fractions
     return np.append(inner.ravel(), breaks[-1])
@@ -92,6 +93,7 @@ class Progression(NamedTuple):
     largest: float
 
     def size(self, index: int) -> float:
+        """Of one interval, counted from the beginning [m]."""
         growths = min(index, 99)  # by then far beyond the largest, and still a float
         return min(self.first * self.growth**growths, self.largest)
 

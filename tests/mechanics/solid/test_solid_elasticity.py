@@ -57,7 +57,7 @@ def _displacement(block: Block, loads: Loads, mesh: BoxMesh, points: Array) -> A
 def _by_scikit_fem(block: Block, mesh: BoxMesh, places: Array, points: Array) -> Array:
     """The same from all of the block, a sparse matrix and SuperLU."""
     whole = [np.concatenate([-b[:0:-1], b]) for b in (mesh.x, mesh.y)]
-    hexes = MeshHex.init_tensor(*whole, mesh.z)
+    hexes = MeshHex.init_tensor(whole[0], whole[1], mesh.z)
     basis = Basis(hexes, ElementVector(ElementHex2()), intorder=4)
     in_cover = hexes.p[2, hexes.t].mean(axis=0) > block.interface
     matrix = 0
@@ -133,9 +133,7 @@ def test_line_loads_between_rollers_make_plane_strain(sensor: ff.Sensor) -> None
         image, signs = loads.images(part.mirrors)
         for c in (0, 1):
             difference, shear = light_stresses(block, part, mesh, places, depth, c)
-            found[:, :, c] += (
-                np.einsum("xyzr,z->yxr", difference, weights)[..., image] * signs[c]
-            )
+            found[:, :, c] += np.einsum("xyzr,z->yxr", difference, weights)[..., image] * signs[c]
             assert np.abs(shear).max() < 1e-6 * np.abs(difference).max()
     error = np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=0)
     assert error.max() < 2e-3

@@ -52,7 +52,8 @@ def brick_stiffness(
         else:
             factors[row], factors[column] = lines[row].mixed, lines[column].mixed.T
         scale = volume / (size[row] * size[column])
-        return scale * np.kron(np.kron(factors[0], factors[1]), factors[2])
+        product = np.kron(np.kron(factors[0], factors[1]), factors[2])
+        return np.asarray(scale * product, dtype=np.float64)
 
     along = [gradients(axis, axis) for axis in range(3)]
     laplacian = mu * sum(along)

@@ -109,9 +109,7 @@ def light_stresses(
     u, v = (along(depth, part.coefficients[i, ..., component, :], axis=2) for i in (0, 1))
 
     def slope(values: Array, displacement: int, axis: int) -> Array:
-        for mirror, breaks, points in zip(
-            part.mirrors, (mesh.x, mesh.y), places, strict=True
-        ):
+        for mirror, breaks, points in zip(part.mirrors, (mesh.x, mesh.y), places, strict=True):
             matrices = mirrored_interpolation(order, breaks, points, mirror.of(displacement))
             values = along(matrices[int(mirror.axis == axis)], values, mirror.axis)
         return values

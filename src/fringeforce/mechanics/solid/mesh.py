@@ -80,12 +80,11 @@ class BoxMesh:
         """The same mesh with every brick cut `factor` times in all directions."""
         if factor < 1:
             raise InputError(f"A mesh cannot be refined by {factor}; the factor is 1 or more.")
-        return BoxMesh(*(cut(breaks, factor) for breaks in (self.x, self.y, self.z)), self.order)
+        x, y, z = (cut(breaks, factor) for breaks in (self.x, self.y, self.z))
+        return BoxMesh(x, y, z, self.order)
 
 
-def box_mesh(
-    block: Block, marks_x: ArrayLike, marks_y: ArrayLike, sizes: Grading
-) -> BoxMesh:
+def box_mesh(block: Block, marks_x: ArrayLike, marks_y: ArrayLike, sizes: Grading) -> BoxMesh:
     """The bricks that a block and its loads ask for.
 
     Parameters
@@ -124,7 +123,5 @@ def _half_axis(half: float, marks: ArrayLike, block: Block, sizes: Grading, free
     middle = load if 0.0 in distances.round(15) else Progression(largest, 1.0, largest)
     side = Progression(sizes.corner * depth if free else np.inf, sizes.corner_growth, largest)
     ends = [middle, *[load] * (len(borders) - 2), side]
-    pieces = [
-        subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(borders))
-    ]
+    pieces = [subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(borders))]
     return snapped(np.cumsum(np.concatenate([[0.0], *pieces])), borders)

@@ -72,7 +72,8 @@ def _shell(brick: Array, half: Half) -> tuple[Array, Array]:
     """A brick reduced to its boundary: its stiffness, and the way inside."""
     keep, drop = half.around, half.inside
     across = brick[drop[:, None], keep]
-    recovery = -np.asarray(np.linalg.solve(brick[drop[:, None], drop], across))
+    solved = np.linalg.solve(brick[drop[:, None], drop], across)
+    recovery = -np.asarray(solved, dtype=np.float64)
     return brick[keep[:, None], keep] + across.T @ recovery, recovery
 
 
@@ -105,9 +106,7 @@ class _Slab:
             forward(reduced.factor, loads[half.between])
             for reduced, half in zip(self.halves, self.section.halves, strict=True)
         ]
-        even, odd = (
-            reduced.coupling.T @ f for reduced, f in zip(self.halves, inner, strict=True)
-        )
+        even, odd = (reduced.coupling.T @ f for reduced, f in zip(self.halves, inner, strict=True))
         return np.sqrt(0.5) * np.stack([even + odd, self._turned * (even - odd)]), inner
 
     def displacements(self, pair: Array, inner: list[Array]) -> Array:

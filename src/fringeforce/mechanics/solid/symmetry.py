@@ -8,6 +8,7 @@ quarter of the box carries each part once its inner faces are held as mirrors de
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -78,9 +79,7 @@ def mirrored_interpolation(
     return csr_array(values), csr_array(slopes)
 
 
-def mirrored_load(
-    order: int, breaks: Array, place: float, size: float, parity: int
-) -> Array:
+def mirrored_load(order: int, breaks: Array, place: float, size: float, parity: int) -> Array:
     """One dimension of a unit load's part, as forces on the shape functions of half an axis.
 
     Parameters
@@ -111,7 +110,7 @@ def _integral(order: int, breaks: Array, lowest: float, highest: float) -> Array
     """Integrals of all shape functions over an interval, shape (order * e + 1,) [m]."""
     result = np.zeros(order * (len(breaks) - 1) + 1)
     points, weights = leggauss(order)
-    for e, (start, end) in enumerate(zip(breaks[:-1], breaks[1:], strict=True)):
+    for e, (start, end) in enumerate(pairwise(breaks)):
         low, high = max(lowest, start), min(highest, end)
         if high <= low:
             continue
