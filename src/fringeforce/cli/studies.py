@@ -36,6 +36,7 @@ class Question(StrEnum):
     resolution = "resolution"
     convergence = "convergence"
     sensitivity = "sensitivity"
+    width = "width"
 
 
 def study(
@@ -124,6 +125,11 @@ def _answer(
         from fringeforce.studies.convergence import convergence_study
 
         return convergence_study(sensor)
+    if question is Question.width:
+        from fringeforce.studies.width import width_study
+
+        with _executor(*where) as pool:
+            return width_study(sensor, pool, seed, advance)
     from fringeforce.studies.sensitivity import sensitivity_study
 
     with _executor(*where) as pool:
