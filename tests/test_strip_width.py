@@ -20,12 +20,13 @@ SOLID = {"transducer.plane": "3d"}
 HALVES = np.array([0.0, 0.45, 0.9])
 
 
-def _largest_deviation(sensor: ff.Sensor, width: float, plane: str, order: int) -> float:
-    """In mid-width, from a plane model under the same load per width."""
+def _largest_deviation(sensor: ff.Sensor, width: float, plane: str) -> float:
+    """In mid-width, from a plane model under the same load per width, of a few tactels."""
+    sensor = sensor.replace(**{"tactels.count": 3})
     wide = sensor.replace(**{"transducer.width": width})
     middle = np.zeros(1), np.ones(1)
-    found = strip_width(wide, replace(STRIP, order=order, corner=0.3), places=middle)
-    forces = ff.polar(1.0, 10, 11)
+    found = strip_width(wide, replace(STRIP, corner=0.3), places=middle)
+    forces = ff.polar(1.0, 10, 3)
     x = np.linspace(-12.4e-3, 12.4e-3, 199)
     flat = ff.characterize(sensor.replace(**{"transducer.plane": plane})).phase(forces, x)
     lead, _ = found.phases(forces * width / sensor.transducer.width, x)
@@ -33,11 +34,11 @@ def _largest_deviation(sensor: ff.Sensor, width: float, plane: str, order: int) 
 
 
 def test_a_narrow_strip_is_in_plane_stress(sensor: ff.Sensor) -> None:
-    assert _largest_deviation(sensor, 0.05e-3, "stress", 5) < 0.01
+    assert _largest_deviation(sensor, 0.03e-3, "stress") < 0.01
 
 
 def test_the_middle_of_a_wide_strip_is_in_plane_strain(sensor: ff.Sensor) -> None:
-    assert _largest_deviation(sensor, 200e-3, "strain", 5) < 0.01
+    assert _largest_deviation(sensor, 200e-3, "strain") < 0.01
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +101,7 @@ def test_light_through_a_turned_retarder_is_that_of_jones(bias: float) -> None:
 
 
 def test_averaged_light_is_read_like_one_phase_from_a_narrow_line_only(sensor: ff.Sensor) -> None:
-    narrow, wide = one_phase(sensor, shares=(0.02, 0.6), loads=(0.5,), mesh=COARSE)
+    narrow, wide = one_phase(sensor, shares=(0.02, 0.6), loads=(1.5,), mesh=COARSE)
     assert narrow.contrast > 0.99
     assert narrow.error == pytest.approx(narrow.noise, rel=0.2)
     assert wide.contrast < 0.97

@@ -212,4 +212,5 @@ def _draw(
         ylabel="rms error of forces [N]\n(dotted: noise alone)",
     )
     right.set_xlim(0, None)
-    right.legend(fontsize=8)
+    right.set_ylim(right.get_ylim()[0] / 8, None)
+    right.legend(fontsize=8, loc="lower left")
