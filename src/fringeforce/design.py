@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from fringeforce.design_optics import Polariscope
+from fringeforce.design_optics import Camera, Polariscope
 from fringeforce.design_text import toml_text, toml_values
 from fringeforce.errors import DesignError
 from fringeforce.fields import Count, Finite, Length, Places, Pressure
@@ -53,8 +53,9 @@ class Transducer(_Part):
     edges: Literal["free", "roller"] = Field(
         description='lateral edges: "free" (Case 1) or "roller", u = 0 without friction (Case 2)'
     )
-    plane: Literal["stress", "strain"] = Field(
-        default="stress", description='"stress" for narrow strips, "strain" for wide ones'
+    plane: Literal["stress", "strain", "3d"] = Field(
+        default="stress",
+        description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width',
     )
     compliant: Layer
     photoelastic: PhotoelasticLayer
@@ -99,41 +100,6 @@ class Tactels(_Part):
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
 
-class Camera(_Part):
-    """The line camera of equation (13): grey = round(amplitude I + noise + offset)."""
-
-    pixels: Count = Field(description="pixels along the strip")
-    bits: Count = Field(le=16, description="bits B of the converter, 1 to 16")
-    amplitude: Finite = Field(gt=0, description="A, grey levels between dark and bright")
-    offset: Finite = Field(ge=0, description="I_o, grey levels of darkness")
-    noise: Finite = Field(
-        ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
-    )
-    noise_model: Literal["uniform", "gaussian"] = "uniform"
-
-    @model_validator(mode="after")
-    def _within_converter(self) -> Camera:
-        noise = self.noise if self.noise_model == "uniform" else 0.0
-        brightest = self.amplitude + self.offset + noise
-        if brightest > self.full_scale:
-            raise ValueError(
-                f"amplitude + offset + noise = {brightest:g} exceeds the converter's "
-                f"2^{self.bits} - 1 = {self.full_scale}; lower the amplitude by "
-                f"{brightest - self.full_scale:g} or take more bits"
-            )
-        if self.offset < noise:
-            raise ValueError(
-                f"offset = {self.offset:g} is below the noise of {noise:g}, so dark pixels would "
-                f"fall below zero; raise the offset to {noise:g}"
-            )
-        return self
-
-    @property
-    def full_scale(self) -> int:
-        """Largest grey level, 2^B - 1."""
-        return 2**self.bits - 1
-
-
 class Sensor(_Part):
     """A complete sensor, from strip to camera.
 
@@ -163,6 +129,14 @@ class Sensor(_Part):
                     f"tactels, {remedy} or a longer strip"
                 )
         return tactels
+
+    @field_validator("camera", mode="after")
+    @classmethod
+    def _line_on_the_strip(cls, camera: Camera, info: ValidationInfo) -> Camera:
+        transducer = info.data.get("transducer")
+        if transducer is not None:
+            camera.check_line(transducer.width, transducer.plane)
+        return camera
 
     @cached_property
     def pixel_positions(self) -> NDArray[np.float64]:

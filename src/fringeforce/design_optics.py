@@ -1,12 +1,12 @@
-"""The light of a design: a polariscope with one channel or several, perfect or not."""
+"""The light of a design and who sees it: a polariscope, perfect or not, and a line camera."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from fringeforce.fields import Finite, Length
+from fringeforce.fields import Count, Finite, Length, Place
 
 
 class Channel(BaseModel):
@@ -64,3 +64,82 @@ class Polariscope(BaseModel):
     def pictures(self) -> tuple[Channel, ...]:
         """The channels, at least one."""
         return self.channels or (Channel(),)
+
+
+class Camera(BaseModel):
+    """The line camera of equation (13): grey = round(amplitude I + noise + offset)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    pixels: Count = Field(description="pixels along the strip")
+    bits: Count = Field(le=16, description="bits B of the converter, 1 to 16")
+    amplitude: Finite = Field(gt=0, description="A, grey levels between dark and bright")
+    offset: Finite = Field(ge=0, description="I_o, grey levels of darkness")
+    noise: Finite = Field(
+        ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
+    )
+    noise_model: Literal["uniform", "gaussian"] = "uniform"
+    line_position: Place | None = Field(
+        default=None,
+        description="where the line that it sees lies across the strip [m]; in the middle if not "
+        'given; only with plane = "3d"',
+        json_schema_extra={"unit": "meter"},
+    )
+    line_width: Length | None = Field(
+        default=None,
+        description="width of the line across the strip [m]; narrow if not given; only with "
+        'plane = "3d"',
+        json_schema_extra={"unit": "meter"},
+    )
+
+    @model_validator(mode="after")
+    def _within_converter(self) -> Camera:
+        noise = self.noise if self.noise_model == "uniform" else 0.0
+        brightest = self.amplitude + self.offset + noise
+        if brightest > self.full_scale:
+            raise ValueError(
+                f"amplitude + offset + noise = {brightest:g} exceeds the converter's "
+                f"2^{self.bits} - 1 = {self.full_scale}; lower the amplitude by "
+                f"{brightest - self.full_scale:g} or take more bits"
+            )
+        if self.offset < noise:
+            raise ValueError(
+                f"offset = {self.offset:g} is below the noise of {noise:g}, so dark pixels would "
+                f"fall below zero; raise the offset to {noise:g}"
+            )
+        return self
+
+    @property
+    def full_scale(self) -> int:
+        """Largest grey level, 2^B - 1."""
+        return 2**self.bits - 1
+
+    def check_line(self, width: float, plane: str) -> None:
+        """Refuse a line that does not lie on a strip, or that its plane state cannot tell.
+
+        Parameters
+        ----------
+        width : float
+            Of the strip [m].
+        plane : str
+            Its plane state.
+
+        Raises
+        ------
+        ValueError
+            Saying what to do.
+        """
+        position, seen = self.line_position or 0.0, self.line_width or 0.0
+        given = {"line_position": self.line_position, "line_width": self.line_width}
+        for name, value in given.items():
+            if value is not None and plane != "3d":
+                raise ValueError(
+                    f'{name} = {value * 1e3:g} mm: plane = "{plane}" is the same all over the '
+                    f'width; take plane = "3d" or leave {name} out'
+                )
+        if abs(position) + seen / 2 > width / 2 * (1 + 1e-9):
+            raise ValueError(
+                f"the camera's line at {position * 1e3:g} mm, {seen * 1e3:g} mm wide, leaves the "
+                f"strip, which ends at {width / 2 * 1e3:g} mm on either side; narrow the line or "
+                "move it to the middle"
+            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from fringeforce.design import Camera
 from fringeforce.force.likelihood import Response
 from fringeforce.optics.camera import noise_variance
+from fringeforce.optics.jones import Fringe
+from fringeforce.optics.polariscope import Picture
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -137,6 +140,16 @@ class Calibration:
         """Standard deviations of the values, shape (d,), in their own units."""
         relative = np.array([not name.startswith(("camera s", "tactel ")) for name in self.names])
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
+
+
+def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
+    """Response of a camera to the pictures of a design, all pixels of each in turn."""
+    if len(seen) == 1 and seen[0].fringe == Fringe():
+        return camera_response(camera)
+    fringes = [[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]
+    amplitude, bias, offset = np.repeat(fringes, camera.pixels, axis=0).T
+    light = camera.amplitude * amplitude, camera.offset + camera.amplitude * offset
+    return replace(camera_response(camera, *light), bias=bias)
 
 
 def camera_response(

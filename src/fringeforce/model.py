@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,16 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.force.likelihood import Response, misfit
-from fringeforce.imaging import Calibration, Imaging, camera_response
+from fringeforce.imaging import Calibration, Imaging, camera_response, designed_response
 from fringeforce.loads import checked_loads
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
+from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.optics import camera as camera_optics
-from fringeforce.optics.jones import Fringe
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import Picture, pictures
+from fringeforce.strip_width import strip_width
 
 if TYPE_CHECKING:
     from fringeforce.reading import Reading
@@ -136,19 +137,11 @@ class SensorModel:
     @cached_property
     def response(self) -> Response:
         """What the camera makes of the phases of all channels, as measured or as designed."""
-        camera, imaging, seen = self.sensor.camera, self.imaging, self._pictures
-        if imaging is not None:
-            light = imaging.amplitude, imaging.offset, imaging.light_variance
-            return camera_response(camera, *light)
-        if len(seen) == 1 and seen[0].fringe == Fringe():
-            return camera_response(camera)
-        amplitude, bias, offset = np.repeat(
-            [[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen],
-            camera.pixels,
-            axis=0,
-        ).T
-        light = camera.amplitude * amplitude, camera.offset + camera.amplitude * offset
-        return replace(camera_response(camera, *light), bias=bias)
+        camera, imaging = self.sensor.camera, self.imaging
+        if imaging is None:
+            return designed_response(camera, self._pictures)
+        light = imaging.amplitude, imaging.offset, imaging.light_variance
+        return camera_response(camera, *light)
 
     def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
         """Phase lead under given forces, equation (10.a).
@@ -250,7 +243,9 @@ class SensorModel:
         save_model(self, path)
 
 
-def characterize(sensor: Sensor, mesh: Mesh | str | None = None) -> SensorModel:
+def characterize(
+    sensor: Sensor, mesh: Mesh | str | None = None, progress: Progress | None = None
+) -> SensorModel:
     """Reduce a design to its influence matrix, with finite elements (Section III of the paper).
 
     Parameters
@@ -259,12 +254,18 @@ def characterize(sensor: Sensor, mesh: Mesh | str | None = None) -> SensorModel:
         The design.
     mesh : Mesh or str, optional
         The elements; those that the design asks for if not given.
+    progress : callable, optional
+        Told words, the steps done and their count where they take seconds, in three dimensions.
 
     Returns
     -------
     SensorModel
-        On the default mesh its influence matrix is within 1e-4 of the exact one.
+        On the default mesh its influence matrix is within 1e-4 of the exact one of a plane.
     """
+    if sensor.transducer.plane == "3d" and mesh in (None, "default"):
+        found = strip_width(sensor, progress=progress)
+        facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}
+        return SensorModel(sensor, found.breaks, found.psi, facts)
     transducer, positions = sensor.transducer, sensor.tactels.positions
     if mesh is None:
         mesh = strip_mesh(transducer, positions)

@@ -17,6 +17,7 @@ from fringeforce.calibration.design_entries import (
     varied,
 )
 from fringeforce.design import Sensor
+from fringeforce.errors import InputError
 from fringeforce.model import SensorModel, characterize
 
 __all__ = ["STRAIN_OPTIC", "DesignTangent", "design_tangent", "design_value", "varied"]
@@ -88,7 +89,17 @@ def design_tangent(
     step : float
         Of the central differences; the mesh follows the design, so it must be well above the
         finite elements' relative error.
+
+    Raises
+    ------
+    InputError
+        For a strip in three dimensions, whose elements are too coarse for such differences.
     """
+    if sensor.transducer.plane == "3d":
+        raise InputError(
+            'Derivatives by values of a design need transducer.plane = "stress" or "strain", not '
+            '"3d"; calibrate, plan or compare with one of these.'
+        )
     middle = characterize(varied(sensor, paths, centre))
     half = sensor.transducer.length / 2
     grid = np.linspace(-half, half, GRID)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.cli.arguments import Design, is_model
+from fringeforce.cli.progress import progress_bar
 
 
 def new(
@@ -28,13 +29,22 @@ def characterize(
     mesh: Annotated[
         str, typer.Option(help="'default', or 'paper' for the 201 x 25 linear nodes of the paper.")
     ] = "default",
+    vtu: Annotated[
+        Path | None,
+        typer.Option(help="Also write displacement and stress under 1 N at 10 degrees, in 3-D."),
+    ] = None,
 ) -> None:
     """Reduce a design to its influence matrix, with finite elements."""
     from fringeforce.design import load_sensor
+    from fringeforce.loads import polar
     from fringeforce.model import characterize
+    from fringeforce.vtu import write_strip_vtu
 
     sensor = load_sensor(design)
-    model = characterize(sensor, mesh)
+    with progress_bar() as advance:
+        model = characterize(sensor, mesh, advance)
+        if vtu is not None:
+            write_strip_vtu(vtu, sensor, polar(1.0, 10, sensor.tactels.count), advance)
     model.save(output)
     print(
         f"{output}: {sensor.name}; {len(model.x)} stations, {model.provenance['unknowns']} unknowns"

@@ -21,6 +21,11 @@ def check(sensor: Sensor) -> None:
     strip = sensor.transducer
     slenderness = strip.length / (strip.compliant.thickness + strip.photoelastic.thickness)
     problems = []
+    if strip.plane == "3d":
+        problems.append(
+            'transducer.plane = "3d" takes too long while a person waits, and the page draws a '
+            'plane; take "stress" or "strain" here.'
+        )
     if sensor.camera.pixels > PIXELS:
         problems.append(f"camera.pixels = {sensor.camera.pixels}: must be {PIXELS} or less here.")
     if sensor.tactels.count > TACTELS:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Literal
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
@@ -20,6 +21,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
 Array = NDArray[np.float64]
+Side = Literal["left", "right"]
 
 
 def shape_functions(order: int, s: Array) -> tuple[Array, Array]:
@@ -100,7 +102,9 @@ def element_stiffness(order: int, aspect: Array, c11: Array, c12: Array) -> Arra
     return k.reshape(len(c11), 2 * m, 2 * m)
 
 
-def interpolation(order: int, breaks: Array, points: Array) -> tuple[csr_array, csr_array]:
+def interpolation(
+    order: int, breaks: Array, points: Array, side: Side = "left"
+) -> tuple[csr_array, csr_array]:
     """Values and slopes of a line of elements, as matrices on its coefficients.
 
     Parameters
@@ -110,14 +114,16 @@ def interpolation(order: int, breaks: Array, points: Array) -> tuple[csr_array, 
     breaks : ndarray, shape (e + 1,)
         Element boundaries, ascending [m].
     points : ndarray, shape (m,)
-        Where to evaluate [m]; a point on a boundary counts to the element on its left.
+        Where to evaluate [m].
+    side : "left" or "right"
+        The element to which a point on a boundary counts.
 
     Returns
     -------
     values, slopes : sparse array, shape (m, order * e + 1)
         Applied to coefficients they give the function and its derivative [1/m].
     """
-    element, fraction = _located(breaks, points)
+    element, fraction = _located(breaks, points, side)
     values, slopes = shape_functions(order, fraction)
     first, unknowns = element * order, order * (len(breaks) - 1) + 1
     return (
@@ -157,7 +163,7 @@ def _banded(first: NDArray[np.intp], weights: Array, columns: int) -> csr_array:
     return csr_array((weights.ravel(), index.ravel(), starts), shape=(rows, columns))
 
 
-def _located(breaks: Array, points: Array) -> tuple[NDArray[np.intp], Array]:
-    """Element of each point and its place within, 0 to 1; a boundary counts to the left element."""
-    element = np.clip(np.searchsorted(breaks, points, side="left") - 1, 0, len(breaks) - 2)
+def _located(breaks: Array, points: Array, side: Side = "left") -> tuple[NDArray[np.intp], Array]:
+    """Element of each point and its place within, 0 to 1."""
+    element = np.clip(np.searchsorted(breaks, points, side=side) - 1, 0, len(breaks) - 2)
     return element, (points - breaks[element]) / np.diff(breaks)[element]

@@ -75,16 +75,17 @@ class Mesh:
         """The same mesh with every element cut `factor` times in both directions."""
         if factor < 1:
             raise InputError(f"A mesh cannot be refined by {factor}; the factor is 1 or more.")
-        return Mesh(_cut(self.x, factor), _cut(self.z, factor), self.order)
+        return Mesh(cut(self.x, factor), cut(self.z, factor), self.order)
 
 
-def _cut(breaks: Array, factor: int) -> Array:
+def cut(breaks: Array, factor: int) -> Array:
+    """Every interval between boundaries cut into equal ones."""
     fractions = np.arange(factor) / factor
     inner = breaks[:-1, None] + np.diff(breaks)[:, None] * fractions
     return np.append(inner.ravel(), breaks[-1])
 
 
-class _Progression(NamedTuple):
+class Progression(NamedTuple):
     """Sizes that start at `first` and grow by `growth`, never beyond `largest` [m]."""
 
     first: float
@@ -92,11 +93,12 @@ class _Progression(NamedTuple):
     largest: float
 
     def size(self, index: int) -> float:
+        """Of one interval, counted from the beginning [m]."""
         growths = min(index, 99)  # by then far beyond the largest, and still a float
         return min(self.first * self.growth**growths, self.largest)
 
 
-def _subdivision(length: float, left: _Progression, right: _Progression) -> Array:
+def subdivision(length: float, left: Progression, right: Progression) -> Array:
     """Sizes that fill `length`, grown from both ends towards the middle, none larger than asked."""
     sizes: tuple[list[float], list[float]] = ([], [])
     ends = (left, right)
@@ -124,21 +126,21 @@ def strip_mesh(transducer: Transducer, positions: ArrayLike, order: int = ORDER)
     half, depth = transducer.length / 2, a + b
     corner = CORNER * depth if transducer.edges == "free" else np.inf
 
-    load = _Progression(LOAD_X * a, GROWTH_X, LARGEST * depth)
-    edge = _Progression(corner, CORNER_GROWTH, LARGEST * depth)
+    load = Progression(LOAD_X * a, GROWTH_X, LARGEST * depth)
+    edge = Progression(corner, CORNER_GROWTH, LARGEST * depth)
     marks = np.concatenate([[-half], np.asarray(positions, dtype=float), [half]])
     ends = [edge, *[load] * (len(marks) - 2), edge]
     widths = [
-        _subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(marks)) if gap > 0
+        subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(marks)) if gap > 0
     ]
-    surface = _Progression(LOAD_Z * a, GROWTH_Z, a)
-    above = _Progression(corner, CORNER_GROWTH, a)
-    below = _Progression(min(corner, BELOW * a), GROWTH_BELOW, b)
-    base = _Progression(corner, CORNER_GROWTH, b)
-    heights = [_subdivision(b, base, below), _subdivision(a, above, surface)]
+    surface = Progression(LOAD_Z * a, GROWTH_Z, a)
+    above = Progression(corner, CORNER_GROWTH, a)
+    below = Progression(min(corner, BELOW * a), GROWTH_BELOW, b)
+    base = Progression(corner, CORNER_GROWTH, b)
+    heights = [subdivision(b, base, below), subdivision(a, above, surface)]
     x = np.cumsum(np.concatenate([[-half], *widths]))
     z = np.cumsum(np.concatenate([[-a - b], *heights]))
-    return Mesh(_snapped(x, marks), _snapped(z, np.array([-a - b, -a, 0.0])), order)
+    return Mesh(snapped(x, marks), snapped(z, np.array([-a - b, -a, 0.0])), order)
 
 
 def paper_mesh(transducer: Transducer, positions: ArrayLike) -> Mesh:
@@ -176,10 +178,10 @@ def paper_mesh(transducer: Transducer, positions: ArrayLike) -> Mesh:
     z = np.concatenate(
         [np.linspace(-a - b, -a, clear + 1)[:-1], np.linspace(-a, 0.0, rows - clear + 1)]
     )
-    return Mesh(_snapped(x, tactels), z, order=1)
+    return Mesh(snapped(x, tactels), z, order=1)
 
 
-def _snapped(breaks: Array, marks: Array) -> Array:
+def snapped(breaks: Array, marks: Array) -> Array:
     """Put the boundaries that stand for given marks exactly on them, rounding removed."""
     breaks = breaks.copy()
     breaks[np.abs(breaks[:, None] - marks).argmin(axis=0)] = marks

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fringeforce.design import Layer
+from fringeforce.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,19 @@ class PlaneModuli:
         return (self.c11 - self.c12) / 2
 
 
-def plane_moduli(layer: Layer, plane: Literal["stress", "strain"]) -> PlaneModuli:
-    """Plane-stress or plane-strain stiffness (Timoshenko and Goodier, sections 11 and 12)."""
+def plane_moduli(layer: Layer, plane: Literal["stress", "strain", "3d"]) -> PlaneModuli:
+    """Plane-stress or plane-strain stiffness (Timoshenko and Goodier, sections 11 and 12).
+
+    Raises
+    ------
+    InputError
+        If the design asks for three dimensions, which no plane has.
+    """
+    if plane == "3d":
+        raise InputError(
+            'transducer.plane = "3d", but a plane model of the strip is asked for; take '
+            'plane = "stress" or "strain" here.'
+        )
     e, nu = layer.youngs_modulus, layer.poissons_ratio
     if plane == "stress":
         c11 = e / (1 - nu**2)

@@ -13,10 +13,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky
-from scipy.linalg.lapack import dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
 from fringeforce.mechanics.elements import element_stiffness
+from fringeforce.mechanics.tridiagonal import BlockCholesky, block_cholesky
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -129,17 +128,12 @@ def _assembled(numbering: _Numbering, shells: Array, inside: Array) -> _Column:
 
 @dataclass(frozen=True)
 class TensorSystem:
-    """A factorised strip, ready for any number of loads on its mesh lines.
-
-    Its base is bonded.  `held` marks the unknowns of the mesh lines that are zero besides.
-    """
+    """A factorised strip with a bonded base, ready for any number of loads on its mesh lines."""
 
     numbering: _Numbering
     columns: list[_Column]
     kind: Index  # (columns,): which of the distinct columns stands where
-    held: NDArray[np.bool_]  # (lines, unknowns of a line)
-    diagonal: list[Array]  # lower Cholesky factors
-    lower: list[Array]  # the blocks to the left of them
+    lines: BlockCholesky
 
     def solve(self, loads: Array) -> Array:
         """Displacements for forces on the mesh lines.
@@ -154,25 +148,13 @@ class TensorSystem:
         ndarray, shape (2, order * columns + 1, order * rows + 1, cases)
             Coefficients of u and w on the tensor grid of shape functions [m].
         """
-        lines = self._line_displacements(loads.reshape(len(loads), -1, loads.shape[-1]))
+        lines = self.lines.solve(loads.reshape(len(loads), -1, loads.shape[-1]))
         order, cases = self.numbering.order, loads.shape[-1]
         result = np.zeros((2, order * len(self.kind) + 1, self.numbering.grid.shape[2], cases))
         for c, kind in enumerate(self.kind):
             column = self._inside(self.columns[kind], lines[c : c + 2])
             result[:, c * order : (c + 1) * order + 1] = column
         return result
-
-    def _line_displacements(self, loads: Array) -> Array:
-        values = np.where(self.held[..., None], 0.0, loads)
-        for i, (factor, lower) in enumerate(zip(self.diagonal, self.lower, strict=True)):
-            if i:
-                values[i] -= lower @ values[i - 1]
-            values[i] = _forward(factor, values[i])
-        for i in reversed(range(len(values))):
-            if i + 1 < len(values):
-                values[i] -= self.lower[i + 1].T @ values[i + 1]
-            values[i] = _backward(self.diagonal[i], values[i])
-        return values
 
     def _inside(self, column: _Column, pair: Array) -> Array:
         numbering, cases = self.numbering, pair.shape[-1]
@@ -205,40 +187,6 @@ def factorise(
         np.log(widths).round(ROUNDING), return_index=True, return_inverse=True
     )
     columns = _columns(numbering, widths[first], heights, c11, c12)
-    held = held.reshape(len(held), -1)
-    diagonal, lower = _block_cholesky([columns[k].stiffness for k in kind], held)
-    return TensorSystem(numbering, columns, kind, held, diagonal, lower)
-
-
-def _block_cholesky(
-    stiffness: list[Array], held: NDArray[np.bool_]
-) -> tuple[list[Array], list[Array]]:
-    """Factor the block-tridiagonal system that the columns leave on the mesh lines."""
-    line = held.shape[1]
-    nothing = np.zeros((2 * line, 2 * line))
-    diagonal: list[Array] = []
-    lower: list[Array] = []
-    for i, (left, right) in enumerate(
-        zip([nothing, *stiffness], [*stiffness, nothing], strict=True)
-    ):
-        block = left[line:, line:] + right[:line, :line]
-        off = left[line:, :line].copy()
-        fixed = held[i]
-        off[fixed] = 0.0
-        block[fixed], block[:, fixed] = 0.0, 0.0
-        block[fixed, fixed] = 1.0
-        if i:
-            off[:, held[i - 1]] = 0.0
-            off = _forward(diagonal[-1], off.T).T
-            block -= off @ off.T
-        diagonal.append(cholesky(block, lower=True, check_finite=False))
-        lower.append(off)
-    return diagonal, lower
-
-
-def _forward(factor: Array, values: Array) -> Array:
-    return dtrtrs(factor, values, lower=1)[0]
-
-
-def _backward(factor: Array, values: Array) -> Array:
-    return dtrtrs(factor, values, lower=1, trans=1)[0]
+    stiffness = [columns[k].stiffness for k in kind]
+    lines = block_cholesky(stiffness, held.reshape(len(held), -1))
+    return TensorSystem(numbering, columns, kind, lines)

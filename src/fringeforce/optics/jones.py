@@ -39,6 +39,23 @@ class Fringe:
         half = (np.asarray(phase, dtype=float) + self.bias) / 2
         return self.amplitude * np.sin(half) ** 2 + self.offset
 
+    def turned(self, lead: ArrayLike, cross: ArrayLike) -> NDArray[np.float64]:
+        """Light that passes a retarder whose axis does not lie along x.
+
+        Exact for perfect plates, between which a retardance d at an angle a shows itself as cos d
+        and sin d cos 2a.
+
+        Parameters
+        ----------
+        lead, cross : array_like, same shape
+            d cos 2a and d sin 2a [rad].
+        """
+        along = np.asarray(lead, dtype=float)
+        size = np.hypot(along, cross)
+        sine = along * np.sinc(size / np.pi)
+        swing = np.cos(size) * np.cos(self.bias) - sine * np.sin(self.bias)
+        return self.amplitude * (1 - swing) / 2 + self.offset
+
 
 def polariser(angle: float, extinction: float = 0.0) -> Jones:
     """A linear polariser, shape (2, 2).

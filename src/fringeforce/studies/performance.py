@@ -83,7 +83,9 @@ NAMES = tuple(field.name for field in fields(Performance))
 
 
 def coarse_model(sensor: Sensor, order: int = MESH_ORDER) -> SensorModel:
-    """A design characterised on elements of a given order."""
+    """A design characterised on elements of a given order; in three dimensions on its own."""
+    if sensor.transducer.plane == "3d":
+        return characterize(sensor)
     return characterize(sensor, strip_mesh(sensor.transducer, sensor.tactels.positions, order))
 
 

@@ -28,9 +28,8 @@ class Block:
     width: float  # along y [m]
     compliant: Layer
     photoelastic: Layer
-    sides: (
-        Sides  # all four: no traction, no normal displacement and no friction, or no displacement
-    )
+    sides: Sides  # no traction; no normal displacement and no friction; or no displacement at all
+    across: Sides | None = None  # the two at y = +-width/2, where they differ from those along x
 
     @property
     def interface(self) -> float:

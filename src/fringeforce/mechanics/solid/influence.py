@@ -1,0 +1,126 @@
+"""From displacements of a block to the stresses that light along z sees."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+
+from fringeforce.mechanics.elements import interpolation
+from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+from fringeforce.mechanics.solid.bricks import lame_parameters
+from fringeforce.mechanics.solid.elasticity import (
+    Loads,
+    Progress,
+    SymmetricPart,
+    symmetric_parts,
+)
+from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
+from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
+
+Array = NDArray[np.float64]
+
+PAD = Grading(order=5, load=2.0, surface=1.0, below=2.0, corner=1.0)
+"""Bricks of a pad whose tactels are about as wide as they are apart."""
+
+
+def pad_influence(
+    block: Block,
+    patches: Patches,
+    x: ArrayLike,
+    y: ArrayLike,
+    slices: int = 8,
+    mesh: BoxMesh | Grading = PAD,
+    progress: Progress | None = None,
+) -> SolidInfluence:
+    """Stresses inside the photoelastic layer per unit force on every tactel, by finite elements.
+
+    Parameters
+    ----------
+    block : Block
+        The layers and their sides.
+    patches : Patches
+        Where the forces act.
+    x, y : array_like, shape (nx,), (ny,)
+        Places of the samples [m].
+    slices : int
+        Samples over the depth of the photoelastic layer.
+    mesh : BoxMesh or Grading
+        The bricks, or their sizes.
+    progress : callable, optional
+        Told words, the steps done and their count.
+
+    Returns
+    -------
+    SolidInfluence
+        In single precision.
+    """
+    loads = Loads(np.asarray(patches.places, dtype=float), (patches.size, patches.size))
+    if not isinstance(mesh, BoxMesh):
+        borders = loads.places[..., None] + np.array([-0.5, 0.5]) * patches.size
+        mesh = box_mesh(block, borders[:, 0], borders[:, 1], mesh)
+    places = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    z, weights = block.depths(slices)
+    at_depth, _ = interpolation(mesh.order, mesh.z, z)
+    shape = (len(places[0]), len(places[1]), slices, 3, len(loads.places))
+    difference, shear = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for part in symmetric_parts(block, loads, mesh, progress=progress):
+        image, signs = loads.images(part.mirrors)
+        for component in range(3):
+            stresses = light_stresses(block, part, mesh, places, at_depth, component)
+            for total, stress in zip((difference, shear), stresses, strict=True):
+                total[:, :, :, component] += stress[..., image] * signs[component]
+    return SolidInfluence(*places, z, weights, difference, shear)
+
+
+def light_stresses(
+    block: Block,
+    part: SymmetricPart,
+    mesh: BoxMesh,
+    places: tuple[Array, Array],
+    depth: csr_array,
+    component: int,
+) -> tuple[Array, Array]:
+    """sigma_x - sigma_y = 2 mu (eps_x - eps_y), and tau_xy = mu gamma_xy, of a class of loads.
+
+    Both need slopes of u and v in the plane only, which the elements give at any depth.
+
+    Parameters
+    ----------
+    block : Block
+        The layers.
+    part : SymmetricPart
+        Displacements of a quarter.
+    mesh : BoxMesh
+        Its bricks.
+    places : (ndarray, ndarray)
+        Samples along x and y, shape (nx,), (ny,) [m].
+    depth : sparse array, shape (slices, along z)
+        What is wanted of the shape functions along z: values at depths, or their integral.
+    component : int
+        Of the loads: 0 for N, 1 for T_x, 2 for T_y.
+
+    Returns
+    -------
+    difference, shear : ndarray, shape (nx, ny, slices, r)
+        Per newton on each load of the quarter [Pa/N].
+    """
+    order = mesh.order
+    u, v = (along(depth, part.coefficients[i, ..., component, :], axis=2) for i in (0, 1))
+
+    def slope(values: Array, displacement: int, axis: int) -> Array:
+        for mirror, breaks, points in zip(part.mirrors, (mesh.x, mesh.y), places, strict=True):
+            matrices = mirrored_interpolation(order, breaks, points, mirror.of(displacement))
+            values = along(matrices[int(mirror.axis == axis)], values, mirror.axis)
+        return values
+
+    _, mu = lame_parameters(block.photoelastic)
+    difference = 2 * mu * (slope(u, 0, 0) - slope(v, 1, 1))
+    return difference, mu * (slope(u, 0, 1) + slope(v, 1, 0))
+
+
+def along(matrix: csr_array, values: Array, axis: int) -> Array:
+    """A matrix applied along one axis of an array of any dimension."""
+    moved = np.moveaxis(values, axis, 0)
+    result = matrix @ moved.reshape(len(moved), -1)
+    return np.moveaxis(result.reshape(-1, *moved.shape[1:]), 0, axis)

@@ -1,0 +1,117 @@
+"""The strip as it is: line loads across its whole width, side faces free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+
+from fringeforce.design import Transducer
+from fringeforce.mechanics.elements import interval
+from fringeforce.mechanics.mesh import Mesh
+from fringeforce.mechanics.solid.block import Block
+from fringeforce.mechanics.solid.elasticity import Loads, Progress, symmetric_parts
+from fringeforce.mechanics.solid.influence import light_stresses
+from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
+from fringeforce.mechanics.solid.symmetry import EVEN
+
+Array = NDArray[np.float64]
+
+STRIP = Grading(order=5, load=1.6, surface=0.6, below=1.2, corner=0.1)
+"""Bricks of a strip; the study of its width shows what they leave."""
+
+
+@dataclass(frozen=True, eq=False)
+class StripIntegral:
+    """Depth integrals of stresses of a strip in three dimensions, per unit tactel force.
+
+    Attributes
+    ----------
+    breaks : ndarray, shape (e + 1,)
+        Boundaries of the elements along the strip [m].
+    y : ndarray, shape (ny,)
+        Places across the strip [m].
+    difference, shear : ndarray, shape (ny, M, 2, n)
+        Integrals of sigma_x - sigma_y and of tau_xy over the photoelastic layer, at the elements'
+        Gauss points [Pa m / N].
+    unknowns, order : int
+        Of the quarter of the strip that was solved, and of its elements.
+    """
+
+    breaks: Array
+    y: Array
+    difference: Array
+    shear: Array
+    unknowns: int
+    order: int
+
+
+def strip_block(transducer: Transducer) -> Block:
+    """The strip as a block: its ends as designed, its side faces free."""
+    return Block(
+        transducer.length,
+        transducer.width,
+        transducer.compliant,
+        transducer.photoelastic,
+        sides=transducer.edges,
+        across="free",
+    )
+
+
+def strip_loads(transducer: Transducer, positions: ArrayLike) -> Loads:
+    """Normal and tangential line loads across the width, places of shape (n,) [m]."""
+    places = np.asarray(positions, dtype=float)
+    return Loads(np.stack([places, np.zeros_like(places)], axis=1), (0.0, transducer.width), 2)
+
+
+def strip_integral(
+    transducer: Transducer,
+    positions: ArrayLike,
+    y: ArrayLike,
+    mesh: BoxMesh | Grading = STRIP,
+    progress: Progress | None = None,
+) -> StripIntegral:
+    """Depth integrals of the stresses that light sees, at given places across the strip.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip; its plane state does not matter.
+    positions : array_like, shape (n,)
+        Where the tactels' line loads act [m].
+    y : array_like, shape (ny,)
+        Places across the strip [m].
+    mesh : BoxMesh or Grading
+        The bricks, or their sizes.
+    progress : callable, optional
+        Told words, the steps done and their count.
+    """
+    block, loads = strip_block(transducer), strip_loads(transducer, positions)
+    if not isinstance(mesh, BoxMesh):
+        mesh = box_mesh(block, positions, [], mesh)
+    breaks = np.concatenate([-mesh.x[:0:-1], mesh.x])
+    stations = Mesh(breaks, np.empty(0), mesh.order).stations
+    across = np.asarray(y, dtype=float)
+    shape = (len(across), len(stations), 2, len(loads.places))
+    totals = np.zeros(shape), np.zeros(shape)
+    depth = csr_array(_depth_weights(block, mesh)[None])
+    # a load that is even over the width has no other part
+    for part in symmetric_parts(block, loads, mesh, across=(EVEN,), progress=progress):
+        image, signs = loads.images(part.mirrors)
+        for component in (0, 1):
+            stresses = light_stresses(block, part, mesh, (stations, across), depth, component)
+            for total, stress in zip(totals, stresses, strict=True):
+                lines = stress[:, :, 0].transpose(1, 0, 2)
+                total[:, :, component] += lines[..., image] * signs[component]
+    return StripIntegral(breaks, across, *totals, mesh.unknowns, mesh.order)
+
+
+def _depth_weights(block: Block, mesh: BoxMesh) -> Array:
+    """Integrals of the shape functions along z over the photoelastic layer [m]."""
+    p, weights = mesh.order, np.zeros(mesh.order * (len(mesh.z) - 1) + 1)
+    rows = np.searchsorted(mesh.z, block.interface * (1 + 1e-9))
+    for row, height in enumerate(np.diff(mesh.z)[:rows]):
+        weights[row * p : (row + 1) * p + 1] += height * interval(p).mean
+    return weights

@@ -1,0 +1,216 @@
+"""Width: how a strip's phases change with it, and when plane stress or plane strain is good."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from fringeforce.design import Sensor
+from fringeforce.loads import polar
+from fringeforce.model import characterize
+from fringeforce.strip_width import strip_width
+from fringeforce.studies.evaluation import Progress
+from fringeforce.studies.execution import completed
+from fringeforce.studies.one_phase import OnePhase, one_phase
+from fringeforce.studies.statement import Statement
+
+Array = NDArray[np.float64]
+
+WIDTHS = (0.015, 0.05, 0.15, 0.4, 1.0, 2.5, 7.0, 20.0, 50.0)
+"""Widths to look at, in thicknesses of the strip; the design's own comes between."""
+PLACES = (0.0, 0.5, 0.95)
+"""Places across the strip, in half widths; the last is near the side faces."""
+LOAD, ANGLE = 1.0, 10.0
+"""The paper's example [N], [degrees]; the load per width is that of the design."""
+SAMPLES = 501
+PLANES = ("stress", "strain")
+LEVELS = (0.01, 0.05)
+"""Deviations up to which a plane model counts as good, of its largest phase."""
+
+
+@dataclass(frozen=True, eq=False)
+class AtWidth:
+    """Phases of a strip of one width, under the same load per width.
+
+    Attributes
+    ----------
+    width : float
+        [m].
+    lead : ndarray, shape (len(PLACES), SAMPLES)
+        Of the places across the strip [rad].
+    turned : float
+        Largest excess of the equivalent retardance over the lead [rad].
+    """
+
+    width: float
+    lead: Array
+    turned: float
+
+
+def at_width(task: tuple[Sensor, float]) -> AtWidth:
+    """Solve one width, the call that travels to the workers."""
+    sensor, width = task
+    own = sensor.transducer.width
+    wide = sensor.replace(
+        transducer={"width": width, "plane": "3d"},
+        camera={"line_position": None, "line_width": None},
+    )
+    y = np.array(PLACES) * width / 2
+    found = strip_width(wide, places=(y, np.full(len(y), 1 / len(y))))
+    forces = polar(LOAD, ANGLE, sensor.tactels.count) * width / own
+    lead, cross = found.phases(forces, samples(sensor))
+    return AtWidth(width, lead, float((np.hypot(lead, cross) - np.abs(lead)).max()))
+
+
+def samples(sensor: Sensor) -> Array:
+    """Places along the strip at which phases are compared, shape (SAMPLES,) [m]."""
+    return np.linspace(-0.5, 0.5, SAMPLES) * sensor.transducer.length
+
+
+def plane_phases(sensor: Sensor) -> dict[str, Array]:
+    """Phases of plane stress and plane strain, shape (SAMPLES,) [rad]."""
+    forces, x = polar(LOAD, ANGLE, sensor.tactels.count), samples(sensor)
+    lineless = {"camera": {"line_position": None, "line_width": None}}
+    return {
+        plane: characterize(sensor.replace(transducer={"plane": plane}, **lineless)).phase(
+            forces, x
+        )
+        for plane in PLANES
+    }
+
+
+def deviations(found: Sequence[AtWidth], planes: dict[str, Array]) -> dict[str, Array]:
+    """Largest deviation in mid-width from either plane, over its largest phase, (widths,)."""
+    return {
+        name: np.array([np.abs(one.lead[0] - p).max() for one in found]) / np.abs(p).max()
+        for name, p in planes.items()
+    }
+
+
+def width_study(
+    sensor: Sensor, pool: Executor, seed: int = 0, progress: Progress | None = None
+) -> Statement:
+    """Phases against width, and readings of a camera whose line is not narrow."""
+    own = sensor.transducer.width
+    depth = sensor.transducer.compliant.thickness + sensor.transducer.photoelastic.thickness
+    widths = sorted({own, *(float(depth * share) for share in WIDTHS)})
+    solved: dict[int, AtWidth] = {}
+    for place, one in completed(pool, at_width, enumerate((sensor, w) for w in widths)):
+        solved[place] = one
+        if progress:
+            progress("widths", len(solved), len(widths))
+    found = [solved[i] for i in range(len(widths))]
+    planes = plane_phases(sensor)
+    away = deviations(found, planes)
+    lines = one_phase(sensor, seed, progress)
+    middle = SAMPLES // 2
+    rows = tuple(
+        (
+            f"{one.width * 1e3:.3g}",
+            *(f"{one.lead[k, middle]:.3f}" for k in (0, len(PLACES) - 1)),
+            *(f"{np.abs(one.lead[k]).max():.3f}" for k in (0, len(PLACES) - 1)),
+            *(f"{away[name][i]:.2%}" for name in PLANES),
+            f"{one.turned:.3f}",
+        )
+        for i, one in enumerate(found)
+    )
+    header = (
+        "width [mm]", "p(0) in the middle [rad]", "near a face", "largest |p| in the middle",
+        "near a face", "off plane stress", "off plane strain", "retardance beyond p [rad]",
+    )  # fmt: skip
+    return Statement(
+        "width",
+        header,
+        rows,
+        f"{_words(own, found, away)} {_line_words(lines)}",
+        lambda ax: _draw(ax, found, planes, lines),
+        (10.0, 4.4),
+    )
+
+
+def _words(own: float, found: Sequence[AtWidth], away: dict[str, Array]) -> str:
+    widths = np.array([one.width for one in found])
+    here = int(np.argmin(np.abs(widths - own)))
+    good = []
+    for level in LEVELS:
+        narrow = _reach(widths, away["stress"], level)
+        wide = _reach(widths[::-1], away["strain"][::-1], level)
+        stress = f"plane stress up to {narrow * 1e3:.3g} mm" if narrow else "plane stress nowhere"
+        strain = f"plane strain from {wide * 1e3:.3g} mm" if wide else "plane strain nowhere"
+        good.append(f"within {level:.0%} in mid-width, {stress} and {strain}")
+    return (
+        f"Under {LOAD:g} N at {ANGLE:g} degrees on every tactel of this strip, and as much per "
+        f"width on others, of the widths in the table these are good {'; '.join(good)}. At "
+        f"{own * 1e3:.3g} mm the phase in mid-width is off plane stress by "
+        f"{away['stress'][here]:.1%} and off plane strain by {away['strain'][here]:.0%} of the "
+        f"largest phase of either; in mid-width and near a side face its largest sizes are "
+        f"{np.abs(found[here].lead[0]).max():.2f} and {np.abs(found[here].lead[-1]).max():.2f} "
+        f"rad. Shear stresses add up to {found[here].turned:.2f} rad to the retardance off "
+        "mid-width."
+    )
+
+
+def _reach(widths: Array, away: Array, level: float) -> float:
+    """The last width, from the first on, up to which all deviate by less than a level; or 0."""
+    bad = np.flatnonzero(away > level)
+    count = int(bad[0]) if bad.size else len(widths)
+    return float(widths[count - 1]) if count else 0.0
+
+
+def _line_words(lines: Sequence[OnePhase]) -> str:
+    worst = {load: [one for one in lines if one.load == load] for load in {o.load for o in lines}}
+    said = []
+    for load, group in sorted(worst.items()):
+        good = [one.line for one in group if one.error <= 2 * one.noise]
+        reach = f"{max(good) * 1e3:.3g} mm" if good else f"less than {group[0].line * 1e3:.3g} mm"
+        last = group[-1]
+        said.append(
+            f"at {load:g} N lines up to {reach} ({last.contrast:.0%} of the contrast and "
+            f"{last.error:.2g} N rms at {last.line * 1e3:.3g} mm, noise alone {last.noise:.2g} N)"
+        )
+    return (
+        "One phase for each pixel reads forces from the averaged light with at most twice the "
+        f"error of noise alone {'; '.join(said)}."
+    )
+
+
+def _draw(
+    ax: Axes, found: Sequence[AtWidth], planes: dict[str, Array], lines: Sequence[OnePhase]
+) -> None:
+    ax.axis("off")
+    left, right = ax.inset_axes((0, 0, 0.52, 1)), ax.inset_axes((0.64, 0, 0.36, 1))
+    width = [one.width * 1e3 for one in found]
+    for k, name in ((0, "middle"), (len(PLACES) - 1, "near a side face")):
+        left.plot(width, [one.lead[k, SAMPLES // 2] for one in found], "o-", label=name)
+    for name, style in zip(PLANES, ("--", ":"), strict=True):
+        value = planes[name][SAMPLES // 2]
+        left.axhline(value, linestyle=style, color="0.4", label=f"plane {name}")
+    left.set(xscale="log", xlabel="width [mm]", ylabel="p at x = 0 [rad]")
+    left.legend(fontsize=8)
+    for load in sorted({one.load for one in lines}):
+        group = [one for one in lines if one.load == load]
+        (curve,) = right.plot(
+            [one.line * 1e3 for one in group],
+            [one.error for one in group],
+            "o-",
+            label=f"{load:g} N on every tactel",
+        )
+        right.plot(
+            [one.line * 1e3 for one in group],
+            [one.noise for one in group],
+            ":",
+            color=curve.get_color(),
+        )
+    right.set(
+        yscale="log",
+        xlabel="width of the camera's line [mm]",
+        ylabel="rms error of forces [N]\n(dotted: noise alone)",
+    )
+    right.set_xlim(0, None)
+    right.set_ylim(right.get_ylim()[0] / 8, None)
+    right.legend(fontsize=8, loc="lower left")
