@@ -1,4 +1,4 @@
-"""Light through stacks of retarders, against closed forms, Jones products and finite differences."""
+"""Light through stacks of retarders against closed forms, Jones products, finite differences."""
 
 import numpy as np
 import pytest

@@ -43,13 +43,13 @@ def calibrate(
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.planning import next_presses
     from fringeforce.calibration.references import References
-    from fringeforce.design import load_sensor
+    from fringeforce.design import load_strip
     from fringeforce.files import load_frames
     from fringeforce.plot import draw_residuals
     from fringeforce.summary import calibration_summary
     from fringeforce.tables import load_forces
 
-    sensor = load_sensor(design)
+    sensor = load_strip(design)
     images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
     given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
     references = References(*given)

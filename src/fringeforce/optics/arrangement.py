@@ -1,8 +1,8 @@
 """What polarisers and plates make of a double pass: intensities as quadratic forms.
 
 Whatever stands before and behind, natural light that meets c + i (a s1 + b s2) between the two
-passes with an intensity that is quadratic in w = (a, b, c): w' Q w, with Q symmetric, of three rows.
-The forms are scaled like equation (11), so that a perfect dark field lets through at most one.
+passes with an intensity that is quadratic in w = (a, b, c), w' Q w with a symmetric Q.  The forms
+are scaled like equation (11): a perfect dark field lets through at most one.
 """
 
 from __future__ import annotations
