@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.pads.fit import Place
 from fringeforce.reading import Status
 
 Array = NDArray[np.float64]
@@ -31,6 +32,8 @@ class PadReading:
         What exactly is the matter, where there is more to say than the advice.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
+    place : Place, optional
+        Where the light was evaluated last, from which the next frame is followed.
     """
 
     forces: Array
@@ -39,6 +42,7 @@ class PadReading:
     status: Status
     detail: str = ""
     tracked: bool = False
+    place: Place | None = None
 
     @cached_property
     def covariance(self) -> Array:
