@@ -20,11 +20,13 @@ from fringeforce.pads.sampling import Sampling
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-CLOSE = 30.0
-"""Gain of the loss that a step promises, below which it is the last and is not evaluated again.
+CLOSE = 0.2
+"""Gain of the loss that a step promises, per load, below which it is not evaluated any more.
 
-The matrix is right within a sixth, so that such a step ends within one unit of the loss from the
-top; noise carries the top itself by as many units as there are loads."""
+Noise itself moves the top by a gain of one for each load."""
+NEAR = 10.0
+"""The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
+below which it is the last."""
 SLOW = 0.1
 """Share of a promise left after a step, above which the matrix is computed again."""
 RIDGE = 1e-9
@@ -129,40 +131,39 @@ class Fit:
         total[np.diag_indices(size)] += RIDGE * np.trace(total) / size
         return total
 
-    def climb(self, start: Array | Place, information: Array | None = None, steps: int = 20) -> Top:
+    def climb(self, start: Array, steps: int = 20) -> Top:
         """Climb from forces that are nearly right.
 
         Parameters
         ----------
-        start : ndarray, shape (3 n,), or Place
-            Forces [N], or where the last frame ended.
-        information : ndarray, shape (3 n, 3 n), optional
-            Matrix from near by, such as that of the last frame.
+        start : ndarray, shape (3 n,)
+            Forces [N].
         steps : int
             Largest number of steps.
         """
-        here = start if isinstance(start, Place) else self.at(start)
-        if information is None:
-            information = self.information(here.forces)
+        here, information = self.at(start), self.information(start)
         left, damping, promised = self.misfit(here), 0.0, np.inf
         for _ in range(steps):
-            gradient, before = self.gradient(here, left), promised
+            gradient, before, fresh = self.gradient(here, left), promised, promised == np.inf
             step = _step(information, gradient, damping)
             promised = float(-(step @ gradient))
-            if promised < CLOSE:
+            if promised < CLOSE * len(step):
                 return Top(here.forces + step, information, here, left)
-            if promised > SLOW * before and before < np.inf:
-                information = self.information(here.forces)
+            if promised > SLOW * before and not fresh:
+                information, fresh = self.information(here.forces), True
                 step = _step(information, gradient, damping)
             there = self.at(here.forces + step)
             beyond = self.misfit(there)
             while not beyond.loss < left.loss and damping < 1e6:
-                damping = max(10 * damping, 1e-3)
+                damping, fresh = max(10 * damping, 1e-3), False
                 there = self.at(here.forces + _step(information, gradient, damping))
                 beyond = self.misfit(there)
             if not beyond.loss < left.loss:
                 break
-            here, left, damping = there, beyond, damping / 10 if damping > 1e-3 else 0.0
+            here, left = there, beyond
+            if fresh and not damping and promised < NEAR * len(step):
+                break
+            damping = damping / 10 if damping > 1e-3 else 0.0
         return Top(here.forces, information, here, left)
 
 

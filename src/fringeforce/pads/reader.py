@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,8 +25,10 @@ Array = NDArray[np.float64]
 
 SEARCHED = 3072
 """Pixels of the search."""
-STEPPED, STATED = 48, 64
-"""Rows and columns of pixels of the matrix that steps take, and of the covariance."""
+FOLLOWED, STEPPED, STATED = 32, 48, 64
+"""Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
+KEPT = 0.8
+"""Share of the last change of the forces that the next is expected to have."""
 BLOCK = 4
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
 CONTACT = 6.0
@@ -53,6 +55,10 @@ class PadReader:
     def response(self) -> Response:
         """What the camera makes of light."""
         return camera_response(self.model.sensor.camera)
+
+    @cached_property
+    def _following(self) -> list[Sampling]:
+        return [lattice(self.model, c, FOLLOWED) for c in range(len(self.model.pictures))]
 
     @cached_property
     def _stepping(self) -> list[Sampling]:
@@ -128,11 +134,13 @@ class PadReader:
         levels = self._checked(frame)
         if isinstance(levels, PadReading):
             return levels
-        start = last.forces.ravel() if last.place is None else last.place
-        top = self._fit(levels, self._stepping).climb(start, last.information, steps=6)
+        start = (last.forces + last.trend).ravel()
+        top = self._fit(levels, self._following).climb(start, steps=6)
         if not self._explained(top):
             return self.read(frame)
-        return self._reading(levels, top, top.information, tracked=True)
+        reading = self._reading(levels, top, top.information, tracked=True)
+        # a steady motion goes on; noise, which a difference doubles, counts less
+        return replace(reading, trend=KEPT * (reading.forces - last.forces))
 
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading of one frame can have, shape (n, 3) [N].
@@ -183,7 +191,6 @@ class PadReader:
             chi2=reduced_chi_square(top.misfit.slope, unknowns),
             status=status,
             tracked=tracked,
-            place=top.place,
         )
 
     @cached_property

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.pads.fit import Place
 from fringeforce.reading import Status
 
 Array = NDArray[np.float64]
@@ -32,8 +31,8 @@ class PadReading:
         What exactly is the matter, where there is more to say than the advice.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
-    place : Place, optional
-        Where the light was evaluated last, from which the next frame is followed.
+    trend : ndarray, shape (n, 3), or float
+        Change of the forces to expect until the next frame [N].
     """
 
     forces: Array
@@ -42,7 +41,7 @@ class PadReading:
     status: Status
     detail: str = ""
     tracked: bool = False
-    place: Place | None = None
+    trend: Array | float = 0.0
 
     @cached_property
     def covariance(self) -> Array:
