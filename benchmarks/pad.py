@@ -1,149 +1,188 @@
-"""What the mechanics of a planar pad costs, and how near it comes to finer elements.
+"""Reading a planar pad: success, efficiency, total force, time, and what the model leaves out.
 
-Section mechanics: time and peak memory of all unit loads of a pad against unknowns and tactels, one
-process each.  Section refinement: depth integrals of sigma_x - sigma_y and tau_xy on a smaller pad
-with free sides, against those of finer elements.  Section strip: the paper's strip in three
-dimensions against elements of a higher order.  Run with the names of sections; all by default.
+Contacts: 1 to 5 patches at random, half of them points (one tactel, 0.2 to 4 N), half fingertips
+(Hertz's pressure on a disc of 2.5 to 5 mm radius, 2 to 15 N), each with shear of 0 to 0.5 of the
+normal force in any direction.  Wrong means status OK with some force off by more than 8 deviations.
+Run with a number of contacts; 200 take some ten minutes on a busy machine.
 """
 
 from __future__ import annotations
 
-import json
-import resource
-import subprocess
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
-from fringeforce.mechanics.solid.block import Block, Patches, Sides
-from fringeforce.mechanics.solid.influence import PAD, pad_influence
-from fringeforce.mechanics.solid.mesh import Grading, box_mesh
-from fringeforce.mechanics.solid.strip import STRIP
-from fringeforce.strip_width import strip_width
+from fringeforce.mechanics.solid.block import Patches
+from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.optics.integrated import equivalent_retarder
+from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.pads.design import Pad
+from fringeforce.pads.model import PadModel, block_of, characterize_pad
+from fringeforce.pads.patches import touch
+from fringeforce.pads.reader import PadReader
+from fringeforce.reading import Status
 
-Array = NDArray[np.float64]
-STRIP_DESIGN = ff.load_sensor("saad")
-SIDE, PITCH = 25e-3, 1e-3
-CASES: list[tuple[Sides, int, int]] = [
-    ("roller", 5, 4),
-    ("roller", 11, 4),
-    ("free", 5, 5),
-    ("free", 11, 5),
-]
-"""Sides, tactels along one side of the pad, and order of the elements."""
+Array = np.ndarray
 
 
-def pad(sides: Sides, tactels: int, side: float = SIDE) -> tuple[Block, Patches]:
-    """The layers of the paper as a square pad under a square grid of touching tactels."""
-    strip = STRIP_DESIGN.transducer
-    line = np.arange(tactels, dtype=np.float64) * PITCH
-    line -= line.mean()
-    places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    return Block(side, side, strip.compliant, strip.photoelastic, sides), Patches(places, PITCH)
+def contacts(rng: np.random.Generator, pad: Pad) -> Array:
+    """Forces of 1 to 5 random contacts, shape (n, 3) [N]."""
+    places, forces = pad.tactels.places, np.zeros((pad.tactels.total, 3))
+    for _ in range(rng.integers(1, 6)):
+        centre = places[rng.integers(len(places))]
+        if rng.random() < 0.5:
+            share, size = (places == centre).all(axis=1).astype(float), rng.uniform(0.2, 4)
+        else:
+            moved = centre + rng.uniform(-0.5, 0.5, 2) * pad.tactels.pitch
+            share, size = fingertip(pad, moved, rng.uniform(2.5e-3, 5e-3)), rng.uniform(2, 15)
+        angle, ratio = rng.uniform(0, 2 * np.pi), rng.uniform(0, 0.5)
+        forces += share[:, None] * size * [1, ratio * np.cos(angle), ratio * np.sin(angle)]
+    return forces
 
 
-def solved(
-    block: Block, patches: Patches, sizes: Grading, samples: int
-) -> tuple[list[Array], dict[str, float]]:
-    """Depth integrals of both stresses, and what they cost."""
-    borders = patches.places[..., None] + np.array([-0.5, 0.5]) * patches.size
-    mesh = box_mesh(block, borders[:, 0], borders[:, 1], sizes)
-    x = (np.arange(samples) + 0.5) / samples * block.length - block.length / 2
-    start = time.perf_counter()
-    found = pad_influence(block, patches, x, x, mesh=mesh)
-    cost = {"seconds": time.perf_counter() - start, "unknowns": mesh.unknowns}
-    fields = found.difference, found.shear
-    return [np.einsum("xyzcn,z->xycn", field, found.weights) for field in fields], cost
+def fingertip(pad: Pad, centre: Array, radius: float) -> Array:
+    """Share of Hertz's pressure on a disc that falls on each tactel; it adds up to one."""
+    inside = (np.arange(9) - 4) / 9 * pad.tactels.pitch
+    x, y = (
+        pad.tactels.places[:, axis, None, None] + shift - centre[axis]
+        for axis, shift in enumerate((inside[:, None], inside))
+    )
+    pressure = np.sqrt(np.clip(1 - (x**2 + y**2) / radius**2, 0, None)).mean(axis=(1, 2))
+    return pressure / pressure.sum()
 
 
-def measure(sides: Sides, tactels: int, order: int) -> None:
-    """Print one row as JSON; run in a process of its own."""
-    _, cost = solved(*pad(sides, tactels), replace(PAD, order=order), 64)
-    cost["GB"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    print(json.dumps(cost))
+def cold(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, str]]:
+    rng, statuses = np.random.default_rng(2026), Counter()
+    seconds, busy, errors, bounds, totals, within, wrong = [], [], [], [], [], 0, 0
+    for _ in range(count):
+        forces = contacts(rng, model.sensor)
+        frame = model.expose(forces, rng)
+        begun, used = time.perf_counter(), time.process_time()
+        reading = reader.read(frame)
+        seconds.append(time.perf_counter() - begun)
+        busy.append(time.process_time() - used)
+        statuses[reading.status.value] += 1
+        apart = np.abs(reading.forces - forces) / reading.std
+        within += bool(apart.max() < 6)
+        wrong += bool(reading.status is Status.OK and apart.max() > 8)
+        if reading.status is Status.OK:
+            errors.append(reading.forces - forces)
+            # the bound is what the true forces would say, which is what readings state
+            bounds.append(reader.bound(forces))
+            total = touch(model.sensor, reading).total
+            totals.append(np.abs(total.force - forces.sum(axis=0)) / forces[:, 0].sum())
+    rms = np.sqrt(np.mean(np.square(errors), axis=(0, 1)) / np.mean(np.square(bounds), axis=(0, 1)))
+    share = 100 * np.array(totals)
+    yield "contacts read cold", f"{count}"
+    yield "statuses", ", ".join(f"{name} {number}" for name, number in statuses.items())
+    yield "all 363 forces within 6 deviations", f"{within} of {count}"
+    yield "confidently wrong", f"{wrong}"
+    yield "rms error over Cramer-Rao bound: N, T_x, T_y", ", ".join(f"{r:.3f}" for r in rms)
+    names = "N", "T_x", "T_y"
+    for name, column in zip(names, share.T, strict=True):
+        yield (
+            f"total {name} off, share of total N: median, 95 %, largest",
+            f"{np.median(column):.2f} %, {np.quantile(column, 0.95):.2f} %, {column.max():.2f} %",
+        )
+    yield (
+        "seconds per reading: median, 95 %, largest",
+        ", ".join(f"{value:.2f}" for value in np.quantile(seconds, [0.5, 0.95, 1])),
+    )
 
 
-def mechanics(console: Console) -> None:
-    table = Table(title="All unit loads of a pad of 25 x 25 mm, 64 x 64 samples, 8 depths")
-    for head in ("sides", "tactels", "order", "unknowns of a quarter", "time", "peak memory"):
-        table.add_column(head, justify="right")
-    for sides, tactels, order in CASES:
-        command = [sys.executable, __file__, "measure", sides, str(tactels), str(order)]
-        run = subprocess.run(command, capture_output=True, text=True, check=True)
-        cost = json.loads(run.stdout.splitlines()[-1])
-        table.add_row(
-            sides, f"{tactels} x {tactels}", str(order), f"{cost['unknowns']:,}",
-            f"{cost['seconds']:.1f} s", f"{cost['GB']:.2f} GB",
-        )  # fmt: skip
-    console.print(table)
+def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Iterator[tuple[str, str]]:
+    rng = np.random.default_rng(1)
+    pad = model.sensor
+    # a fingertip of 8 N that wanders over the pad, twice around in ten seconds at 30 frames/s
+    truth = []
+    for k in range(count):
+        angle = 4 * np.pi * k / 300
+        share = fingertip(pad, 4e-3 * np.array([np.cos(angle), np.sin(angle)]), 4e-3)
+        truth.append(share[:, None] * 8 * [1, -0.2 * np.sin(angle), 0.2 * np.cos(angle)])
+    frames = [model.expose(forces, rng) for forces in truth]
+    last = reader.read(frames[0])
+    readings, begun, busy = [], time.perf_counter(), time.process_time()
+    for frame in frames[1:]:
+        last = reader.follow(frame, last)
+        readings.append(last)
+    rate = (count - 1) / (time.perf_counter() - begun)
+    busy = (count - 1) / (time.process_time() - busy)
+    apart = [reading.forces - forces for reading, forces in zip(readings, truth[1:], strict=True)]
+    bounds = [reader.bound(forces) for forces in truth[1::10]]
+    rms = np.sqrt(np.mean(np.square(apart)) / np.mean(np.square(bounds)))
+    followed = sum(reading.tracked for reading in readings)
+    yield "tracked: frames per second, per second of processor", f"{rate:.1f}, {busy:.1f}"
+    yield "tracked: followed without a search", f"{followed} of {count - 1}"
+    yield "tracked: rms error over Cramer-Rao bound", f"{rms:.3f}"
 
 
-def refinement(console: Console) -> None:
-    block, patches = pad("free", 3, 9e-3)
-    families = {
-        "order 6, finer at the sides": replace(PAD, order=6, corner=0.3),
-        "order 3": replace(PAD, order=3),
-        "order 4": replace(PAD, order=4),
-        "order 5 (default)": PAD,
-    }
-    table = Table(title="3 x 3 tactels on 9 x 9 mm, free sides: worst relative L2 error of a load")
-    for head in ("elements", "unknowns", "difference", "shear", "time"):
-        table.add_column(head, justify="right")
-    reference: list[Array] = []
-    for name, sizes in families.items():
-        fields, cost = solved(block, patches, sizes, 45)
-        reference = reference or fields
-        errors = [
-            (np.linalg.norm(f - r, axis=(0, 1)) / np.linalg.norm(r, axis=(0, 1))).max()
-            for f, r in zip(fields, reference, strict=True)
-        ]
-        told = [f"{error:.2%}" if error else "reference" for error in errors]
-        table.add_row(name, f"{cost['unknowns']:,}", *told, f"{cost['seconds']:.1f} s")
-    console.print(table)
+def accuracy(model: PadModel) -> Iterator[tuple[str, str]]:
+    """What compression leaves out, and how good one slice would be."""
+    pad, rng = model.sensor, np.random.default_rng(3)
+    forces = contacts(rng, pad)
+    pressed = np.flatnonzero(np.abs(forces).sum(axis=1))
+    x, y = pad.pixel_positions
+    constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+    patches = Patches(pad.tactels.places[pressed], pad.tactels.side)
+    found = {}
+    for slices in (8, 32):
+        solid = stress_influence(block_of(pad), patches, x[::4], y[::4], slices)
+        found[slices] = constant * np.stack(
+            [
+                np.einsum("xyscn,nc,s->syx", stress, forces[pressed], solid.weights)
+                for stress in (solid.difference, 2 * solid.shear)
+            ],
+            axis=1,
+        )
+    shown = model.slices(forces)[:, :, ::4, ::4].astype(float)
+    peak = 2 * np.hypot(*found[32].sum(axis=0)).max()
+    error = 2 * np.abs(shown.sum(axis=0) - found[8].sum(axis=0)).max()
+    yield "retardance of a random load, largest", f"{peak:.2f} rad"
+    yield "error of modes and splines, largest", f"{error:.4f} rad"
+    light = {key: optics(stack) for key, stack in found.items()}
+    yield (
+        "8 slices beside 32, largest error of sin(retardance)",
+        (f"{np.abs(light[8] - light[32]).max():.4f}"),
+    )
+    for scale in (0.125, 0.25, 0.5, 1.0):
+        whole = 2 * scale * found[32].sum(axis=0)
+        size = np.hypot(*whole)
+        single = np.sin(size) * whole / size
+        apart = np.abs(single - optics(scale * found[32])).max()
+        yield f"one slice, at {scale * peak:.2f} rad", f"{apart:.4f}"
 
 
-def strip(console: Console) -> None:
-    forces, x = ff.polar(1.0, 10, 11), np.linspace(-12.45e-3, 12.45e-3, 500)
-    half = STRIP_DESIGN.transducer.width / 2
-    places = np.array([0.0, 0.5, 0.95]) * half, np.full(3, 1 / 3)
-    table = Table(title="The paper's strip and load in 3-D: error of p over its largest value")
-    for head in ("elements", "unknowns", "middle", "halfway", "near a face", "time"):
-        table.add_column(head, justify="right")
-    reference: Array | None = None
-    for name, sizes in (
-        ("order 6, finer corners", replace(STRIP, order=6, corner=0.05)),
-        ("order 3", replace(STRIP, order=3)),
-        ("order 4", replace(STRIP, order=4)),
-        ("order 5 (default)", STRIP),
-    ):
-        start = time.perf_counter()
-        found = strip_width(STRIP_DESIGN, sizes, places=places)
-        seconds = time.perf_counter() - start
-        lead, _ = found.phases(forces, x)
-        reference = lead if reference is None else reference
-        errors = np.abs(lead - reference).max(axis=1) / np.abs(reference).max(axis=1)
-        told = [f"{error:.2%}" if error else "reference" for error in errors]
-        table.add_row(name, f"{found.unknowns:,}", *told, f"{seconds:.1f} s")
-    console.print(table)
+def optics(slices: Array) -> Array:
+    from fringeforce.optics.integrated import double_pass
+
+    retarder = equivalent_retarder(double_pass(slices))
+    size = np.hypot(*retarder)
+    return np.sin(size) * retarder / np.where(size > 0, size, 1)
 
 
-SECTIONS: dict[str, Callable[[Console], None]] = {
-    "mechanics": mechanics,
-    "refinement": refinement,
-    "strip": strip,
-}
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    begun = time.perf_counter()
+    pad = ff.load_sensor("pad")
+    model = characterize_pad(pad)
+    ready = time.perf_counter()
+    reader = PadReader(model)
+    for seed in range(2):  # compiles, and computes what belongs to the model
+        reader.read(model.expose(contacts(np.random.default_rng(seed), pad), seed))
+    table = Table("", "", title="Planar pad, 121 tactels, 256 x 256 pixels, 8 bits, one shot")
+    table.add_row("seconds to characterise", f"{ready - begun:.1f}")
+    table.add_row("seconds to get ready to read", f"{time.perf_counter() - ready:.1f}")
+    for rows in (accuracy(model), tracked(model, reader), cold(model, reader, count)):
+        for row in rows:
+            table.add_row(*row)
+    Console(width=110).print(table)
+
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["measure"]:
-        sides, tactels, order = sys.argv[2:]
-        measure(sides, int(tactels), int(order))  # type: ignore[arg-type]
-    else:
-        for section in sys.argv[1:] or SECTIONS:
-            SECTIONS[section](Console(width=110))
+    main()

@@ -13,12 +13,15 @@ if TYPE_CHECKING:
     from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.calibration.references import References
     from fringeforce.cameras.choice import open_camera
+    from fringeforce.characterization import characterize
     from fringeforce.contact import Contact, Friction
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
     from fringeforce.loads import polar
-    from fringeforce.model import SensorModel, characterize
+    from fringeforce.model import SensorModel
+    from fringeforce.pads.patches import touch
+    from fringeforce.pads.reader import PadReader
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
@@ -30,6 +33,7 @@ __all__ = [
     "Friction",
     "FringeforceError",
     "Limits",
+    "PadReader",
     "Plan",
     "Reader",
     "Reading",
@@ -48,6 +52,7 @@ __all__ = [
     "plan_presses",
     "polar",
     "recover_phase",
+    "touch",
 ]
 
 _HOME = {
@@ -56,6 +61,7 @@ _HOME = {
     "Friction": "contact",
     "FringeforceError": "errors",
     "Limits": "calibration.candidates",
+    "PadReader": "pads.reader",
     "Plan": "calibration.planning",
     "Reader": "reader",
     "Reading": "reading",
@@ -66,7 +72,7 @@ _HOME = {
     "assess_presses": "calibration.planning",
     "calibrate": "calibration.calibrate",
     "plan_presses": "calibration.planning",
-    "characterize": "model",
+    "characterize": "characterization",
     "live": "acquisition.live",
     "load_model": "files",
     "load_sensor": "design",
@@ -74,6 +80,7 @@ _HOME = {
     "open_sink": "sinks.choice",
     "polar": "loads",
     "recover_phase": "phase.noise_free",
+    "touch": "pads.patches",
 }
 
 

@@ -9,43 +9,17 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from fringeforce.design_optics import Camera, Polariscope
-from fringeforce.design_text import toml_text, toml_values
+from fringeforce.design_parts import Design, Layer, Part, PhotoelasticLayer
+from fringeforce.design_text import toml_values
 from fringeforce.errors import DesignError
-from fringeforce.fields import Count, Finite, Length, Places, Pressure
+from fringeforce.fields import Count, Length, Places
 from fringeforce.validation import suggestion, validated
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", protected_namespaces=())
-
-
-class Layer(_Part):
-    """One layer of the strip, isotropic and linear elastic."""
-
-    thickness: Length = Field(description="height of the layer along z [m]")
-    youngs_modulus: Pressure = Field(description="Young's modulus E [Pa]")
-    poissons_ratio: Finite = Field(gt=-1, lt=0.5, description="Poisson's ratio nu")
-
-
-class PhotoelasticLayer(Layer):
-    """The clear layer whose stress makes it birefringent."""
-
-    strain_optic_coefficient: Finite = Field(
-        gt=0, description="K_s: change of the difference of refractive indices per strain"
-    )
-
-
-class Transducer(_Part):
+class Transducer(Part):
     """The strip: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
 
     length: Length = Field(description="full length c along x [m]")
@@ -61,7 +35,7 @@ class Transducer(_Part):
     photoelastic: PhotoelasticLayer
 
 
-class Tactels(_Part):
+class Tactels(Part):
     """Where forces act: line loads, evenly spaced and centred on the strip, or placed singly."""
 
     count: Count = Field(description="number of tactels")
@@ -100,7 +74,7 @@ class Tactels(_Part):
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
 
-class Sensor(_Part):
+class Sensor(Design):
     """A complete sensor, from strip to camera.
 
     Every number is an SI float; in `Sensor(...)` and `replace` a quantity may also be given as text
@@ -144,78 +118,56 @@ class Sensor(_Part):
         n = self.camera.pixels
         return ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length
 
-    def replace(self, **changes: Any) -> Sensor:
-        """A variant of this sensor.
 
-        Parameters
-        ----------
-        **changes
-            Dotted paths, ``replace(**{"transducer.edges": "roller"})``, or nested values,
-            ``replace(transducer={"edges": "roller"})``.  Quantities are SI floats or text.
-
-        Raises
-        ------
-        DesignError
-            If a path does not exist or the variant is not a valid sensor.
-        """
-        values = self.model_dump(by_alias=True, exclude_none=True)
-        for path, value in changes.items():
-            *parents, key = path.split(".")
-            branch = values
-            for parent in parents:
-                if not isinstance(branch.get(parent), dict):
-                    known = [name for name, part in branch.items() if isinstance(part, dict)]
-                    hint = suggestion(parent, known)
-                    raise DesignError(f"{path}: there is no part {parent!r} of a design; {hint}")
-                branch = branch[parent]
-            branch[key] = _merged(branch.get(key), value)
-        return validated(Sensor, values, "The changed design", from_file=False)
-
-    def to_toml(self) -> str:
-        """The text of a design file that reads back to an equal sensor."""
-        return toml_text(self)
-
-
-def _merged(old: Any, new: Any) -> Any:
-    if isinstance(new, BaseModel):
-        new = new.model_dump(by_alias=True, exclude_none=True)
-    if isinstance(old, dict) and isinstance(new, dict):
-        return old | {key: _merged(old.get(key), value) for key, value in new.items()}
-    return new
-
-
-def parse_sensor(text: str, source: str = "The design") -> Sensor:
-    """Read the text of a design file; the inverse of `Sensor.to_toml`.
+def parse_sensor(text: str, source: str = "The design") -> Any:
+    """Read the text of a design file; the inverse of `Sensor.to_toml` and `Pad.to_toml`.
 
     Parameters
     ----------
     text : str
-        TOML.
+        TOML; ``kind = "pad"`` makes it a pad, otherwise it is a strip.
     source : str
         Names the text in error messages.
+
+    Returns
+    -------
+    Sensor or fringeforce.pads.design.Pad
 
     Raises
     ------
     DesignError
         With all problems of the text.
     """
-    return validated(Sensor, toml_values(text, source), source, from_file=True)
+    values = toml_values(text, source)
+    kind = values.get("kind", "strip")
+    if kind == "pad":
+        from fringeforce.pads.design import Pad
+
+        return validated(Pad, values, source, from_file=True)
+    if kind != "strip":
+        raise DesignError(f'{source}: kind = {kind!r} is no kind of sensor; take "strip" or "pad".')
+    strip = {key: value for key, value in values.items() if key != "kind"}
+    return validated(Sensor, strip, source, from_file=True)
 
 
-def load_sensor(name_or_path: str | os.PathLike[str]) -> Sensor:
+def load_sensor(name_or_path: str | os.PathLike[str]) -> Any:
     """Read a design by its name, if the package ships it, or from a file.
 
     Parameters
     ----------
     name_or_path : str or path
-        A shipped design such as "saad", or the path of a TOML file.
+        A shipped design such as "saad" or "pad", or the path of a TOML file.
+
+    Returns
+    -------
+    Sensor or fringeforce.pads.design.Pad
 
     Raises
     ------
     DesignError
         If there is no such design, or it has problems; all of them are in the message.
     """
-    shipped = shipped_designs()
+    shipped = {**shipped_designs(), **shipped_pads()}
     path = shipped.get(str(name_or_path), Path(name_or_path))
     try:
         text = path.read_text(encoding="utf-8")
@@ -230,12 +182,32 @@ def load_sensor(name_or_path: str | os.PathLike[str]) -> Sensor:
     return parse_sensor(text, source=str(name_or_path))
 
 
+def load_strip(name_or_path: str | os.PathLike[str]) -> Sensor:
+    """Read the design of a strip, as `load_sensor`; DesignError if it is a pad's."""
+    sensor = load_sensor(name_or_path)
+    if not isinstance(sensor, Sensor):
+        raise DesignError(
+            f"{str(name_or_path)!r} is a planar pad, and this works on strips only; give the "
+            f"design of a strip, such as {', '.join(map(repr, shipped_designs()))}."
+        )
+    return sensor
+
+
 def shipped_designs() -> dict[str, Path]:
-    """Designs that the package ships, by name."""
+    """Designs of strips that the package ships, by name."""
+    return _shipped("*.toml")
+
+
+def shipped_pads() -> dict[str, Path]:
+    """Designs of planar pads that the package ships, by name."""
+    return _shipped("pads/*.toml")
+
+
+def _shipped(pattern: str) -> dict[str, Path]:
     here = Path(__file__).parent
     # beside the modules in an installed package, at the top of a source tree
     folder = next(f for f in (here / "designs", here.parents[1] / "designs") if f.is_dir())
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {path.stem: path for path in sorted(folder.glob(pattern))}
 
 
 def new_design(path: str | os.PathLike[str], like: str = "saad", overwrite: bool = False) -> None:

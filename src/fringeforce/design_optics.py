@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field
 
+from fringeforce.design_parts import Converter
 from fringeforce.fields import Count, Finite, Length, Place
 
 
@@ -66,19 +67,10 @@ class Polariscope(BaseModel):
         return self.channels or (Channel(),)
 
 
-class Camera(BaseModel):
-    """The line camera of equation (13): grey = round(amplitude I + noise + offset)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Camera(Converter):
+    """The line camera of a strip."""
 
     pixels: Count = Field(description="pixels along the strip")
-    bits: Count = Field(le=16, description="bits B of the converter, 1 to 16")
-    amplitude: Finite = Field(gt=0, description="A, grey levels between dark and bright")
-    offset: Finite = Field(ge=0, description="I_o, grey levels of darkness")
-    noise: Finite = Field(
-        ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
-    )
-    noise_model: Literal["uniform", "gaussian"] = "uniform"
     line_position: Place | None = Field(
         default=None,
         description="where the line that it sees lies across the strip [m]; in the middle if not "
@@ -91,28 +83,6 @@ class Camera(BaseModel):
         'plane = "3d"',
         json_schema_extra={"unit": "meter"},
     )
-
-    @model_validator(mode="after")
-    def _within_converter(self) -> Camera:
-        noise = self.noise if self.noise_model == "uniform" else 0.0
-        brightest = self.amplitude + self.offset + noise
-        if brightest > self.full_scale:
-            raise ValueError(
-                f"amplitude + offset + noise = {brightest:g} exceeds the converter's "
-                f"2^{self.bits} - 1 = {self.full_scale}; lower the amplitude by "
-                f"{brightest - self.full_scale:g} or take more bits"
-            )
-        if self.offset < noise:
-            raise ValueError(
-                f"offset = {self.offset:g} is below the noise of {noise:g}, so dark pixels would "
-                f"fall below zero; raise the offset to {noise:g}"
-            )
-        return self
-
-    @property
-    def full_scale(self) -> int:
-        """Largest grey level, 2^B - 1."""
-        return 2**self.bits - 1
 
     def check_line(self, width: float, plane: str) -> None:
         """Refuse a line that does not lie on a strip, or that its plane state cannot tell.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Camera
+from fringeforce.design_parts import Converter
 from fringeforce.force.likelihood import Response
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.jones import Fringe
@@ -142,7 +142,7 @@ class Calibration:
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
 
 
-def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
+def designed_response(camera: Converter, seen: Sequence[Picture]) -> Response:
     """Response of a camera to the pictures of a design, all pixels of each in turn."""
     if len(seen) == 1 and seen[0].fringe == Fringe():
         return camera_response(camera)
@@ -153,7 +153,7 @@ def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
 
 
 def camera_response(
-    camera: Camera,
+    camera: Converter,
     amplitude: Array | None = None,
     offset: Array | None = None,
     light_variance: float = 0.0,
@@ -162,7 +162,7 @@ def camera_response(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Converter
         As designed.
     amplitude, offset : ndarray, shape (P,), optional
         Measured ones, which take the place of the design's, grey levels.

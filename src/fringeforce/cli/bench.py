@@ -43,13 +43,13 @@ def calibrate(
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.planning import next_presses
     from fringeforce.calibration.references import References
-    from fringeforce.design import load_sensor
+    from fringeforce.design import load_strip
     from fringeforce.files import load_frames
     from fringeforce.plot import draw_residuals
     from fringeforce.summary import calibration_summary
     from fringeforce.tables import load_forces
 
-    sensor = load_sensor(design)
+    sensor = load_strip(design)
     images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
     given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
     references = References(*given)
@@ -78,10 +78,10 @@ def check(
 ) -> None:
     """Compare readings with known loads; ends with status 1 if a frame contradicts them."""
     from fringeforce.calibration.verification import verify
-    from fringeforce.files import load_frames, load_model
+    from fringeforce.files import load_frames, load_strip_model
     from fringeforce.tables import load_forces
 
-    sensor_model = load_model(model)
+    sensor_model = load_strip_model(model)
     forces = load_forces(loads, sensor_model.sensor.tactels.count)
     found = verify(sensor_model, load_frames(frames), forces)
     print("frames: " + ", ".join(f"{count} {name}" for name, count in found.statuses.items()))

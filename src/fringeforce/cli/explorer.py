@@ -35,18 +35,18 @@ def explore(
     import webbrowser
 
     from fringeforce.cli.arguments import is_model
-    from fringeforce.design import load_sensor, shipped_designs
+    from fringeforce.design import load_strip, shipped_designs
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import Start
 
     if target not in shipped_designs() and is_model(target):
-        from fringeforce.files import load_model
+        from fringeforce.files import load_strip_model
 
-        model = load_model(target)
+        model = load_strip_model(target)
         start = Start(model.sensor, pickle.dumps(model))
     else:
-        start = Start(load_sensor(target))
+        start = Start(load_strip(target))
 
     source = None
     if camera is not None:

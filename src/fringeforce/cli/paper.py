@@ -19,10 +19,10 @@ def reproduce(
     """Reproduce the paper's figures and statements as one page."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    from fringeforce.design import load_sensor
+    from fringeforce.design import load_strip
     from fringeforce.reproduction.report import reproduce
 
-    sensor = load_sensor(design)
+    sensor = load_strip(design)
     columns = TextColumn("{task.description:<52}"), BarColumn(), MofNCompleteColumn()
     with Progress(*columns) as progress:
         task = progress.add_task("Characterising")

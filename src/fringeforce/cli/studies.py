@@ -53,9 +53,9 @@ def study(
     workers: Workers = None,
 ) -> None:
     """Answer one question about a design: a figure, a table and a paragraph of plain words."""
-    from fringeforce.design import load_sensor
+    from fringeforce.design import load_strip
 
-    sensor = load_sensor(design)
+    sensor = load_strip(design)
     with progress_bar() as advance:
         found = _answer(question, sensor, load, seed, (scheduler, workers), advance)
     print("\n".join(found.lines()))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor, load_sensor, shipped_designs
+from fringeforce.design import Sensor, load_strip, shipped_designs
 from fringeforce.errors import FringeforceError, InputError
 from fringeforce.explorer.protocol import (
     DesignRequest,
@@ -128,7 +128,7 @@ class Session:
             await self._refuse(wish, InputError(f"This cannot be computed: {error}."))
 
     async def _design(self, wish: DesignRequest) -> None:
-        base = Start(load_sensor(wish.start)) if wish.start in shipped_designs() else self.start
+        base = Start(load_strip(wish.start)) if wish.start in shipped_designs() else self.start
         sensor = base.sensor.replace(**wish.changes)
         model = base.model if sensor == base.sensor else None
         solved = await self.workers.solve(sensor, model)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
-from fringeforce.design import Count, Finite, Length, Sensor, load_sensor, shipped_designs
+from fringeforce.design import Count, Finite, Length, Sensor, load_strip, shipped_designs
 from fringeforce.design_text import toml_values
 from fringeforce.errors import InputError
 from fringeforce.studies.performance import MESH_ORDER
@@ -105,4 +105,4 @@ def load_study(path: str | os.PathLike[str]) -> tuple[StudyFile, Sensor]:
     study = validated(StudyFile, values, str(place), from_file=True)
     beside = place.parent / study.design
     shipped = study.design in shipped_designs()
-    return study, load_sensor(study.design if shipped else beside)
+    return study, load_strip(study.design if shipped else beside)

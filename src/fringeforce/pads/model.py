@@ -1,0 +1,278 @@
+"""The characterised pad: from forces to images, and back by the adjoint."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.errors import InputError
+from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+from fringeforce.mechanics.solid.elasticity import Progress
+from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.mechanics.solid.influence import pad_influence
+from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.integrated import turn_modes, turn_modes_back
+from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.pads import splines
+from fringeforce.pads.design import Pad
+from fringeforce.pads.imaging import Lens, Picture, measure, measure_back, mosaic, pictures
+from fringeforce.pads.influence import PadInfluence, compressed
+
+if TYPE_CHECKING:
+    from fringeforce.pads.reading import PadReading
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+SAMPLES, SLICES = 96, 8
+"""Places along either side, and depths, at which stresses are taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class PadModel:
+    """What one pad does to forces.
+
+    Images have the shape (rows, columns): rows along y, columns along x, the first of each at the
+    most negative coordinate.  Frames of several channels have the shape (channels, rows, columns).
+    Forces have the shape (..., n, 3): N, T_x, T_y of tactel ix * count_y + iy [N].
+
+    Attributes
+    ----------
+    sensor : Pad
+        The design it belongs to.
+    influence : PadInfluence
+        Retardance per force.
+    provenance : mapping
+        How it came about, in words and numbers.
+    """
+
+    sensor: Pad
+    influence: PadInfluence
+    provenance: Mapping[str, str | float] = field(default_factory=dict)
+
+    @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame: (rows, columns), or (channels, rows, columns) if there are several."""
+        channels = len(self.pictures)
+        return self._image if channels == 1 else (channels, *self._image)
+
+    @property
+    def _image(self) -> tuple[int, int]:
+        columns, rows = self.sensor.camera.pixels
+        return rows, columns
+
+    @cached_property
+    def pictures(self) -> tuple[Picture, ...]:
+        """What the channels measure."""
+        return pictures(self.sensor)
+
+    @cached_property
+    def kinds(self) -> NDArray[np.uint8]:
+        """Which form of a picture each pixel measures, shape (rows * columns,)."""
+        return mosaic(*self._image, len(self.pictures[0].forms))
+
+    @cached_property
+    def _lens(self) -> Lens:
+        return Lens.of(self.sensor)
+
+    @cached_property
+    def _pixels(self) -> tuple[Single, Single]:
+        x, y = self.sensor.pixel_positions
+        matrices = splines.basis(self.influence.y, y), splines.basis(self.influence.x, x)
+        return matrices[0].astype(np.float32), matrices[1].astype(np.float32)
+
+    @cached_property
+    def _profile(self) -> Single:
+        return self.influence.profile.astype(np.float32)
+
+    def modes(self, forces: ArrayLike) -> Single:
+        """Single-pass retardance of every depth profile at every pixel.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            N, T_x, T_y of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (2, modes, rows, columns)
+            (A, B) of every profile, at the polariscope's wavelength [rad].
+        """
+        rows, columns = self._pixels
+        grid = self.influence.coefficients(self.checked(forces, single=True).ravel())
+        return np.asarray(rows @ grid @ columns.T, dtype=np.float32)
+
+    def modes_adjoint(self, gradient: Single) -> Array:
+        """The transpose of `modes`, shape (2, modes, rows, columns) to (n, 3)."""
+        rows, columns = self._pixels
+        grid = np.asarray(rows.T @ gradient @ columns, dtype=np.float32)
+        return self.influence.adjoint(grid).reshape(-1, 3)
+
+    def slices(self, forces: ArrayLike) -> Single:
+        """Single-pass retardance of every slice at every pixel, at the polariscope's wavelength.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            N, T_x, T_y of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (slices, 2, rows, columns)
+            (A, B) of every slice, the one at the mirror first [rad].
+        """
+        return np.asarray(np.einsum("sk,fkrc->sfrc", self._profile, self.modes(forces)))
+
+    def retardance(self, forces: ArrayLike) -> Array:
+        """Depth integral of the retardance over both passes, shape (..., 2, rows, columns) [rad].
+
+        Its two parts are those between 0 and 90 degrees and between 45 and 135; the size is the
+        number of fringes times 2 pi where the stress does not turn over the depth.
+        """
+        loads = self.checked(forces)
+        flat = loads.reshape(-1, *loads.shape[-2:])
+        whole = 2 * self.influence.profile.sum(axis=0)
+        found = [np.einsum("k,fkrc->frc", whole, self.modes(load)) for load in flat]
+        return np.array(found).reshape(*loads.shape[:-2], 2, *self._image)
+
+    def intensity(self, forces: ArrayLike) -> Array:
+        """Share of a perfect dark field's light that each pixel gets, shape (..., *frame_shape).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., n, 3)
+            N, T_x, T_y of every tactel [N].
+        """
+        loads = self.checked(forces)
+        flat = loads.reshape(-1, *loads.shape[-2:])
+        found = [self._intensity(self.modes(load)) for load in flat]
+        return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.frame_shape)
+
+    def _intensity(self, modes: Single) -> Single:
+        return np.stack([self.picture(modes, picture)[0] for picture in self.pictures])
+
+    def picture(self, modes: Single, picture: Picture) -> tuple[Single, Single]:
+        """Intensity of one picture, shape (P,), and the light behind it, shape (3, P)."""
+        flat = modes.reshape(*modes.shape[:2], -1)
+        light = np.empty((3, flat.shape[2]), dtype=np.float32)
+        turn_modes(flat, np.float32(picture.dispersion) * self._profile, light)
+        if self._lens.none:
+            seen = np.empty(flat.shape[2], dtype=np.float32)
+            measure(light, picture.packed, self.kinds, seen)
+            return seen, light
+        seen = np.empty((len(picture.packed), flat.shape[2]), dtype=np.float32)
+        for kind, image in enumerate(seen):
+            measure(light, picture.packed, np.full_like(self.kinds, kind), image)
+        sharp = seen.reshape(-1, *self._image)
+        blurred = self._lens.blurred(sharp).reshape(seen.shape)
+        return np.take_along_axis(blurred, self.kinds[None], axis=0)[0], light
+
+    def picture_adjoint(
+        self, modes: Single, picture: Picture, light: Single, pull: Single
+    ) -> Single:
+        """Derivative by the modes, same shape, from that by the intensity of one picture, (P,)."""
+        flat = modes.reshape(*modes.shape[:2], -1)
+        by_light = np.zeros_like(light)
+        if self._lens.none:
+            measure_back(light, picture.packed, self.kinds, pull, by_light)
+        else:
+            for kind in range(len(picture.packed)):
+                share = np.where(self.kinds == kind, pull, np.float32(0)).reshape(self._image)
+                sharp = self._lens.adjoint(share).ravel()
+                measure_back(light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light)
+        gradient, profile = np.empty_like(flat), np.float32(picture.dispersion) * self._profile
+        turn_modes_back(flat, profile, light.copy(), by_light, gradient)
+        return gradient.reshape(modes.shape)
+
+    def expose(
+        self, forces: ArrayLike, rng: camera_optics.Rng = None
+    ) -> NDArray[np.unsignedinteger]:
+        """Frames that the camera would deliver, shape (..., *frame_shape), uint8 or uint16.
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., n, 3)
+            N, T_x, T_y of every tactel [N].
+        rng : int, numpy.random.Generator or None
+            Source of the noise.
+        """
+        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+
+    def checked(self, forces: ArrayLike, single: bool = False) -> Array:
+        """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""
+        loads, n = np.asarray(forces, dtype=float), self.sensor.tactels.total
+        fits = loads.shape == (n, 3) if single else loads.shape[-2:] == (n, 3)
+        if not fits or not np.isfinite(loads).all():
+            raise InputError(
+                f"Forces of shape {loads.shape} do not fit this pad, or are not finite; its {n} "
+                f"tactels need {'' if single else '(..., '}{n}, 3): N, T_x and T_y of each."
+            )
+        return loads
+
+    def read(self, frame: ArrayLike) -> PadReading:
+        """Forces from one frame, without any earlier state; see `fringeforce.pads.reader`."""
+        from fringeforce.pads.reader import PadReader
+
+        return PadReader(self).read(frame)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to an HDF5 file, all of it or nothing."""
+        from fringeforce.pads.files import save_pad
+
+        save_pad(self, path)
+
+
+def characterize_pad(
+    pad: Pad,
+    influence: SolidInfluence | None = None,
+    samples: int = SAMPLES,
+    slices: int = SLICES,
+    progress: Progress | None = None,
+) -> PadModel:
+    """Reduce a design to its influence: exactly for roller sides, else with finite elements.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    influence : SolidInfluence, optional
+        Stresses per force where they are known already, such as from finite elements.
+    samples, slices : int
+        Places along either side, an even number, and depths, at which stresses are computed.
+    progress : callable, optional
+        Told words, the steps done and their count, where elements are solved.
+    """
+    block, layer = block_of(pad), pad.transducer.photoelastic
+    method = "given"
+    if influence is None:
+        x, y = (np.linspace(-side / 2, side / 2, samples) for side in (block.length, block.width))
+        patches = Patches(pad.tactels.places, pad.tactels.side)
+        if block.sides == "roller":
+            method = "double Fourier series"
+            influence = stress_influence(block, patches, x, y, slices)
+        else:
+            method = "finite elements, 3-D"
+            influence = pad_influence(block, patches, x, y, slices, progress=progress)
+    constant = stress_optic_constant(layer, pad.polariscope.wavelength)
+    found, left_out, asymmetry = compressed(influence, pad.tactels.count, constant)
+    provenance = {
+        "method": method,
+        "samples": f"{len(found.x)} x {len(found.y)}",
+        "slices": len(found.profile),
+        "depth profiles": found.modes,
+        "left out by depth profiles": left_out,
+        "asymmetry averaged away": asymmetry,
+    }
+    return PadModel(pad, found, provenance)
+
+
+def block_of(pad: Pad) -> Block:
+    """The block of a pad, as mechanics wants it."""
+    t = pad.transducer
+    return Block(t.length, t.width, t.compliant, t.photoelastic, t.sides)

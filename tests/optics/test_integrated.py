@@ -1,0 +1,113 @@
+"""Light through stacks of retarders against closed forms, Jones products, finite differences."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from fringeforce.errors import InputError
+from fringeforce.optics.integrated import (
+    double_pass,
+    double_pass_adjoint,
+    equivalent_retarder,
+    jones_matrix,
+)
+from fringeforce.optics.jones import retarder
+
+Array = NDArray[np.float64]
+
+
+def stack(seed: int, slices: int = 7, pixels: int = 5, size: float = 0.6) -> Array:
+    return np.random.default_rng(seed).normal(size=(slices, 2, pixels)) * size
+
+
+def jones_product(slices: Array) -> NDArray[np.complex128]:
+    """Down through the stack, a mirror, up again, by products of the house's own retarders."""
+    total = np.broadcast_to(np.eye(2, dtype=complex), (slices.shape[2], 2, 2))
+    for A, B in slices:
+        single = np.array(
+            [retarder(np.hypot(a, b), np.arctan2(b, a) / 2) for a, b in zip(A, B, strict=True)]
+        )
+        total = single @ total @ single
+    return total
+
+
+def test_a_stack_is_the_product_of_its_jones_matrices() -> None:
+    slices = stack(0)
+    np.testing.assert_allclose(jones_matrix(double_pass(slices)), jones_product(slices), atol=1e-13)
+
+
+def test_a_uniform_layer_is_a_retarder_of_twice_its_single_pass() -> None:
+    angle, single = 0.3, 1.1
+    direction = np.array([np.cos(2 * angle), np.sin(2 * angle)])
+    slices = np.repeat(single / 6 * direction[None, :, None], 6, axis=0)
+    light = double_pass(slices)
+    np.testing.assert_allclose(jones_matrix(light)[0], retarder(2 * single, angle), atol=1e-14)
+    np.testing.assert_allclose(equivalent_retarder(light)[:, 0], 2 * single * direction)
+
+
+def test_axes_that_twist_at_a_constant_rate_follow_the_closed_form() -> None:
+    retardance, twist, slices = 2.3, 1.2, 400
+    # in axes that turn with the stack the rate is constant: one matrix exponential
+    s1, spin = np.diag([1.0, -1.0]), np.array([[0.0, -1.0], [1.0, 0.0]])
+    turn = np.array([[np.cos(twist), -np.sin(twist)], [np.sin(twist), np.cos(twist)]])
+    single = turn @ expm(0.5j * retardance * s1 - twist * spin)
+    angle = (np.arange(slices) + 0.5) / slices * twist
+    # from the mirror outwards, which is from the end of the first pass backwards
+    vector = retardance / slices * np.stack([np.cos(2 * angle), np.sin(2 * angle)], axis=1)
+    found = jones_matrix(double_pass(vector[::-1, :, None]))[0]
+    np.testing.assert_allclose(found, single.T @ single, atol=1e-5)
+
+
+def test_a_double_pass_has_no_optical_activity_and_loses_no_light() -> None:
+    for seed in range(5):
+        matrix = jones_product(stack(seed, size=1.5))
+        np.testing.assert_allclose(matrix, matrix.swapaxes(1, 2), atol=1e-13)
+    light = double_pass(stack(1, size=1.5))
+    np.testing.assert_allclose((light**2).sum(axis=0), 1, atol=1e-13)
+
+
+def test_depth_integrals_are_right_to_the_third_order_in_the_retardance() -> None:
+    slices = stack(3, pixels=40)
+    sizes = 0.2 ** np.arange(2, 4)
+    errors = [
+        np.abs(equivalent_retarder(double_pass(s * slices)) - 2 * (s * slices).sum(axis=0)).max()
+        for s in sizes
+    ]
+    order = np.log(errors[0] / errors[1]) / np.log(sizes[0] / sizes[1])
+    assert order == pytest.approx(3, abs=0.05)
+
+
+def test_derivatives_are_those_of_finite_differences() -> None:
+    slices, step = stack(4, slices=4, pixels=3, size=0.9), 1e-6
+    pull = np.random.default_rng(5).normal(size=(3, 3))
+    found = double_pass_adjoint(slices, double_pass(slices), pull)
+    for index in np.ndindex(*slices.shape):
+        moved = np.zeros_like(slices)
+        moved[index] = step
+        change = double_pass(slices + moved) - double_pass(slices - moved)
+        assert found[index] == pytest.approx((pull * change).sum() / (2 * step), abs=1e-8)
+
+
+def test_derivatives_of_no_stress_at_all_are_finite_and_right() -> None:
+    slices, pull = np.zeros((3, 2, 2)), np.ones((3, 2))
+    found = double_pass_adjoint(slices, double_pass(slices), pull)
+    np.testing.assert_allclose(found, 1)  # v = (A, B) to first order
+
+
+def test_single_precision_follows_double_precision() -> None:
+    slices = stack(6, slices=12, pixels=700)
+    light = double_pass(slices)
+    single = double_pass(slices.astype(np.float32))
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single, light, atol=5e-6)
+    exact = double_pass_adjoint(slices, light, light)
+    quick = double_pass_adjoint(slices.astype(np.float32), single, single)
+    np.testing.assert_allclose(quick, exact, atol=2e-5)
+
+
+def test_a_slice_of_more_than_a_wave_is_refused() -> None:
+    with pytest.raises(InputError, match="more slices"):
+        double_pass(np.full((1, 2, 1), 5.0))
+    with pytest.raises(InputError, match="check the stress"):
+        double_pass(np.full((1, 2, 1), np.nan))
