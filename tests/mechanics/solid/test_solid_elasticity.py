@@ -18,7 +18,7 @@ from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import along, light_stresses, pad_influence
 from fringeforce.mechanics.solid.mesh import BoxMesh, box_mesh
 from fringeforce.mechanics.solid.strip import STRIP
-from fringeforce.mechanics.solid.symmetry import EVEN, mirrored_interpolation
+from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
 
 Array = NDArray[np.float64]
 COVER = Layer(thickness=0.5e-3, youngs_modulus=11e6, poissons_ratio=0.49)
@@ -129,7 +129,7 @@ def test_line_loads_between_rollers_make_plane_strain(sensor: ff.Sensor) -> None
     depth = interpolation(mesh.order, mesh.z, z)[0]
     exact = fourier.integrated_stress(strip, positions, places[0])
     found = np.zeros((2, *exact.shape))
-    for part in symmetric_parts(block, loads, mesh, across=(EVEN,)):
+    for part in symmetric_parts(block, loads, mesh):
         image, signs = loads.images(part.mirrors)
         for c in (0, 1):
             difference, shear = light_stresses(block, part, mesh, places, depth, c)

@@ -52,6 +52,12 @@ class Loads:
         """Centres without the mirror images of others, shape (r, 2)."""
         return self._distinct[0]
 
+    @property
+    def parities_across(self) -> tuple[int, ...]:
+        """Parities in the mirror across y that the loads have; centred ones along x are even."""
+        centred = self.components < 3 and not self.places[:, 1].any()
+        return (EVEN,) if centred else (EVEN, ODD)
+
     def images(self, mirrors: tuple[Mirror, Mirror]) -> tuple[Index, Array]:
         """Which load of the quarter each is an image of, (n,), and its signs, (components, n)."""
         signs = np.ones((self.components, len(self.places)))
@@ -101,7 +107,6 @@ def symmetric_parts(
     block: Block,
     loads: Loads,
     mesh: BoxMesh,
-    across: tuple[int, ...] = (EVEN, ODD),
     progress: Progress | None = None,
 ) -> Iterator[SymmetricPart]:
     """Solve a block one class of symmetry after the other, all unit forces of each at once.
@@ -114,12 +119,11 @@ def symmetric_parts(
         Where unit forces act.
     mesh : BoxMesh
         The bricks of a quarter.
-    across : tuple of int
-        Parities in the mirror across y that the loads have.
     progress : callable, optional
         Told of every class.
     """
     loads.check(block)
+    across = loads.parities_across
     in_cover = mesh.z[:-1] >= block.interface * (1 + 1e-9)
     lame = [lame_parameters(block.compliant if c else block.photoelastic) for c in in_cover]
     side_x, side_y = block.sides, block.across or block.sides

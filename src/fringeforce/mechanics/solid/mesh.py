@@ -118,7 +118,7 @@ def box_mesh(block: Block, marks_x: ArrayLike, marks_y: ArrayLike, sizes: Gradin
 def _half_axis(half: float, marks: ArrayLike, block: Block, sizes: Grading, free: bool) -> Array:
     distances = np.abs(np.asarray(marks, dtype=float)).ravel()
     # without loads along an axis the solution changes beside its sides only
-    depth, largest = -block.base, -block.base * sizes.largest if distances.size else np.inf
+    depth, largest = -block.base, -block.base * sizes.largest if distances.size else half
     borders = np.unique(np.concatenate([[0.0, half], distances]).round(15))
     load = Progression(sizes.load * block.compliant.thickness, sizes.growth, largest)
     middle = load if 0.0 in distances.round(15) else Progression(largest, 1.0, largest)

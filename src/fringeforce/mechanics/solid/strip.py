@@ -15,7 +15,6 @@ from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.elasticity import Loads, Progress, symmetric_parts
 from fringeforce.mechanics.solid.influence import light_stresses
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
-from fringeforce.mechanics.solid.symmetry import EVEN
 
 Array = NDArray[np.float64]
 
@@ -97,8 +96,7 @@ def strip_integral(
     shape = (len(across), len(stations), 2, len(loads.places))
     totals = np.zeros(shape), np.zeros(shape)
     depth = csr_array(_depth_weights(block, mesh)[None])
-    # a load that is even over the width has no other part
-    for part in symmetric_parts(block, loads, mesh, across=(EVEN,), progress=progress):
+    for part in symmetric_parts(block, loads, mesh, progress=progress):
         image, signs = loads.images(part.mirrors)
         for component in (0, 1):
             stresses = light_stresses(block, part, mesh, (stations, across), depth, component)
