@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design
+from fringeforce.cli.arguments import Design, Scheduler, Workers
+from fringeforce.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -23,10 +23,6 @@ Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")
 Results = Annotated[
     Path, typer.Option("-o", "--output", help="HDF5 file of results; gone on with if it exists.")
 ]
-Scheduler = Annotated[
-    str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
-]
-Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 
 class Question(StrEnum):
@@ -55,7 +51,7 @@ def study(
     from fringeforce.design import load_strip
 
     sensor = load_strip(design)
-    with _progress() as advance:
+    with progress_bar() as advance:
         found = _answer(question, sensor, load, seed, (scheduler, workers), advance)
     print("\n".join(found.lines()))
     print("\n" + ", ".join(str(path) for path in found.save(out)))
@@ -70,7 +66,7 @@ def sweep(
     from fringeforce.studies.sweep import run_sweep
 
     plan, sensor = load_study(study)
-    with _executor(scheduler, workers) as pool, _progress() as advance:
+    with _executor(scheduler, workers) as pool, progress_bar() as advance:
         found = sweep_statement(run_sweep(plan, sensor, output, pool, advance), output.stem)
     print("\n".join(found.lines()))
     print("\n" + ", ".join(str(path) for path in [output, *found.save(output.parent)]))
@@ -87,7 +83,7 @@ def optimise(
     from fringeforce.studies.verification import verified
 
     plan, sensor = load_study(study)
-    with _executor(scheduler, workers) as pool, _progress() as advance:
+    with _executor(scheduler, workers) as pool, progress_bar() as advance:
         best = sought(plan, sensor, output, pool, advance)
         assert plan.search is not None
         advance("reading noisy frames", 0, 2)
@@ -136,31 +132,3 @@ def _executor(scheduler: str | None, workers: int | None) -> Iterator[Executor]:
 
     with executor(scheduler, workers) as pool:
         yield pool
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A bar on the terminal with an estimate of the time that is left."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        TextColumn("{task.description:<24}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, disable=not sys.stderr.isatty()) as progress:
-        task = progress.add_task("")
-
-        def advance(title: str, done: int, expected: int) -> None:
-            progress.update(task, description=title, completed=done, total=expected)
-
-        yield advance

@@ -178,9 +178,7 @@ class PadModel:
             for kind in range(len(picture.packed)):
                 share = np.where(self.kinds == kind, pull, np.float32(0)).reshape(self._image)
                 sharp = self._lens.adjoint(share).ravel()
-                measure_back(
-                    light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light
-                )
+                measure_back(light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light)
         gradient = np.empty_like(stack)
         turn_back(stack, light.copy(), by_light, gradient)
         gradient *= np.float32(picture.dispersion)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -166,7 +167,12 @@ def _angles(limits: Array, radius: float | Array) -> Array:
 
 def _gauss(limits: Array, order: int) -> tuple[Array, Array]:
     """Nodes and weights between ascending limits, shape (k, m + 1) to (k, m order)."""
-    points, weights = np.polynomial.legendre.leggauss(order)
+    points, weights = _rule(order)
     half, middle = np.diff(limits) / 2, (limits[:, 1:] + limits[:, :-1]) / 2
     nodes = middle[..., None] + half[..., None] * points
     return nodes.reshape(len(limits), -1), (half[..., None] * weights).reshape(len(limits), -1)
+
+
+@cache
+def _rule(order: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(order)

@@ -154,16 +154,16 @@ def _body(pad: Pad, rng: np.random.Generator, ranges: ContactRanges) -> Indenter
     return found
 
 
-def _rubbing(
-    pad: Pad, rng: np.random.Generator, ranges: ContactRanges, body: Indenter
-) -> Indenter:
+def _rubbing(pad: Pad, rng: np.random.Generator, ranges: ContactRanges, body: Indenter) -> Indenter:
     """The same body with shear and moment that its friction allows."""
     used = body.friction * rng.uniform(*ranges.sliding)
     turn, direction, sign = rng.uniform(size=2), rng.uniform(0, 2 * np.pi), rng.choice((-1, 1))
     arm = body.arm(pad)
     turned = used * turn[1] if turn[0] < ranges.twisted and arm > 0 else 0.0
     shear = (used - turned) * body.normal * np.array([np.cos(direction), np.sin(direction)])
-    return body.rubbing((float(shear[0]), float(shear[1])), float(sign * turned * body.normal * arm))
+    return body.rubbing(
+        (float(shear[0]), float(shear[1])), float(sign * turned * body.normal * arm)
+    )
 
 
 def _by_ratio(rng: np.random.Generator, ends: tuple[float, float]) -> float:
