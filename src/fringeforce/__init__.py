@@ -13,13 +13,14 @@ if TYPE_CHECKING:
     from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.calibration.references import References
     from fringeforce.cameras.choice import open_camera
+    from fringeforce.characterization import characterize
     from fringeforce.contact import Contact, Friction
     from fringeforce.datasets.making import make_dataset
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
     from fringeforce.loads import polar
-    from fringeforce.model import SensorModel, characterize
+    from fringeforce.model import SensorModel
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
@@ -68,7 +69,7 @@ _HOME = {
     "assess_presses": "calibration.planning",
     "calibrate": "calibration.calibrate",
     "plan_presses": "calibration.planning",
-    "characterize": "model",
+    "characterize": "characterization",
     "live": "acquisition.live",
     "load_model": "files",
     "load_sensor": "design",

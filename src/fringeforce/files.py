@@ -8,15 +8,9 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -27,15 +21,15 @@ from fringeforce.calibration.files import (
     write_imaging,
 )
 from fringeforce.design import parse_sensor
-from fringeforce.errors import FileFormatError, InputError
+from fringeforce.errors import FileFormatError
 from fringeforce.model import SensorModel
+from fringeforce.pads.files import PAD, load_pad
+from fringeforce.storage import existing_file, format_of, new_file, read, text, write
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
 
-FORMAT_VERSION = 1
 COMPONENTS = ("normal", "tangential")
-LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
 def save_model(model: SensorModel, path: PathLike) -> None:
@@ -44,31 +38,40 @@ def save_model(model: SensorModel, path: PathLike) -> None:
     with new_file(path, "model") as file:
         file.attrs["design"] = sensor.to_toml()
         file.attrs["provenance"] = json.dumps(dict(model.provenance))
-        _write(file, "x", model.x, ("x",), "m", "stations along the strip")
-        _write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
-        _write(file, "tactel", sensor.tactels.positions, ("tactel",), "m", "places of the tactels")
-        _write(file, "breaks", model.breaks, ("breaks",), "m", "boundaries of the elements")
-        _write(file, "psi", model.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
+        write(file, "x", model.x, ("x",), "m", "stations along the strip")
+        write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+        write(file, "tactel", sensor.tactels.positions, ("tactel",), "m", "places of the tactels")
+        write(file, "breaks", model.breaks, ("breaks",), "m", "boundaries of the elements")
+        write(file, "psi", model.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
         if model.imaging is not None:
             write_imaging(file, model.imaging)
         if model.calibration is not None:
             write_calibration(file, model.calibration)
 
 
-def load_model(path: PathLike) -> SensorModel:
-    """Read a model that `SensorModel.save` wrote.
+def load_model(path: PathLike) -> Any:
+    """Read a model that `SensorModel.save` or `PadModel.save` wrote.
+
+    Returns
+    -------
+    SensorModel or fringeforce.pads.model.PadModel
 
     Raises
     ------
     FileFormatError
         If the file is missing, truncated, of another kind, or damaged.
     """
+    return load_pad(path) if format_of(path) == f"fringeforce-{PAD}" else load_strip_model(path)
+
+
+def load_strip_model(path: PathLike) -> SensorModel:
+    """Read the model of a strip, as `load_model`; FileFormatError if it is a pad's."""
     with existing_file(path, "model") as file:
         model = SensorModel(
-            sensor=parse_sensor(_text(file, "design"), source=f"The design inside {path}"),
-            breaks=_read(file, "breaks"),
-            psi=_read(file, "psi"),
-            provenance=json.loads(_text(file, "provenance")),
+            sensor=parse_sensor(text(file, "design"), source=f"The design inside {path}"),
+            breaks=read(file, "breaks"),
+            psi=read(file, "psi"),
+            provenance=json.loads(text(file, "provenance")),
             imaging=read_imaging(file),
             calibration=read_calibration(file),
         )
@@ -106,20 +109,20 @@ def save_frames(
     """
     images = np.asarray(frames)
     with new_file(path, "frames") as file:
-        _write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
-        _write(file, "x", np.asarray(x, dtype=float), ("x",), "m", "places of the pixels")
+        write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
+        write(file, "x", np.asarray(x, dtype=float), ("x",), "m", "places of the pixels")
         axes = ("frame", "x")
         if images.ndim == 3:
             channels = np.arange(1, images.shape[1] + 1)
-            _write(file, "channel", channels, ("channel",), None, "number of the channel")
+            write(file, "channel", channels, ("channel",), None, "number of the channel")
             axes = ("frame", "channel", "x")
-        _write(file, "grey", images, axes, None, "grey levels")
+        write(file, "grey", images, axes, None, "grey levels")
         if forces is not None:
             loads = np.asarray(forces, dtype=float)
             tactels = np.arange(1, loads.shape[2] + 1)
-            _write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
-            _write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
-            _write(file, "forces", loads, ("frame", "component", "tactel"), "N", "applied forces")
+            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+            write(file, "forces", loads, ("frame", "component", "tactel"), "N", "applied forces")
 
 
 def load_frames(path: PathLike) -> NDArray[Any]:
@@ -143,7 +146,7 @@ def load_frames(path: PathLike) -> NDArray[Any]:
     ending = Path(path).suffix.lower()
     if ending in (".h5", ".hdf5", ".nc"):
         with existing_file(path, "frames") as file:
-            return _read(file, "grey")[: _read(file, "frame").size]
+            return read(file, "grey")[: read(file, "frame").size]
     readers = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in readers:
         raise FileFormatError(
@@ -166,7 +169,7 @@ def load_times(path: PathLike) -> NDArray[np.float64] | None:
     if Path(path).suffix.lower() not in (".h5", ".hdf5", ".nc"):
         return None
     with existing_file(path, "frames") as file:
-        return _read(file, "time")[: _read(file, "frame").size] if "time" in file else None
+        return read(file, "time")[: read(file, "frame").size] if "time" in file else None
 
 
 def _load_npy(path: PathLike) -> NDArray[Any]:
@@ -184,100 +187,3 @@ def _load_tiff(path: PathLike) -> NDArray[Any]:
     from tifffile import imread
 
     return imread(path)
-
-
-@contextmanager
-def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
-    """An HDF5 file that takes its name only once it is complete."""
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    os.close(handle)
-    try:
-        with h5py.File(name, "w", track_order=True) as file:
-            file.attrs["format"] = f"fringeforce-{kind}"
-            file.attrs["format_version"] = FORMAT_VERSION
-            file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
-            file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
-            yield file
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    current = os.umask(0)
-    os.umask(current)
-    return current
-
-
-@contextmanager
-def existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
-    """An HDF5 file of one kind, opened to read; FileFormatError for any other."""
-    try:
-        with _opened(path) as file:
-            found = file.attrs.get("format", "a foreign HDF5 file")
-            if found != f"fringeforce-{kind}":
-                raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
-            newest = int(file.attrs.get("format_version", 0))
-            if newest > FORMAT_VERSION:
-                raise FileFormatError(
-                    f"{path} has format version {newest}; this fringeforce reads up to "
-                    f"{FORMAT_VERSION}. Update fringeforce."
-                )
-            yield file
-    except FileFormatError:
-        raise
-    except FileNotFoundError:
-        raise FileFormatError(f"There is no file {path}.") from None
-    except (OSError, KeyError, ValueError, RuntimeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(
-            f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
-            "truncated or of another kind; write it again."
-        ) from None
-
-
-def _opened(path: PathLike) -> h5py.File:
-    """The file for reading, even if it is being recorded or its recorder was killed."""
-    try:
-        return h5py.File(path, "r")
-    except FileNotFoundError:
-        raise
-    except OSError:
-        return h5py.File(path, "r", swmr=True)
-
-
-def _write(
-    file: h5py.File,
-    name: str,
-    values: Any,
-    dimensions: tuple[str, ...],
-    unit: str | None,
-    meaning: str,
-) -> None:
-    data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
-    compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
-    dataset = file.create_dataset(name, data=data, **compress)
-    dataset.attrs["long_name"] = meaning
-    if unit:
-        dataset.attrs["units"] = unit
-    if dimensions == (name,):
-        dataset.make_scale(name)
-        return
-    for axis, dimension in enumerate(dimensions):
-        dataset.dims[axis].attach_scale(file[dimension])
-
-
-def _read(file: h5py.File, name: str) -> NDArray[Any]:
-    dataset = file[name]
-    assert isinstance(dataset, h5py.Dataset)
-    return dataset[()]
-
-
-def _text(file: h5py.File, name: str) -> str:
-    return str(file.attrs[name])

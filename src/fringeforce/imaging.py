@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Camera
+from fringeforce.design_parts import Converter
 from fringeforce.force.likelihood import Response
 from fringeforce.optics.camera import noise_variance
 
@@ -140,7 +140,7 @@ class Calibration:
 
 
 def camera_response(
-    camera: Camera,
+    camera: Converter,
     amplitude: Array | None = None,
     offset: Array | None = None,
     light_variance: float = 0.0,
@@ -149,7 +149,7 @@ def camera_response(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Converter
         As designed.
     amplitude, offset : ndarray, shape (P,), optional
         Measured ones, which take the place of the design's, grey levels.

@@ -78,10 +78,10 @@ def check(
 ) -> None:
     """Compare readings with known loads; ends with status 1 if a frame contradicts them."""
     from fringeforce.calibration.verification import verify
-    from fringeforce.files import load_frames, load_model
+    from fringeforce.files import load_frames, load_strip_model
     from fringeforce.tables import load_forces
 
-    sensor_model = load_model(model)
+    sensor_model = load_strip_model(model)
     forces = load_forces(loads, sensor_model.sensor.tactels.count)
     found = verify(sensor_model, load_frames(frames), forces)
     print("frames: " + ", ".join(f"{count} {name}" for name, count in found.statuses.items()))

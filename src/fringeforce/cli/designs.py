@@ -30,27 +30,26 @@ def characterize(
     ] = "default",
 ) -> None:
     """Reduce a design to its influence matrix, with finite elements."""
+    from fringeforce.characterization import characterize
     from fringeforce.design import load_sensor
-    from fringeforce.model import characterize
 
     sensor = load_sensor(design)
     model = characterize(sensor, mesh)
     model.save(output)
-    print(
-        f"{output}: {sensor.name}; {len(model.x)} stations, {model.provenance['unknowns']} unknowns"
-    )
+    facts = ", ".join(f"{name}: {value}" for name, value in model.provenance.items())
+    print(f"{output}: {sensor.name}; {facts}")
 
 
 def show(
     model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
 ) -> None:
     """Summarise a sensor: sizes, sensitivity, conditioning, fringe density, strain."""
-    from fringeforce.design import load_sensor
-    from fringeforce.files import load_model
+    from fringeforce.design import load_strip
+    from fringeforce.files import load_strip_model
     from fringeforce.model import characterize
     from fringeforce.summary import summary
 
-    found = load_model(model) if is_model(model) else characterize(load_sensor(model))
+    found = load_strip_model(model) if is_model(model) else characterize(load_strip(model))
     facts = summary(found)
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)

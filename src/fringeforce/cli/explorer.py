@@ -41,9 +41,9 @@ def explore(
     from fringeforce.explorer.session import Start
 
     if target not in shipped_designs() and is_model(target):
-        from fringeforce.files import load_model
+        from fringeforce.files import load_strip_model
 
-        model = load_model(target)
+        model = load_strip_model(target)
         start = Start(model.sensor, pickle.dumps(model))
     else:
         start = Start(load_strip(target))

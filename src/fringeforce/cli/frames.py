@@ -18,10 +18,10 @@ def simulate(
     seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
 ) -> None:
     """Expose frames as the sensor's camera would deliver them."""
-    from fringeforce.files import load_model, save_frames
+    from fringeforce.files import load_strip_model, save_frames
     from fringeforce.tables import load_forces
 
-    sensor_model = load_model(model)
+    sensor_model = load_strip_model(model)
     loads = load_forces(forces, sensor_model.sensor.tactels.count)
     frames = sensor_model.expose(loads, rng=seed)
     save_frames(output, frames, sensor_model.pixel_positions, loads)
@@ -43,12 +43,12 @@ def read(
     """Read forces from frames, with their deviations and a verdict for each."""
     from rich.progress import track
 
-    from fringeforce.files import load_frames, load_model
+    from fringeforce.files import load_frames, load_strip_model
     from fringeforce.plot import draw_readings
     from fringeforce.reader import Reader
     from fringeforce.tables import save_readings
 
-    reader = Reader(load_model(model), friction, model_error)
+    reader = Reader(load_strip_model(model), friction, model_error)
     images = load_frames(frames)
     readings = []
     for frame in track(images, "Reading", disable=not sys.stderr.isatty()):

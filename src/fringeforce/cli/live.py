@@ -59,10 +59,10 @@ def live(
     from fringeforce.cameras.camera import Settings
     from fringeforce.cameras.choice import open_camera
     from fringeforce.cli.display import display, summary
-    from fringeforce.files import load_model
+    from fringeforce.files import load_strip_model
     from fringeforce.reader import Reader
 
-    sensor_model = load_model(model)
+    sensor_model = load_strip_model(model)
     reader = Reader(sensor_model, friction, model_error)
     source = open_camera(camera, sensor_model, Settings(line_rate, exposure, block))
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]

@@ -34,12 +34,12 @@ def plan(
     from fringeforce.calibration.candidates import Limits
     from fringeforce.calibration.planning import plan_presses
     from fringeforce.design import load_strip
-    from fringeforce.files import load_model
+    from fringeforce.files import load_strip_model
     from fringeforce.plot import draw_plan
     from fringeforce.summary import plan_summary
     from fringeforce.tables import save_forces
 
-    known = load_model(Path(source)) if is_model(source) else load_strip(source)
+    known = load_strip_model(Path(source)) if is_model(source) else load_strip(source)
     limits = Limits(_newtons(largest), friction, density, together)
     found = plan_presses(known, presses, parameter, limits)
     save_forces(output, found.loads)

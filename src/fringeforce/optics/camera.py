@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Camera
+from fringeforce.design_parts import Converter
 from fringeforce.errors import InputError
 
 Lighting = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -13,13 +13,13 @@ Rng = int | np.random.Generator | None
 
 
 def grey_levels(
-    camera: Camera, intensity: ArrayLike, lighting: Lighting | None = None
+    camera: Converter, intensity: ArrayLike, lighting: Lighting | None = None
 ) -> NDArray[np.float64]:
     """Grey levels before noise and rounding, A I + I_o.
 
     Parameters
     ----------
-    camera : Camera
+    camera : Converter
         Its amplitude A and offset I_o are in grey levels.
     intensity : array_like, any shape
         Normalised intensity, 0 to 1.
@@ -31,13 +31,13 @@ def grey_levels(
 
 
 def expose(
-    camera: Camera, intensity: ArrayLike, rng: Rng = None, lighting: Lighting | None = None
+    camera: Converter, intensity: ArrayLike, rng: Rng = None, lighting: Lighting | None = None
 ) -> NDArray[np.unsignedinteger]:
     """Frames as the camera delivers them, equation (13).
 
     Parameters
     ----------
-    camera : Camera
+    camera : Converter
         Amplitude, offset, noise and number of bits.
     intensity : array_like, shape (..., n_pixels)
         Normalised intensity, 0 to 1; leading axes are a batch.
@@ -69,7 +69,7 @@ def expose(
     return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
 
 
-def noise_variance(camera: Camera) -> float:
+def noise_variance(camera: Converter) -> float:
     """Variance of one pixel's grey level, noise and rounding together [squared grey levels].
 
     A uniform noise of half width h has h^2/3, rounding to whole levels adds 1/12.
@@ -79,7 +79,7 @@ def noise_variance(camera: Camera) -> float:
 
 
 def _noise(
-    camera: Camera, shape: tuple[int, ...], generator: np.random.Generator
+    camera: Converter, shape: tuple[int, ...], generator: np.random.Generator
 ) -> NDArray[np.float64]:
     if camera.noise_model == "gaussian":
         return generator.normal(0.0, camera.noise, shape)

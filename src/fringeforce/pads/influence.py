@@ -185,7 +185,7 @@ def _quarter_spline(solid: SolidInfluence, quarter: Array, signs: tuple[int, int
 
 
 def _depth_profiles(solid: SolidInfluence, tolerance: float) -> tuple[Array, Array, float]:
-    """Profiles (slices, modes), how to reduce stresses to them (modes, slices), what is left out."""
+    """Profiles (slices, modes), what reduces stresses to them (modes, slices), what is left."""
     root = np.sqrt(solid.weights)
     gram = sum(
         scale * np.einsum("xyscn,xytcn->st", stress, stress, optimize=True)

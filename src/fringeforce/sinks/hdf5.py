@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from fringeforce.errors import FileFormatError
-from fringeforce.files import COMPONENTS, FORMAT_VERSION, LIBRARIES
+from fringeforce.files import COMPONENTS
 from fringeforce.model import SensorModel
 from fringeforce.reading import Status
 from fringeforce.sinks.sink import Readings, Sink
+from fringeforce.storage import FORMAT_VERSION, LIBRARIES
 
 CODES = {status: code for code, status in enumerate(Status)}
 CHUNK = 256

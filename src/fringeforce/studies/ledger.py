@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.errors import FileFormatError, InputError
-from fringeforce.files import existing_file, new_file
+from fringeforce.storage import existing_file, new_file
 from fringeforce.studies.performance import NAMES, UNITS, Performance
 from fringeforce.studies.sampling import Axis, Value
 

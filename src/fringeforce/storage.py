@@ -1,0 +1,134 @@
+"""HDF5 files that are written whole or not at all, and refused if they are not what is meant."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.errors import FileFormatError, InputError
+
+if TYPE_CHECKING:
+    PathLike = str | os.PathLike[str]
+
+FORMAT_VERSION = 1
+LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
+
+
+@contextmanager
+def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file that takes its name only once it is complete."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    os.close(handle)
+    try:
+        with h5py.File(name, "w", track_order=True) as file:
+            file.attrs["format"] = f"fringeforce-{kind}"
+            file.attrs["format_version"] = FORMAT_VERSION
+            file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+            file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
+            yield file
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current
+
+
+@contextmanager
+def existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file of one kind, opened to read; FileFormatError for any other."""
+    try:
+        with _opened(path) as file:
+            found = file.attrs.get("format", "a foreign HDF5 file")
+            if found != f"fringeforce-{kind}":
+                raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
+            newest = int(file.attrs.get("format_version", 0))
+            if newest > FORMAT_VERSION:
+                raise FileFormatError(
+                    f"{path} has format version {newest}; this fringeforce reads up to "
+                    f"{FORMAT_VERSION}. Update fringeforce."
+                )
+            yield file
+    except FileFormatError:
+        raise
+    except FileNotFoundError:
+        raise FileFormatError(f"There is no file {path}.") from None
+    except (OSError, KeyError, ValueError, RuntimeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(
+            f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
+            "truncated or of another kind; write it again."
+        ) from None
+
+
+def _opened(path: PathLike) -> h5py.File:
+    """The file for reading, even if it is being recorded or its recorder was killed."""
+    try:
+        return h5py.File(path, "r")
+    except FileNotFoundError:
+        raise
+    except OSError:
+        return h5py.File(path, "r", swmr=True)
+
+
+def write(
+    file: h5py.File,
+    name: str,
+    values: Any,
+    dimensions: tuple[str, ...],
+    unit: str | None,
+    meaning: str,
+) -> None:
+    """Write an array with its unit, its meaning and the names of its dimensions."""
+    data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
+    compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
+    dataset = file.create_dataset(name, data=data, **compress)
+    dataset.attrs["long_name"] = meaning
+    if unit:
+        dataset.attrs["units"] = unit
+    if dimensions == (name,):
+        dataset.make_scale(name)
+        return
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(file[dimension])
+
+
+def read(file: h5py.File, name: str) -> NDArray[Any]:
+    """Read an array."""
+    dataset = file[name]
+    assert isinstance(dataset, h5py.Dataset)
+    return dataset[()]
+
+
+def text(file: h5py.File, name: str) -> str:
+    """Read a text."""
+    return str(file.attrs[name])
+
+
+def format_of(path: PathLike) -> str:
+    """What an HDF5 file says it is; empty if it cannot be read or says nothing."""
+    try:
+        with _opened(path) as file:
+            return str(file.attrs.get("format", ""))
+    except OSError:
+        return ""
