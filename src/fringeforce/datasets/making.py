@@ -13,8 +13,8 @@ from pathlib import Path
 from fringeforce.datasets.shard import IMAGES, KIND, Files, Shard, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
 from fringeforce.errors import InputError
-from fringeforce.files import existing_file
 from fringeforce.pads.design import Pad
+from fringeforce.storage import existing_file
 from fringeforce.studies.execution import completed, executor
 
 Progress = Callable[[str, int, int], None]

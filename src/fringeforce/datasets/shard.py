@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from fringeforce.characterization import characterize
 from fringeforce.datasets.example import Example, example
 from fringeforce.datasets.study_file import NAMES, DatasetStudy
-from fringeforce.files import new_file
+from fringeforce.design import parse_sensor
 from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel, characterize_pad
+from fringeforce.pads.model import PadModel
+from fringeforce.storage import new_file, write
 
+COMPONENTS = ("normal", "tangential_x", "tangential_y")
 KIND = "dataset"
 IMAGES, FORCES = "images.csv", "forces.csv"
 Files = dict[str, bytes]
@@ -49,7 +52,7 @@ class Shard:
 
 def examples(shard: Shard) -> list[Example]:
     """Its images."""
-    model = _model(shard.pad)
+    model = _model(shard.pad.to_toml())
     return [example(model, shard.study, number) for number in shard.numbers]
 
 
@@ -60,9 +63,9 @@ def packed(shard: Shard) -> Files:
 
 
 @lru_cache(maxsize=1)
-def _model(pad: Pad) -> PadModel:
-    """A worker characterises the pad once, for all of its shards."""
-    return characterize_pad(pad)
+def _model(design: str) -> PadModel:
+    """A worker characterises a pad once, for all of its shards."""
+    return characterize(parse_sensor(design))
 
 
 def _hdf5(shard: Shard, found: Sequence[Example]) -> Files:
@@ -73,26 +76,32 @@ def _hdf5(shard: Shard, found: Sequence[Example]) -> Files:
             file.attrs["design"] = pad.to_toml()
             file.attrs["seed"] = shard.study.seed
             x, y = pad.pixel_positions
-            _write(file, "x", x, "places of the columns of an image [m]")
-            _write(file, "y", y, "places of the rows of an image [m]")
-            _write(file, "tactel", pad.tactels.places, "places of the tactels, x and y [m]")
-            _write(file, "number", np.array(shard.numbers, dtype="<i4"), "of the image")
+            write(file, "x", x, ("x",), "m", "places of the columns of an image")
+            write(file, "y", y, ("y",), "m", "places of the rows of an image")
+            tactels = np.arange(1, pad.tactels.total + 1)
+            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            write(file, "number", np.array(shard.numbers), ("number",), None, "of the image")
+            write(file, "tactel_x", pad.tactels.places[:, 0], ("tactel",), "m", "their places")
+            write(file, "tactel_y", pad.tactels.places[:, 1], ("tactel",), "m", "their places")
             parts = np.array([one.part for one in found], dtype=np.uint8)
-            _write(file, "split", parts, "0 train, 1 validation, 2 test")
-            _write(file, "image", np.stack([one.image for one in found]), "grey levels")
-            forces = np.stack([one.forces for one in found]).astype("<f4")
-            _write(file, "forces", forces, "N, T_x, T_y of every tactel [N]")
+            write(file, "split", parts, ("number",), None, "0 train, 1 validation, 2 test")
+            forces = np.stack([one.forces for one in found]).astype(np.float32)
+            axes = ("number", "tactel", "component")
+            write(file, "forces", forces, axes, "N", "forces on the tactels")
+            _write_images(file, np.stack([one.image for one in found]))
             for name, (table, meaning) in _tables(found).items():
-                _write(file, name, table, meaning)
+                file.create_dataset(name, data=table).attrs["long_name"] = meaning
         return {shard.name: path.read_bytes()}
 
 
-def _write(file: h5py.File, name: str, values: NDArray[np.generic], meaning: str) -> None:
-    # an image at a time, as learners shuffle them
-    chunks = (1, *values.shape[1:]) if name == "image" else None
-    compression = "gzip" if values.nbytes > 4096 else None
-    dataset = file.create_dataset(name, data=values, chunks=chunks, compression=compression)
-    dataset.attrs["long_name"] = meaning
+def _write_images(file: h5py.File, images: NDArray[np.unsignedinteger]) -> None:
+    """Images by themselves, as learners read them in any order."""
+    single = (1, *images.shape[1:])
+    dataset = file.create_dataset("image", data=images, chunks=single, compression="gzip")
+    dataset.attrs["long_name"] = "grey levels"
+    for axis, name in ((0, "number"), (-2, "y"), (-1, "x")):
+        dataset.dims[axis % images.ndim].attach_scale(file[name])
 
 
 def _tables(found: Sequence[Example]) -> dict[str, tuple[NDArray[np.void], str]]:

@@ -1,9 +1,9 @@
-"""Bodies that press on a pad: what they weigh on it, how they rub it, and what tactels carry.
+"""Bodies that press on a pad: how they press and rub, and what its tactels then carry.
 
 Pressures are those of contact mechanics on an elastic half-space (K. L. Johnson, *Contact
-Mechanics*, Cambridge University Press 1985) with the modulus of the pad's cover.  A cover is a layer
-on a stiffer one and not a half-space, so that they are an approximation, and a good one only for
-contacts that are smaller than the cover is thick; what the pad makes of them has no such limit.
+Mechanics*, Cambridge University Press 1985) with the modulus of the pad's cover.  A cover is a
+layer on a stiffer one and not a half-space, so that they are an approximation, and a good one only
+for contacts that are smaller than the cover is thick; what the pad makes of them has no such limit.
 
 Coulomb's law holds at every place: shear traction is nowhere above friction times pressure.
 """

@@ -34,7 +34,7 @@ class Squares:
     @classmethod
     def of(cls, tactels: PadTactels) -> Squares:
         """Those of a design."""
-        x, y = ((np.arange(n + 1) - n / 2) * tactels.pitch for n in tactels.count)
+        x, y = ((np.arange(n + 1, dtype=np.float64) - n / 2) * tactels.pitch for n in tactels.count)
         return cls(x, y, tactels.pitch)
 
     @property

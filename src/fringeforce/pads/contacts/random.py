@@ -135,7 +135,7 @@ def _body(pad: Pad, rng: np.random.Generator, ranges: ContactRanges) -> Indenter
         return Edge(**common, length=_by_ratio(rng, ranges.edge), angle=angle)
     if kind == "punch":
         return Punch(**common, radius=_by_ratio(rng, ranges.punch))
-    sphere = {
+    sphere: Any = {
         "radius": _by_ratio(rng, ranges.radius),
         "modulus": _by_ratio(rng, ranges.modulus),
     }

@@ -33,7 +33,8 @@ class Sphere(Indenter):
     """A sphere under Hertz's pressure, and in partial slip after Cattaneo and Mindlin.
 
     The shear traction of a sphere that starts to slip is friction times pressure in a ring and less
-    in the disc that still sticks, of the radius a (1 - T / friction N)^(1/3); Johnson's section 7.2.
+    in the disc that still sticks, whose radius is a (1 - T / friction N)^(1/3); Johnson's section
+    7.2.
     """
 
     kind: ClassVar[str] = "sphere"
