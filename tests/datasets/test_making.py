@@ -174,7 +174,7 @@ def test_every_run_of_numbers_is_split_as_asked() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("number = 96", "nmber = 96", ["nmber is not a key", "'number'"]),
+        ("number = 96", "numbers = 96", ["numbers is not a key", "'number'"]),
         ('normal = ["0.05 N", "0.8 N"]', "normal = [0.05, 0.8]", ["contacts.normal", "unit"]),
         ("noise = [1.0, 3.0]", "noise = [3.0, 1.0]", ["optics.noise", "[1, 3]"]),
         ('["point", "sphere"', '["pin", "sphere"', ["contacts.kinds", "'point'"]),
