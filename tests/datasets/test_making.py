@@ -17,7 +17,7 @@ from PIL import Image
 import fringeforce as ff
 from fringeforce.datasets.making import Dataset, run_dataset
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, Split, load_dataset_study
-from fringeforce.errors import InputError
+from fringeforce.errors import FileFormatError, InputError
 from fringeforce.pads.design import Pad
 from fringeforce.studies.execution import Inline, executor
 
@@ -131,6 +131,9 @@ def test_the_data_set_of_another_study_is_not_touched(
     np.testing.assert_array_equal(content(made.folder)["image"], before)
     (tmp_path / "shard-00000.h5").write_bytes(b"")
     with pytest.raises(InputError, match=r"without dataset\.json"):
+        run_dataset(study, pad, tmp_path, Inline())
+    (tmp_path / "dataset.json").write_text(study.canonical(pad))
+    with pytest.raises(FileFormatError, match="shard-00000"):
         run_dataset(study, pad, tmp_path, Inline())
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):

@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,21 +88,18 @@ def run_dataset(
 ) -> Dataset:
     """The same, of a study that has been read and on an executor that runs."""
     shards = shards_of(study, pad)
-    try:
+    with _writing(folder):
         _claim(study, pad, folder)
-        missing = [shard for shard in shards if _images_in(folder / shard.name) < shard.count]
-        made, known = 0, study.number - sum(shard.count for shard in missing)
-        if progress:
-            progress("images", known, study.number)
-        for number, files in completed(pool, packed, enumerate(missing)):
+    missing = [shard for shard in shards if _images_in(folder / shard.name) < shard.count]
+    made, known = 0, study.number - sum(shard.count for shard in missing)
+    if progress:
+        progress("images", known, study.number)
+    for number, files in completed(pool, packed, enumerate(missing)):
+        with _writing(folder):
             _keep(folder, missing[number].name, files)
-            made += missing[number].count
-            if progress:
-                progress("images", known + made, study.number)
-    except OSError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{folder} cannot be written to: {error.strerror or error}.") from None
+        made += missing[number].count
+        if progress:
+            progress("images", known + made, study.number)
     parts = [study.split.part(number) for number in range(study.number)]
     counts = {name: parts.count(part) for part, name in enumerate(NAMES)}
     paths = tuple(folder / shard.name for shard in shards)
@@ -145,8 +143,17 @@ def _images_in(path: Path) -> int:
         return len(file["number"])  # pyright: ignore[reportArgumentType]
 
 
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{folder} cannot be written to: {error.strerror or error}.") from None
+
+
 def _keep(folder: Path, name: str, files: Files) -> None:
     """Write a file, or a folder of files, that takes its name only once it is complete."""
+    shutil.rmtree(folder / (UNFINISHED + name), ignore_errors=True)  # of a run that was killed
     for path, content in files.items():
         place = folder / (UNFINISHED + path)
         place.parent.mkdir(exist_ok=True)
