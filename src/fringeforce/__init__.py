@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from fringeforce.files import load_model
     from fringeforce.loads import polar
     from fringeforce.model import SensorModel
+    from fringeforce.pads.patches import touch
+    from fringeforce.pads.reader import PadReader
     from fringeforce.phase.noise_free import recover_phase
     from fringeforce.reader import Reader
     from fringeforce.reading import Reading, Status
@@ -32,6 +34,7 @@ __all__ = [
     "Friction",
     "FringeforceError",
     "Limits",
+    "PadReader",
     "Plan",
     "Reader",
     "Reading",
@@ -51,6 +54,7 @@ __all__ = [
     "plan_presses",
     "polar",
     "recover_phase",
+    "touch",
 ]
 
 _HOME = {
@@ -59,6 +63,7 @@ _HOME = {
     "Friction": "contact",
     "FringeforceError": "errors",
     "Limits": "calibration.candidates",
+    "PadReader": "pads.reader",
     "Plan": "calibration.planning",
     "Reader": "reader",
     "Reading": "reading",
@@ -78,6 +83,7 @@ _HOME = {
     "open_sink": "sinks.choice",
     "polar": "loads",
     "recover_phase": "phase.noise_free",
+    "touch": "pads.patches",
 }
 
 

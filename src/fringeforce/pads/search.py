@@ -25,8 +25,8 @@ from fringeforce.pads.sampling import Sampling
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-SIZES = (0.4, 0.25, 0.55, 0.15)
-"""Sines of the retardance below which pixels are believed at first, attempt by attempt."""
+ATTEMPTS = ((0.4, False), (0.4, True), (0.25, False), (0.55, True))
+"""Sines of the retardance below which pixels are believed at first; whether forces must push."""
 BELIEVED = 0.5
 """Deviation of a predicted retardance below which a pixel is believed [rad]."""
 SLACK = 0.03
@@ -36,6 +36,8 @@ PLAUSIBLE = 2.4
 """Retardance that the prior's deviation of a normal force causes beside its tactel [rad]."""
 WILD = 8.0
 """Deviations of the prior beyond which forces do not grow."""
+PULL = 0.005
+"""Share of the largest push that a normal force may pull where forces must push."""
 EXPLAINED = 1.3
 """Mean square residual of the sample that ends the search; full judgement follows."""
 
@@ -76,9 +78,9 @@ class Search:
         data = np.concatenate([c[s.pixels] for c, s in zip(channels, self.samplings, strict=True)])
         sines = self._sines(channels)
         found = []
-        for size in SIZES:
+        for size, pushing in ATTEMPTS:
             start = np.concatenate([sines[s.pixels] < size for s in self.samplings])
-            forces = self._climbed(self._grown(data, start), data)
+            forces = self._climbed(self._grown(data, start, pushing), data)
             found.append((self._left(forces, data), forces))
             if found[-1][0] < EXPLAINED:
                 break
@@ -134,9 +136,12 @@ class Search:
         square = float(((data - seen) ** 2).mean())
         return square * float(self.response.amplitude) ** 2 / self.response.variance
 
-    def _grown(self, data: Array, start: Mask) -> Array:
+    def _grown(self, data: Array, start: Mask, pushing: bool) -> Array:
         """Forces, grown from what is believed at the start."""
         forces, believed = np.zeros(self._whole.shape[2]), start
+        lowest = -self._limit
+        if pushing:
+            lowest[::3] *= PULL
         for turn in range(ROUNDS):
             factor = None
             for _ in range(1 if turn else 3):
@@ -147,7 +152,7 @@ class Search:
                 factor = cho_factor(matrix, lower=True, check_finite=False)
                 pull = rows.T @ left.astype(np.float32) - self._prior * forces
                 step = cho_solve(factor, pull, check_finite=False)
-                forces = np.clip(forces + step, -self._limit, self._limit)
+                forces = np.clip(forces + step, lowest, self._limit)
             assert factor is not None
             grown = (self._deviation(factor[0]) < BELIEVED) | start
             if (grown == believed).all():
