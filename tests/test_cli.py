@@ -14,7 +14,17 @@ from fringeforce.tables import load_forces, save_forces
 
 COMMANDS = [
     *("new", "characterize", "show", "simulate", "read", "live"),
-    *("plan", "calibrate", "check", "study", "sweep", "optimise", "explore", "reproduce"),
+    *(
+        "plan",
+        "calibrate",
+        "check",
+        "study",
+        "sweep",
+        "optimise",
+        "dataset",
+        "explore",
+        "reproduce",
+    ),
 ]
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fringeforce.cameras.choice import open_camera
     from fringeforce.characterization import characterize
     from fringeforce.contact import Contact, Friction
+    from fringeforce.datasets.making import make_dataset
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
     from fringeforce.files import load_model
@@ -47,6 +48,7 @@ __all__ = [
     "live",
     "load_model",
     "load_sensor",
+    "make_dataset",
     "open_camera",
     "open_sink",
     "plan_presses",
@@ -76,6 +78,7 @@ _HOME = {
     "live": "acquisition.live",
     "load_model": "files",
     "load_sensor": "design",
+    "make_dataset": "datasets.making",
     "open_camera": "cameras.choice",
     "open_sink": "sinks.choice",
     "polar": "loads",

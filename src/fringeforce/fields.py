@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import AllowInfNan, BeforeValidator, Field, Strict, ValidationInfo
+from pydantic import AfterValidator, AllowInfNan, BeforeValidator, Field, Strict, ValidationInfo
 
 from fringeforce.quantities import EXAMPLES, parse_quantity
 
@@ -40,11 +40,23 @@ def _plain_list(value: Any) -> Any:
 
 
 if TYPE_CHECKING:
-    Length = Pressure = Place = float
+    Length = Pressure = Force = Place = float
 else:
     Length, Pressure = _quantity("meter", above=0), _quantity("pascal", above=0)
-    Place = _quantity("meter")
+    Force, Place = _quantity("newton", above=0), _quantity("meter")
 Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
 """Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]
+Share = Annotated[Finite, Field(ge=0, le=1)]
 Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(_plain_integer)]
+
+
+def _ascending(value: Any) -> Any:
+    if value[0] > value[1]:
+        raise ValueError(f"begins above its end; write [{value[1]:g}, {value[0]:g}]")
+    return value
+
+
+Value = TypeVar("Value")
+Range = Annotated[tuple[Value, Value], AfterValidator(_ascending)]
+"""Lowest and highest of values that are drawn or varied."""

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.cli.bench import calibrate, check
+from fringeforce.cli.datasets import dataset
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
@@ -34,7 +35,7 @@ app = typer.Typer(
 
 COMMANDS = (
     *(new, characterize, show, simulate, read, live),
-    *(plan, calibrate, check, study, sweep, optimise, explore, reproduce),
+    *(plan, calibrate, check, study, sweep, optimise, dataset, explore, reproduce),
 )
 for command in COMMANDS:
     app.command()(command)

@@ -10,6 +10,10 @@ import typer
 Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
 Frames = Annotated[Path, typer.Argument(help="Frames: .h5, .npy, .png or .tiff, a row each.")]
+Scheduler = Annotated[
+    str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
+]
+Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 
 def is_model(path: str) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design
+from fringeforce.cli.arguments import Design, Scheduler, Workers
 from fringeforce.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -23,10 +23,6 @@ Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")
 Results = Annotated[
     Path, typer.Option("-o", "--output", help="HDF5 file of results; gone on with if it exists.")
 ]
-Scheduler = Annotated[
-    str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
-]
-Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 
 class Question(StrEnum):

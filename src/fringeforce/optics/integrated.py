@@ -118,8 +118,9 @@ def equivalent_retarder(light: ArrayLike) -> Real:
 
 def _floating(values: ArrayLike) -> Real:
     array = np.asarray(values)
-    kind = array.dtype if array.dtype in (np.float32, np.float64) else np.dtype(float)
-    return np.ascontiguousarray(array, dtype=kind)
+    if array.dtype == np.float32:
+        return np.ascontiguousarray(array, dtype=np.float32)
+    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 @njit(error_model="numpy", fastmath=_LOOSE, inline="always")

@@ -1,0 +1,38 @@
+"""The command that makes labelled images: dataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fringeforce.cli.arguments import Scheduler, Workers
+from fringeforce.cli.progress import progress_bar
+
+
+def dataset(
+    study: Annotated[Path, typer.Argument(help="Study file; see examples/dataset.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder of the data set; gone on with.")
+    ],
+    sheet: Annotated[
+        Path | None, typer.Option(help="Picture to write of the first images, such as sheet.png.")
+    ] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+) -> None:
+    """Simulate labelled images of a pad under random contacts, for readers that learn."""
+    from fringeforce.datasets.making import make_dataset
+    from fringeforce.datasets.sheet import write_sheet
+
+    with progress_bar() as advance:
+        made = make_dataset(study, output, scheduler, workers, advance)
+    parts = ", ".join(f"{count} {name}" for name, count in made.parts.items())
+    print(
+        f"{output}: {sum(made.parts.values())} images ({parts}) in {len(made.shards)} shards, "
+        f"{made.size / 1e6:.3g} MB; {made.made} of them made now"
+    )
+    if sheet is not None:
+        write_sheet(study, sheet)
+        print(f"{sheet}: the first images drawn")

@@ -1,0 +1,170 @@
+"""A data set in a folder: made on any executor, and gone on with where it was stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from fringeforce.datasets.shard import IMAGES, KIND, Files, Shard, packed
+from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
+from fringeforce.errors import InputError
+from fringeforce.pads.design import Pad
+from fringeforce.storage import existing_file
+from fringeforce.studies.execution import completed, executor
+
+Progress = Callable[[str, int, int], None]
+DESCRIPTION, UNFINISHED = "dataset.json", ".part-"
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """What is in a folder.
+
+    Attributes
+    ----------
+    folder : Path
+        Of the data set.
+    shards : tuple of Path
+        Files or folders, in the order of their images.
+    parts : dict of str to int
+        Number of images to train, to validate and to test.
+    made : int
+        Images that were made now; others were there.
+    size : int
+        Of all files [bytes].
+    """
+
+    folder: Path
+    shards: tuple[Path, ...]
+    parts: dict[str, int]
+    made: int
+    size: int
+
+
+def make_dataset(
+    study: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Dataset:
+    """Make simulated images of a pad with the forces behind them, or what is missing of them.
+
+    Parameters
+    ----------
+    study : path
+        Of the study file.
+    folder : path
+        Of the data set; made, or gone on with.
+    scheduler : str, optional
+        Address of a Dask scheduler; processes of this machine if not given.
+    workers : int, optional
+        Number of processes; one for each core if not given, and 0 for this process alone.
+    progress : callable, optional
+        Called with words, images there are and their number.
+
+    Raises
+    ------
+    InputError
+        If the study has problems, or the folder holds another data set.
+    """
+    plan, pad = load_dataset_study(study)
+    with executor(scheduler, workers) as pool:
+        return run_dataset(plan, pad, Path(folder), pool, progress)
+
+
+def run_dataset(
+    study: DatasetStudy,
+    pad: Pad,
+    folder: Path,
+    pool: Executor,
+    progress: Progress | None = None,
+) -> Dataset:
+    """The same, of a study that has been read and on an executor that runs."""
+    shards = shards_of(study, pad)
+    with _writing(folder):
+        _claim(study, pad, folder)
+    missing = [shard for shard in shards if _images_in(folder / shard.name) < shard.count]
+    made, known = 0, study.number - sum(shard.count for shard in missing)
+    if progress:
+        progress("images", known, study.number)
+    for number, files in completed(pool, packed, enumerate(missing)):
+        with _writing(folder):
+            _keep(folder, missing[number].name, files)
+        made += missing[number].count
+        if progress:
+            progress("images", known + made, study.number)
+    parts = [study.split.part(number) for number in range(study.number)]
+    counts = {name: parts.count(part) for part, name in enumerate(NAMES)}
+    paths = tuple(folder / shard.name for shard in shards)
+    size = sum(file.stat().st_size for path in paths for file in _files(path))
+    return Dataset(folder, paths, counts, made, size)
+
+
+def shards_of(study: DatasetStudy, pad: Pad) -> list[Shard]:
+    """All shards of a study, in the order of their images."""
+    starts = range(0, study.number, study.shard)
+    return [Shard(study, pad, first, min(study.shard, study.number - first)) for first in starts]
+
+
+def _claim(study: DatasetStudy, pad: Pad, folder: Path) -> None:
+    """Make the folder, or make sure that it holds this data set."""
+    canonical, path = study.canonical(pad), folder / DESCRIPTION
+    folder.mkdir(parents=True, exist_ok=True)
+    if path.exists():
+        try:
+            described = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError:
+            described = None
+        if described != json.loads(canonical):
+            raise InputError(
+                f"{folder} holds the data set of another study, or of this one before a change of "
+                "more than its number of images; write to another folder, or remove that one."
+            )
+    elif any(folder.glob("shard-*")):
+        raise InputError(f"{folder} holds shards without {DESCRIPTION}; write to another folder.")
+    else:
+        _keep(folder, DESCRIPTION, {DESCRIPTION: canonical.encode()})
+
+
+def _images_in(path: Path) -> int:
+    if path.is_dir():
+        lines = (path / IMAGES).read_text(encoding="utf-8").splitlines()[1:]
+        return len({line.partition(",")[0] for line in lines})
+    if not path.exists():
+        return 0
+    with existing_file(path, KIND) as file:
+        return len(file["number"])  # pyright: ignore[reportArgumentType]
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{folder} cannot be written to: {error.strerror or error}.") from None
+
+
+def _keep(folder: Path, name: str, files: Files) -> None:
+    """Write a file, or a folder of files, that takes its name only once it is complete."""
+    shutil.rmtree(folder / (UNFINISHED + name), ignore_errors=True)  # of a run that was killed
+    for path, content in files.items():
+        place = folder / (UNFINISHED + path)
+        place.parent.mkdir(exist_ok=True)
+        with place.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+    if (folder / name).is_dir():  # fewer images than there are to be now
+        shutil.rmtree(folder / name)
+    os.replace(folder / (UNFINISHED + name), folder / name)
+
+
+def _files(path: Path) -> Iterator[Path]:
+    return path.iterdir() if path.is_dir() else iter([path])

@@ -1,0 +1,160 @@
+"""Shards: images that are computed in one go, as the bytes of the files that hold them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from fringeforce.characterization import characterize
+from fringeforce.datasets.example import Example, example
+from fringeforce.datasets.study_file import NAMES, DatasetStudy
+from fringeforce.design import parse_sensor
+from fringeforce.pads.design import Pad
+from fringeforce.pads.model import PadModel
+from fringeforce.storage import new_file, write
+
+COMPONENTS = ("normal", "tangential_x", "tangential_y")
+KIND = "dataset"
+IMAGES, FORCES = "images.csv", "forces.csv"
+Files = dict[str, bytes]
+
+
+@dataclass(frozen=True)
+class Shard:
+    """Some images of a data set: the call that travels to the workers."""
+
+    study: DatasetStudy
+    pad: Pad
+    first: int
+    count: int
+
+    @property
+    def name(self) -> str:
+        """Of its file or folder."""
+        name = f"shard-{self.first // self.study.shard:05d}"
+        return f"{name}.h5" if self.study.format == "hdf5" else name
+
+    @property
+    def numbers(self) -> range:
+        """Of its images."""
+        return range(self.first, self.first + self.count)
+
+
+def examples(shard: Shard) -> list[Example]:
+    """Its images."""
+    model = _model(shard.pad.to_toml())
+    return [example(model, shard.study, number) for number in shard.numbers]
+
+
+def packed(shard: Shard) -> Files:
+    """Its files: one of HDF5, or pictures and tables."""
+    found = examples(shard)
+    return _hdf5(shard, found) if shard.study.format == "hdf5" else _pictures(shard, found)
+
+
+@lru_cache(maxsize=1)
+def _model(design: str) -> PadModel:
+    """A worker characterises a pad once, for all of its shards."""
+    return characterize(parse_sensor(design))
+
+
+def _hdf5(shard: Shard, found: Sequence[Example]) -> Files:
+    pad = shard.pad
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / shard.name
+        with new_file(path, KIND) as file:
+            file.attrs["design"] = pad.to_toml()
+            file.attrs["seed"] = shard.study.seed
+            x, y = pad.pixel_positions
+            write(file, "x", x, ("x",), "m", "places of the columns of an image")
+            write(file, "y", y, ("y",), "m", "places of the rows of an image")
+            tactels = np.arange(1, pad.tactels.total + 1)
+            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            write(file, "number", np.array(shard.numbers), ("number",), None, "of the image")
+            write(file, "tactel_x", pad.tactels.places[:, 0], ("tactel",), "m", "their places")
+            write(file, "tactel_y", pad.tactels.places[:, 1], ("tactel",), "m", "their places")
+            parts = np.array([one.part for one in found], dtype=np.uint8)
+            write(file, "split", parts, ("number",), None, "0 train, 1 validation, 2 test")
+            forces = np.stack([one.forces for one in found]).astype(np.float32)
+            axes = ("number", "tactel", "component")
+            write(file, "forces", forces, axes, "N", "forces on the tactels")
+            _write_images(file, np.stack([one.image for one in found]))
+            for name, (table, meaning) in _tables(found).items():
+                file.create_dataset(name, data=table).attrs["long_name"] = meaning
+        return {shard.name: path.read_bytes()}
+
+
+def _write_images(file: h5py.File, images: NDArray[np.unsignedinteger]) -> None:
+    """Images by themselves, as learners read them in any order."""
+    single = (1, *images.shape[1:])
+    dataset = file.create_dataset("image", data=images, chunks=single, compression="gzip")
+    dataset.attrs["long_name"] = "grey levels"
+    for axis, name in ((0, "number"), (-2, "y"), (-1, "x")):
+        dataset.dims[axis % images.ndim].attach_scale(file[name])
+
+
+def _tables(found: Sequence[Example]) -> dict[str, tuple[NDArray[np.void], str]]:
+    return {
+        "contacts": (
+            np.concatenate([one.contact_rows for one in found]),
+            "what pressed on the pad, SI; image is the number of the image",
+        ),
+        "optics": (
+            np.concatenate([one.optics_row for one in found]),
+            "light and camera of every image, SI and grey levels",
+        ),
+        "dead": (
+            np.concatenate([one.dead_rows for one in found]),
+            "pixels that always show one grey level",
+        ),
+    }
+
+
+def _pictures(shard: Shard, found: Sequence[Example]) -> Files:
+    files: Files = {}
+    listed: list[tuple[object, ...]] = []
+    for one in found:
+        planes = one.image.reshape(-1, *one.image.shape[-2:])
+        for channel, plane in enumerate(planes, start=1):
+            suffix = f"-{channel}" if len(planes) > 1 else ""
+            name, buffer = f"{one.number:06d}{suffix}.png", io.BytesIO()
+            Image.fromarray(plane).save(buffer, format="png")
+            files[f"{shard.name}/{name}"] = buffer.getvalue()
+            listed.append((one.number, name, NAMES[one.part]))
+    single = [
+        (one.number, tactel, *(f"{value:.6g}" for value in force))
+        for one in found
+        for tactel, force in enumerate(one.forces, start=1)
+    ]
+    header = ("image", "tactel", "normal_N", "tangential_x_N", "tangential_y_N")
+    files[f"{shard.name}/{FORCES}"] = _csv(header, single)
+    for name, (table, _) in _tables(found).items():
+        rows = [[_cell(value) for value in row] for row in table.tolist()]
+        files[f"{shard.name}/{name}.csv"] = _csv(table.dtype.names or (), rows)
+    files[f"{shard.name}/{IMAGES}"] = _csv(("image", "file", "split"), listed)
+    return files
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, bytes):
+        return value.decode()
+    if isinstance(value, float):
+        return "" if np.isnan(value) else f"{value:.7g}"
+    return value
+
+
+def _csv(header: Sequence[str], rows: Sequence[Sequence[object]]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([header, *rows])
+    return text.getvalue().encode()
