@@ -76,7 +76,8 @@ class PadTactels(Part):
     def places(self) -> Array:
         """Centres along x and y, shape (total, 2) [m]; tactel ix * count[1] + iy."""
         x, y = ((np.arange(n) - (n - 1) / 2) * self.pitch for n in self.count)
-        return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+        grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        return np.asarray(grid.reshape(-1, 2), dtype=np.float64)
 
 
 class PadChannel(BaseModel):

@@ -87,13 +87,13 @@ class Lens:
         """An image, shape (..., rows, columns), as the sensor sees it."""
         if self.rows is None or self.columns is None:
             return image
-        return self.rows @ image @ self.columns.T
+        return np.asarray(self.rows @ image @ self.columns.T, dtype=np.float32)
 
     def adjoint(self, image: Single) -> Single:
         """The transpose of `blurred`."""
         if self.rows is None or self.columns is None:
             return image
-        return self.rows.T @ image @ self.columns
+        return np.asarray(self.rows.T @ image @ self.columns, dtype=np.float32)
 
     @cached_property
     def none(self) -> bool:

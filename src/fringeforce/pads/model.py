@@ -117,7 +117,8 @@ class PadModel:
         flat = gradient.reshape(len(gradient), 2, -1)
         modes = np.stack([self._profile.T @ flat[:, part] for part in range(2)])
         modes = modes.reshape(2, self.influence.modes, *self._image)
-        return self.influence.adjoint(rows.T @ modes @ columns).reshape(-1, 3)
+        grid = np.asarray(rows.T @ modes @ columns, dtype=np.float32)
+        return self.influence.adjoint(grid).reshape(-1, 3)
 
     def retardance(self, forces: ArrayLike) -> Array:
         """Depth integral of the retardance over both passes, shape (..., 2, rows, columns) [rad].

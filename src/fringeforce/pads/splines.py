@@ -12,7 +12,7 @@ DEGREE = 5
 
 def coefficients(samples: Array) -> Array:
     """From values at the samples to coefficients of the spline through them, shape (n, n)."""
-    return np.linalg.inv(basis(samples, samples))
+    return np.asarray(np.linalg.inv(basis(samples, samples)), dtype=np.float64)
 
 
 def basis(samples: Array, points: Array) -> Array:

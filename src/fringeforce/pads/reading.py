@@ -1,0 +1,59 @@
+"""What a frame of a pad says: forces, how sure they are, and a verdict to act on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.reading import Status
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PadReading:
+    """Forces from one frame.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (n, 3)
+        N, T_x, T_y of every tactel [N]; not a number for a bad frame.
+    information : ndarray, shape (3n, 3n)
+        Inverse of their covariance [1/N^2].
+    chi2 : float
+        Reduced chi-square; near one if the model explains the frame.
+    status : Status
+        The verdict.
+    detail : str
+        What exactly is the matter, where there is more to say than the advice.
+    tracked : bool
+        Whether the frame was followed from the last one rather than searched.
+    """
+
+    forces: Array
+    information: Array
+    chi2: float
+    status: Status
+    detail: str = ""
+    tracked: bool = False
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the forces, tactel after tactel, shape (3n, 3n) [N^2]."""
+        if not np.isfinite(self.information).all():
+            return np.full_like(self.information, np.nan)
+        scale = np.sqrt(np.diag(self.information))
+        return np.linalg.inv(self.information / np.outer(scale, scale)) / np.outer(scale, scale)
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of the forces, shape (n, 3) [N]."""
+        return np.sqrt(np.diag(self.covariance)).reshape(-1, 3)
+
+    @property
+    def advice(self) -> str:
+        """What to do, in words."""
+        return f"{self.detail} {self.status.advice}".strip()

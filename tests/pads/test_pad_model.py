@@ -1,0 +1,149 @@
+"""From forces to images: against the mechanics, products of Jones matrices, finite differences."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce.mechanics.solid.block import Patches, SolidInfluence
+from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.optics.integrated import equivalent_retarder
+from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.pads.design import Pad
+from fringeforce.pads.model import PadModel, block_of, characterize_pad
+from fringeforce.pads.sampling import lattice, sampled
+
+
+@pytest.fixture(scope="module")
+def forces(pad: Pad) -> np.ndarray:
+    rng = np.random.default_rng(0)
+    return rng.normal(size=(pad.tactels.total, 3)) * [1.0, 0.5, 0.5]
+
+
+@pytest.fixture(scope="module")
+def exact(pad: Pad) -> SolidInfluence:
+    x, y = pad.pixel_positions
+    patches = Patches(pad.tactels.places, pad.tactels.side)
+    return stress_influence(block_of(pad), patches, x[::5], y[::4], slices=6)
+
+
+def test_slices_are_those_of_the_mechanics(
+    pad: Pad, model: PadModel, exact: SolidInfluence, forces: np.ndarray
+) -> None:
+    constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+    expected = constant * np.stack(
+        [
+            np.einsum("xyscn,nc,s->syx", stress, forces, exact.weights)
+            for stress in (exact.difference, 2 * exact.shear)
+        ],
+        axis=1,
+    )
+    found = model.slices(forces)[:, :, ::4, ::5]
+    # truncated depth profiles, and splines
+    assert np.abs(found - expected).max() < 4e-3 * np.abs(expected).max()
+    total = 2 * np.abs(expected.sum(axis=0)).max()
+    assert np.abs(2 * (found - expected).sum(axis=0)).max() < 2e-3 * total
+
+
+def test_the_adjoint_is_the_transpose(model: PadModel, forces: np.ndarray) -> None:
+    slices = model.slices(forces)
+    other = np.random.default_rng(1).normal(size=slices.shape).astype(np.float32)
+    left = float((slices.astype(float) * other).sum())
+    assert left == pytest.approx(float((forces * model.slices_adjoint(other)).sum()), rel=1e-4)
+
+
+def test_a_weak_load_shows_its_depth_integral(model: PadModel, forces: np.ndarray) -> None:
+    slices = 0.1 * model.slices(forces)
+    _, light = model.picture(slices, model.pictures[0])
+    whole = model.retardance(0.1 * forces).reshape(2, -1)
+    np.testing.assert_allclose(equivalent_retarder(light), whole, atol=4e-3)
+
+
+def test_pixels_of_a_mosaic_see_their_own_analysers(model: PadModel, forces: np.ndarray) -> None:
+    image = model.intensity(forces)
+    angles, tall = [0.0, 45.0, 135.0, 90.0], model.sensor
+    for kind, angle in enumerate(angles):
+        single = tall.replace(
+            **{
+                "camera.kind": "ordinary",
+                "polariscope.channels": [{"arrangement": "analyser", "angle": angle}],
+            }
+        )
+        whole = replace(model, sensor=single).intensity(forces)
+        row, column = divmod(kind, 2)
+        np.testing.assert_allclose(image[row::2, column::2], whole[row::2, column::2], atol=1e-6)
+
+
+@pytest.mark.parametrize("blur", [None, "60 um"])
+def test_derivatives_of_an_image_are_finite_differences(
+    model: PadModel, forces: np.ndarray, blur: str | None
+) -> None:
+    blurred = model.sensor.replace(camera={"blur": blur}) if blur else model.sensor
+    model = replace(model, sensor=blurred)
+    pull = np.random.default_rng(2).normal(size=model.kinds.shape).astype(np.float32)
+    slices = model.slices(forces)
+    seen, light = model.picture(slices, model.pictures[0])
+    found = model.slices_adjoint(model.picture_adjoint(slices, model.pictures[0], light, pull))
+    step, size = np.random.default_rng(3).normal(size=forces.shape), 2e-3
+    ahead, behind = (model.intensity(forces + s * step).ravel() for s in (size, -size))
+    slope = float(pull.astype(float) @ (ahead - behind)) / (2 * size)
+    assert float((found * step).sum()) == pytest.approx(slope, rel=5e-3)
+    assert seen.max() <= 1 + 1e-6
+
+
+def test_single_pixels_agree_with_images(model: PadModel, forces: np.ndarray) -> None:
+    few = sampled(model, 0, 300)
+    seen, rows = few.evaluate(forces.ravel())
+    np.testing.assert_allclose(seen, model.intensity(forces).ravel()[few.pixels], atol=2e-6)
+    step, size = np.random.default_rng(4).normal(size=forces.size), 1e-2
+    ahead, behind = (few.evaluate(forces.ravel() + s * step)[0] for s in (size, -size))
+    np.testing.assert_allclose(rows @ step, (ahead - behind) / (2 * size), atol=1e-2)
+
+
+def test_a_lattice_says_of_the_curvature_what_all_pixels_say(
+    pad: Pad, model: PadModel, forces: np.ndarray
+) -> None:
+    columns, rows = pad.camera.pixels
+    all_pixels = lattice(model, 0, 96)
+    assert len(all_pixels.pixels) == rows * columns
+    _, jacobian = all_pixels.evaluate(forces.ravel())
+    exact = (jacobian.T @ jacobian).astype(float)
+    few = lattice(model, 0, 32)
+    found = few.information(forces.ravel()) * len(all_pixels.pixels) / len(few.pixels)
+    ratio = np.linalg.eigvals(np.linalg.solve(found, exact)).real
+    assert ratio.min() > 0.8
+    assert ratio.max() < 1.25
+
+
+def test_pads_of_other_sides_need_stresses_from_elsewhere(
+    pad: Pad, model: PadModel, forces: np.ndarray
+) -> None:
+    free = pad.replace(**{"transducer.sides": "free"})
+    with pytest.raises(ff.FringeforceError, match="finite elements"):
+        characterize_pad(free)
+    x, y = (np.linspace(-s / 2, s / 2, 48) for s in (13e-3, 11e-3))
+    patches = Patches(pad.tactels.places, pad.tactels.side)
+    given = characterize_pad(free, stress_influence(block_of(pad), patches, x, y, 6))
+    np.testing.assert_allclose(given.intensity(forces), model.intensity(forces), atol=1e-5)
+    with pytest.raises(ff.FringeforceError, match="even number"):
+        characterize_pad(free, stress_influence(block_of(pad), patches, x[:-1], y, 6))
+
+
+def test_a_saved_model_exposes_the_same_images(
+    model: PadModel, forces: np.ndarray, tmp_path: Path
+) -> None:
+    model.save(tmp_path / "pad.h5")
+    again = ff.load_model(tmp_path / "pad.h5")
+    assert again.sensor == model.sensor
+    assert dict(again.provenance) == dict(model.provenance)
+    np.testing.assert_array_equal(again.expose(forces, 3), model.expose(forces, 3))
+    (tmp_path / "cut.h5").write_bytes((tmp_path / "pad.h5").read_bytes()[:5000])
+    with pytest.raises(ff.FringeforceError, match=r"cut\.h5"):
+        ff.load_model(tmp_path / "cut.h5")
+
+
+def test_forces_of_another_pad_are_refused(model: PadModel) -> None:
+    with pytest.raises(ff.FringeforceError, match="20 tactels"):
+        model.expose(np.zeros((19, 3)))
