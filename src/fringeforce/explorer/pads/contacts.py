@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fringeforce.pads.design import PadTactels
 
 Array = NDArray[np.float64]
-POINTS = 2048
+POINTS = 8192
 """Places of equal pressure that stand for one contact."""
 GOLDEN = np.pi * (3 - np.sqrt(5))
 MARGIN = 1.5
@@ -59,19 +59,21 @@ def tactel_forces(tactels: PadTactels, contacts: Sequence[Contact]) -> Array:
     across = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     for contact in contacts:
         offset = contact.radius * across
-        cell = np.round((offset + [contact.x, contact.y]) / tactels.pitch + _middle(tactels))
-        cell = cell.astype(int)
+        places = offset + np.array([contact.x, contact.y])
+        cell = np.round(places / tactels.pitch + _middle(tactels)).astype(int)
         inside = ((cell >= 0) & (cell < tactels.count)).all(axis=1)
         if not inside.any():
             continue
         share, offset = 1 / inside.sum(), offset[inside]
         own = cell[inside, 0] * tactels.count[1] + cell[inside, 1]
         pull = contact.twist / max((offset**2).sum(), 1e-30)
-        point = np.empty((len(offset), 3))
-        point[:, 0] = contact.normal * share
-        point[:, 1] = contact.shear_x * share - pull * offset[:, 1]
-        point[:, 2] = contact.shear_y * share + pull * offset[:, 0]
-        np.add.at(forces, own, point)
+        points = (
+            np.full(len(own), contact.normal * share),
+            contact.shear_x * share - pull * offset[:, 1],
+            contact.shear_y * share + pull * offset[:, 0],
+        )
+        for component, values in enumerate(points):
+            forces[:, component] += np.bincount(own, values, tactels.total)
     return forces
 
 

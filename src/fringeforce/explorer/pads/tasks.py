@@ -23,7 +23,7 @@ from fringeforce.explorer.pads.contacts import Contact
 if TYPE_CHECKING:
     from fringeforce.pads.design import Pad
     from fringeforce.pads.model import PadModel
-    from fringeforce.pads.reader import PadReader
+    from fringeforce.pads.reading import PadReading
 
 Contacts = tuple[Contact, ...]
 Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
@@ -100,10 +100,10 @@ def read(path: str, contacts: Contacts, seed: int) -> Answer:
     from fringeforce.explorer.pads.contacts import groups, tactel_forces
     from fringeforce.explorer.pads.resultants import resultant
 
-    reader = _reader(path)
-    pad = reader.model.sensor
+    model = _model(path)
+    pad = model.sensor
     forces = tactel_forces(pad.tactels, contacts)
-    reading = reader.read(reader.model.expose(forces, rng=seed))
+    reading = _follower(path).read(model.expose(forces, rng=seed))
     members = np.vstack(
         [np.ones((1, pad.tactels.total), dtype=bool), groups(pad.tactels, contacts)]
     )
@@ -137,7 +137,7 @@ def file(kind: str, path: str, contacts: Contacts, seed: int) -> bytes:
     forces = tactel_forces(tactels, contacts)
     if kind == "forces":
         return forces_text(tactels, forces).encode()
-    reading = _reader(path).read(model.expose(forces, rng=seed))
+    reading = _follower(path).read(model.expose(forces, rng=seed))
     return forces_text(tactels, reading.forces, reading.std).encode()
 
 
@@ -153,8 +153,23 @@ def _eye(path: str, longest: int) -> PadModel:
     return eye(_model(path), longest)
 
 
-@lru_cache(maxsize=2)
-def _reader(path: str) -> PadReader:
-    from fringeforce.pads.reader import PadReader
+class Follower:
+    """Reads frames, each from the one before where that is near; a search takes much longer."""
 
-    return PadReader(_model(path))
+    def __init__(self, model: PadModel) -> None:
+        from fringeforce.pads.reader import PadReader
+
+        self._reader = PadReader(model)
+        self._last: PadReading | None = None
+
+    def read(self, frame: NDArray[Any]) -> PadReading:
+        """Reading of a frame."""
+        last = self._last
+        found = self._reader.read(frame) if last is None else self._reader.follow(frame, last)
+        self._last = found
+        return found
+
+
+@lru_cache(maxsize=2)
+def _follower(path: str) -> Follower:
+    return Follower(_model(path))

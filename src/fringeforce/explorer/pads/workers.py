@@ -40,7 +40,8 @@ class PadWorkers:
     """The processes, the files between them, and what they found for the designs asked last."""
 
     def __init__(self) -> None:
-        self._designs, self._pictures, self._readings = Worker(), Worker(), Worker()
+        self._designs, self._pictures = Worker(), Worker()
+        self._readings = Worker(patient=True)
         self._folder = tempfile.TemporaryDirectory(prefix="fringeforce-")
         self._known: OrderedDict[str, SolvedPad] = OrderedDict()
 

@@ -15,7 +15,7 @@ import { answer, PadModel, type Picture, type Reading, type Slices } from "./mod
 import { presetContacts, PRESETS } from "./presets";
 import { SlicePictures } from "./slices";
 import { PadStore, type State } from "./store";
-import { showSums } from "./sums";
+import { showSums, showUnread } from "./sums";
 import { Surface } from "./surface";
 
 const HASH_DELAY = 250;
@@ -30,6 +30,8 @@ export class PadExplorer {
   private picture: Picture | null = null;
   private reading: Reading | null = null;
   private slices: Slices | null = null;
+  /** What the last reading was asked of. */
+  private asked: State | null = null;
   private fine = true;
   private frame = 0;
   private stale = new Set(["picture", "map", "sums", "slices"]);
@@ -105,7 +107,10 @@ export class PadExplorer {
   /** A coarse picture at once, and once all is at rest a fine one and the slices. */
   private wantPressed(): void {
     this.wantPicture(false);
-    this.connection.want("read", () => this.question("read", {}));
+    this.connection.want("read", () => {
+      this.asked = this.store.state;
+      return this.question("read", {});
+    });
     clearTimeout(this.restTimer);
     this.restTimer = setTimeout(() => {
       this.wantPicture(true);
@@ -174,6 +179,12 @@ export class PadExplorer {
 
   private refused(header: Record<string, unknown>): void {
     if (header.stale) return;
+    if (header.of === "read") {
+      this.reading = null;
+      showUnread(header.text as string);
+      this.schedule("map");
+      return;
+    }
     const aboutDesign = header.of === "design";
     if (aboutDesign) byId("solving").textContent = "";
     this.notice(aboutDesign ? this.form.refuse(header.text as string) : (header.text as string));
@@ -219,6 +230,7 @@ export class PadExplorer {
     }
     if (stale.has("map")) this.map.draw(model, this.picture?.forces ?? null, this.reading);
     if (stale.has("sums")) showSums(model, this.reading);
+    byId("behind").hidden = !this.reading || this.asked === store.state;
     if (stale.has("slices")) this.stack.draw(this.slices);
     stale.clear();
     this.surface.place(model);

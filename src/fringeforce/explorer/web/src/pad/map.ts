@@ -3,7 +3,6 @@
 import { inked } from "../colours";
 import { element, set } from "../dom";
 import { prepared } from "../layout";
-import { niceAbove } from "../model";
 import type { PadModel, Reading } from "./model";
 
 const SMALLEST = 0.02;
@@ -76,7 +75,14 @@ function scaled(all: (Float32Array | null)[]): Scale {
       if (Number.isFinite(pull)) shear = Math.max(shear, pull);
     }
   }
-  return { normal: niceAbove(normal), shear: niceAbove(shear) };
+  return { normal: calm(normal), shear: calm(shear) };
+}
+
+/** The next of a few even numbers, so that scales stay calm while forces grow. */
+function calm(value: number): number {
+  const decade = 10 ** Math.floor(Math.log10(value));
+  const step = [1, 1.5, 2, 3, 4, 5, 7, 10].find((factor) => factor * decade >= value * (1 - 1e-9)) ?? 10;
+  return Number((step * decade).toPrecision(2));
 }
 
 function disc(

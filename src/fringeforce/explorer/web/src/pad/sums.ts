@@ -35,9 +35,17 @@ export function showSums(model: PadModel | null, reading: Reading | null): void 
   region.replaceChildren(element("table", {}, caption, head, ...rows));
 }
 
+/** Say why nothing can be read. */
+export function showUnread(why: string): void {
+  write(byId("status"), "NOT READ");
+  write(byId("advice"), why);
+  byId("status").dataset.status = "";
+  byId("sums").replaceChildren();
+}
+
 function cell(truth: number, value: number, spread: number): HTMLElement {
   if (!Number.isFinite(value)) return element("td", {}, "–", element("small", {}, number(truth, 2)));
-  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(spread || 1)), 0), 4);
+  const digits = Math.min(Math.max(-Math.floor(Math.log10(spread || 1)), 0), 4);
   return element(
     "td",
     {},
