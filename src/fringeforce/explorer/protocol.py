@@ -35,7 +35,7 @@ class Request(BaseModel):
     """What every question of a page has."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-    type: str
+    type: Any
     id: Annotated[int, Field(ge=0)]
 
 

@@ -8,7 +8,7 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import uvicorn
 from starlette.applications import Starlette
@@ -67,7 +67,7 @@ def application(
             # only a camera brings the reader's libraries into this process
             from fringeforce.explorer.live import Live
 
-            live = Live(pickle.loads(solved.model), camera)  # type: ignore[union-attr]
+            live = Live(pickle.loads(solved.model), camera)
         warming = asyncio.ensure_future(workers.warm(start.sensor, start.model))
         ready()
         yield
@@ -107,7 +107,7 @@ def application(
     return Guard(Starlette(routes=routes, lifespan=lifespan), token)
 
 
-def _kind(start: Start) -> tuple[Workers | PadWorkers, str, Conversations]:
+def _kind(start: Start) -> tuple[Any, str, Conversations]:
     """Who computes, the page's file, and its conversations, for a strip or for a pad."""
     if isinstance(start.sensor, Sensor):
         strips = Workers()

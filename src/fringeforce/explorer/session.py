@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from fringeforce.design import Sensor, load_strip, shipped_designs
+from fringeforce.design import load_strip, shipped_designs
 from fringeforce.errors import FringeforceError, InputError
 from fringeforce.explorer.protocol import (
     STRIP,
@@ -28,7 +28,6 @@ from fringeforce.explorer.workers import Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live
-    from fringeforce.pads.design import Pad
 
 Send = Callable[[bytes], Awaitable[None]]
 ENDINGS = {"design": "toml", "model": "h5", "forces": "csv", "reading": "csv"}
@@ -40,9 +39,9 @@ class StaleDesignError(InputError):
 
 @dataclass(frozen=True)
 class Start:
-    """Where a page begins: a design, and its pickled model where one was given."""
+    """Where a page begins: a Sensor or a Pad, and its pickled model where one was given."""
 
-    sensor: Sensor | Pad
+    sensor: Any
     model: bytes | None = None
 
 

@@ -56,7 +56,7 @@ export class DesignForm {
     const lines = text.split("\n").map((line) => line.trim());
     const rest: string[] = [];
     for (const line of lines.length > 1 ? lines.slice(1) : lines) {
-      const row = this.named(/^[\w.]+/.exec(line)?.[0] ?? "");
+      const row = this.named(/^(?:the design: )?([\w.]+)/.exec(line)?.[1] ?? "");
       if (!row) {
         rest.push(line);
         continue;
