@@ -48,15 +48,14 @@ def test_slices_are_those_of_the_mechanics(
 
 
 def test_the_adjoint_is_the_transpose(model: PadModel, forces: np.ndarray) -> None:
-    slices = model.slices(forces)
-    other = np.random.default_rng(1).normal(size=slices.shape).astype(np.float32)
-    left = float((slices.astype(float) * other).sum())
-    assert left == pytest.approx(float((forces * model.slices_adjoint(other)).sum()), rel=1e-4)
+    modes = model.modes(forces)
+    other = np.random.default_rng(1).normal(size=modes.shape).astype(np.float32)
+    left = float((modes.astype(float) * other).sum())
+    assert left == pytest.approx(float((forces * model.modes_adjoint(other)).sum()), rel=1e-4)
 
 
 def test_a_weak_load_shows_its_depth_integral(model: PadModel, forces: np.ndarray) -> None:
-    slices = 0.1 * model.slices(forces)
-    _, light = model.picture(slices, model.pictures[0])
+    _, light = model.picture(model.modes(0.1 * forces), model.pictures[0])
     whole = model.retardance(0.1 * forces).reshape(2, -1)
     np.testing.assert_allclose(equivalent_retarder(light), whole, atol=4e-3)
 
@@ -83,9 +82,9 @@ def test_derivatives_of_an_image_are_finite_differences(
     blurred = model.sensor.replace(camera={"blur": blur}) if blur else model.sensor
     model = replace(model, sensor=blurred)
     pull = np.random.default_rng(2).normal(size=model.kinds.shape).astype(np.float32)
-    slices = model.slices(forces)
-    seen, light = model.picture(slices, model.pictures[0])
-    found = model.slices_adjoint(model.picture_adjoint(slices, model.pictures[0], light, pull))
+    modes = model.modes(forces)
+    seen, light = model.picture(modes, model.pictures[0])
+    found = model.modes_adjoint(model.picture_adjoint(modes, model.pictures[0], light, pull))
     step, size = np.random.default_rng(3).normal(size=forces.shape), 2e-3
     ahead, behind = (model.intensity(forces + s * step).ravel() for s in (size, -size))
     slope = float(pull.astype(float) @ (ahead - behind)) / (2 * size)

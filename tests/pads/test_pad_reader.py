@@ -92,7 +92,7 @@ def test_verdicts_on_what_is_no_load(model: PadModel, reader: PadReader, forces:
         frame[:-1],
         np.full(frame.shape, np.nan),
         np.full(frame.shape, 7),
-        300 + frame,
+        300.0 + frame,
         "x",
     ):
         reading = reader.read(bad)

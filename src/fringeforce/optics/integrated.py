@@ -186,3 +186,50 @@ def turn_back(slices, light, pull, gradient) -> None:
                 push = S * e[i] + C * pulled
                 f[i], g[i] = f[i] - push * A[i], g[i] - push * B[i]
                 e[i] = e[i] * cosine + S * pulled
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def turn_modes(modes, profile, light) -> None:
+    """Fill in the light, shape (3, P), of slices that are sums of few modes.
+
+    The modes have the shape (2, k, P), (A, B) of each; the profile, shape (n, k), says how much of
+    each a slice has.
+    """
+    stack = np.empty((len(profile), 2, CHUNK), dtype=modes.dtype)
+    for start in range(0, light.shape[1], CHUNK):
+        part = slice(start, min(start + CHUNK, light.shape[1]))
+        slices = stack[:, :, : part.stop - start]
+        _expand(modes[:, :, part], profile, slices)
+        turn(slices, light[:, part])
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def turn_modes_back(modes, profile, light, pull, gradient) -> None:
+    """Fill in the derivative by the modes, shape (2, k, P), as `turn_back` does by slices."""
+    stack = np.empty((len(profile), 2, CHUNK), dtype=modes.dtype)
+    by_stack = np.empty_like(stack)
+    for start in range(0, light.shape[1], CHUNK):
+        part = slice(start, min(start + CHUNK, light.shape[1]))
+        slices, by_slices = stack[:, :, : part.stop - start], by_stack[:, :, : part.stop - start]
+        _expand(modes[:, :, part], profile, slices)
+        turn_back(slices, light[:, part], pull[:, part], by_slices)
+        by_modes = gradient[:, :, part]
+        by_modes[:] = 0
+        for n in range(len(profile)):
+            for k in range(profile.shape[1]):
+                for side in range(2):
+                    target, source = by_modes[side, k], by_slices[n, side]
+                    for i in range(len(target)):
+                        target[i] += profile[n, k] * source[i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def _expand(modes, profile, slices) -> None:
+    slices[:] = 0
+    for n in range(len(profile)):
+        for side in range(2):
+            target = slices[n, side]
+            for k in range(profile.shape[1]):
+                source = modes[side, k]
+                for i in range(len(target)):
+                    target[i] += profile[n, k] * source[i]

@@ -20,8 +20,13 @@ from fringeforce.pads.sampling import Sampling
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-CLOSE = 0.3
-"""Gain of twice the log-likelihood that the next step promises, below which it is the last."""
+CLOSE = 0.2
+"""Gain of the loss that a step promises, per load, below which it is not evaluated any more.
+
+Noise itself moves the top by a gain of one for each load."""
+NEAR = 10.0
+"""The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
+below which it is the last."""
 SLOW = 0.1
 """Share of a promise left after a step, above which the matrix is computed again."""
 RIDGE = 1e-9
@@ -30,24 +35,46 @@ RIDGE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Forces, and what they leave of a frame.
+    """Forces, and the light that they cause.
 
     Attributes
     ----------
     forces : ndarray, shape (3 n,)
         N, T_x, T_y of tactel after tactel [N].
-    misfit : Misfit
-        Of all pixels of all channels in turn.
-    slices : ndarray, shape (slices, 2, rows, columns)
+    modes : ndarray, shape (2, modes, rows, columns)
         Retardance [rad].
     lights : list of ndarray, shape (3, P)
         Light of every channel.
+    level : ndarray, shape (channels * P,)
+        Expected grey levels.
     """
 
     forces: Array
-    misfit: Misfit
-    slices: Single
+    modes: Single
     lights: Sequence[Single]
+    level: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Top:
+    """Where the likelihood is largest.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (3 n,)
+        N, T_x, T_y of tactel after tactel [N].
+    information : ndarray, shape (3 n, 3 n)
+        Matrix last used [1/N^2].
+    place : Place
+        Where all was evaluated last, a small step away.
+    misfit : Misfit
+        There.
+    """
+
+    forces: Array
+    information: Array
+    place: Place
+    misfit: Misfit
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,78 +100,71 @@ class Fit:
 
     def at(self, forces: Array) -> Place:
         """Evaluate at forces, shape (3 n,)."""
-        slices = self.model.slices(forces.reshape(-1, 3))
-        seen = [self.model.picture(slices, picture) for picture in self.model.pictures]
+        modes = self.model.modes(forces.reshape(-1, 3))
+        seen = [self.model.picture(modes, picture) for picture in self.model.pictures]
         intensity = np.concatenate([one for one, _ in seen]).astype(float)
-        level = self.response.amplitude * intensity + self.response.offset
-        found = misfit(self.frame, level, self.response)
-        return Place(forces, found, slices, [light for _, light in seen])
+        level = np.asarray(self.response.amplitude * intensity + self.response.offset)
+        return Place(forces, modes, [light for _, light in seen], level)
 
-    def gradient(self, place: Place) -> Array:
+    def misfit(self, place: Place) -> Misfit:
+        """What a place leaves of the frame."""
+        return misfit(self.frame, place.level, self.response)
+
+    def gradient(self, place: Place, left: Misfit) -> Array:
         """Half the derivative of the loss, shape (3 n,), exact."""
         scale = np.float32(self.response.amplitude / np.sqrt(self.response.variance))
-        pulls = (scale * place.misfit.slope.astype(np.float32)).reshape(len(place.lights), -1)
-        by_slice = sum(
-            self.model.picture_adjoint(place.slices, picture, light, pull)
+        pulls = (scale * left.slope.astype(np.float32)).reshape(len(place.lights), -1)
+        by_modes = sum(
+            self.model.picture_adjoint(place.modes, picture, light, pull)
             for picture, light, pull in zip(self.model.pictures, place.lights, pulls, strict=True)
         )
-        return self.model.slices_adjoint(np.asarray(by_slice, dtype=np.float32)).ravel()
+        return self.model.modes_adjoint(np.asarray(by_modes, dtype=np.float32)).ravel()
 
-    def information(self, place: Place) -> Array:
+    def information(self, forces: Array) -> Array:
         """Half the expected second derivative of the loss, shape (3 n, 3 n), from some pixels."""
-        size = len(place.forces)
+        size = len(forces)
         total = np.zeros((size, size))
         scale = float(np.asarray(self.response.amplitude**2 / self.response.variance))
         for sampling in self.samplings:
             share = scale * (len(self.frame) / len(self.samplings)) / len(sampling.pixels)
-            total += share * sampling.information(place.forces)
+            total += share * sampling.information(forces)
         total[np.diag_indices(size)] += RIDGE * np.trace(total) / size
         return total
 
-    def climb(
-        self, start: Array, information: Array | None = None, steps: int = 20
-    ) -> tuple[Place, Array]:
+    def climb(self, start: Array, steps: int = 20) -> Top:
         """Climb from forces that are nearly right.
 
         Parameters
         ----------
         start : ndarray, shape (3 n,)
             Forces [N].
-        information : ndarray, shape (3 n, 3 n), optional
-            Matrix from near by, such as that of the last frame.
         steps : int
             Largest number of steps.
-
-        Returns
-        -------
-        place : Place
-            The top, but for a step that is too small to matter.
-        information : ndarray, shape (3 n, 3 n)
-            The matrix last used.
         """
-        here, damping, promised = self.at(start), 0.0, np.inf
-        gradient = self.gradient(here)
+        here, information = self.at(start), self.information(start)
+        left, damping, promised = self.misfit(here), 0.0, np.inf
         for _ in range(steps):
-            if information is None:
-                information = self.information(here)
+            gradient, before, fresh = self.gradient(here, left), promised, promised == np.inf
             step = _step(information, gradient, damping)
-            before, promised = promised, float(-(step @ gradient))
-            if promised < CLOSE:
-                break
-            if promised > SLOW * before and before < np.inf:
-                information = self.information(here)
+            promised = float(-(step @ gradient))
+            if promised < CLOSE * len(step):
+                return Top(here.forces + step, information, here, left)
+            if promised > SLOW * before and not fresh:
+                information, fresh = self.information(here.forces), True
                 step = _step(information, gradient, damping)
-                promised = float(-(step @ gradient))
             there = self.at(here.forces + step)
-            while not there.misfit.loss < here.misfit.loss and damping < 1e6:
-                damping = max(10 * damping, 1e-3)
-                step = _step(information, gradient, damping)
-                there = self.at(here.forces + step)
-            if not there.misfit.loss < here.misfit.loss:
+            beyond = self.misfit(there)
+            while not beyond.loss < left.loss and damping < 1e6:
+                damping, fresh = max(10 * damping, 1e-3), False
+                there = self.at(here.forces + _step(information, gradient, damping))
+                beyond = self.misfit(there)
+            if not beyond.loss < left.loss:
                 break
-            here, damping = there, damping / 10 if damping > 1e-3 else 0.0
-            gradient = self.gradient(here)
-        return here, self.information(here) if information is None else information
+            here, left = there, beyond
+            if fresh and not damping and promised < NEAR * len(step):
+                break
+            damping = damping / 10 if damping > 1e-3 else 0.0
+        return Top(here.forces, information, here, left)
 
 
 def _step(information: Array, gradient: Array, damping: float) -> Array:

@@ -15,7 +15,7 @@ from fringeforce.errors import InputError
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.optics import camera as camera_optics
-from fringeforce.optics.integrated import turn, turn_back
+from fringeforce.optics.integrated import turn_modes, turn_modes_back
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.pads import splines
 from fringeforce.pads.design import Pad
@@ -89,6 +89,29 @@ class PadModel:
     def _profile(self) -> Single:
         return self.influence.profile.astype(np.float32)
 
+    def modes(self, forces: ArrayLike) -> Single:
+        """Single-pass retardance of every depth profile at every pixel.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            N, T_x, T_y of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (2, modes, rows, columns)
+            (A, B) of every profile, at the polariscope's wavelength [rad].
+        """
+        rows, columns = self._pixels
+        grid = self.influence.coefficients(self.checked(forces, single=True).ravel())
+        return np.asarray(rows @ grid @ columns.T, dtype=np.float32)
+
+    def modes_adjoint(self, gradient: Single) -> Array:
+        """The transpose of `modes`, shape (2, modes, rows, columns) to (n, 3)."""
+        rows, columns = self._pixels
+        grid = np.asarray(rows.T @ gradient @ columns, dtype=np.float32)
+        return self.influence.adjoint(grid).reshape(-1, 3)
+
     def slices(self, forces: ArrayLike) -> Single:
         """Single-pass retardance of every slice at every pixel, at the polariscope's wavelength.
 
@@ -102,23 +125,7 @@ class PadModel:
         ndarray, shape (slices, 2, rows, columns)
             (A, B) of every slice, the one at the mirror first [rad].
         """
-        rows, columns = self._pixels
-        grid = self.influence.coefficients(self.checked(forces, single=True).ravel())
-        modes = rows @ grid @ columns.T
-        slices = np.empty((len(self._profile), 2, *self._image), dtype=np.float32)
-        flat = modes.reshape(2, len(grid[0]), -1)
-        for part in range(2):
-            np.matmul(self._profile, flat[part], out=slices[:, part].reshape(len(slices), -1))
-        return slices
-
-    def slices_adjoint(self, gradient: Single) -> Array:
-        """The transpose of `slices`, shape (slices, 2, rows, columns) to (n, 3)."""
-        rows, columns = self._pixels
-        flat = gradient.reshape(len(gradient), 2, -1)
-        modes = np.stack([self._profile.T @ flat[:, part] for part in range(2)])
-        modes = modes.reshape(2, self.influence.modes, *self._image)
-        grid = np.asarray(rows.T @ modes @ columns, dtype=np.float32)
-        return self.influence.adjoint(grid).reshape(-1, 3)
+        return np.asarray(np.einsum("sk,fkrc->sfrc", self._profile, self.modes(forces)))
 
     def retardance(self, forces: ArrayLike) -> Array:
         """Depth integral of the retardance over both passes, shape (..., 2, rows, columns) [rad].
@@ -128,7 +135,8 @@ class PadModel:
         """
         loads = self.checked(forces)
         flat = loads.reshape(-1, *loads.shape[-2:])
-        found = [2 * self.slices(load).sum(axis=0, dtype=float) for load in flat]
+        whole = 2 * self.influence.profile.sum(axis=0)
+        found = [np.einsum("k,fkrc->frc", whole, self.modes(load)) for load in flat]
         return np.array(found).reshape(*loads.shape[:-2], 2, *self._image)
 
     def intensity(self, forces: ArrayLike) -> Array:
@@ -141,24 +149,22 @@ class PadModel:
         """
         loads = self.checked(forces)
         flat = loads.reshape(-1, *loads.shape[-2:])
-        found = [self._intensity(self.slices(load)) for load in flat]
+        found = [self._intensity(self.modes(load)) for load in flat]
         return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.frame_shape)
 
-    def _intensity(self, slices: Single) -> Single:
-        return np.stack([self.picture(slices, picture)[0] for picture in self.pictures])
+    def _intensity(self, modes: Single) -> Single:
+        return np.stack([self.picture(modes, picture)[0] for picture in self.pictures])
 
-    def picture(self, slices: Single, picture: Picture) -> tuple[Single, Single]:
+    def picture(self, modes: Single, picture: Picture) -> tuple[Single, Single]:
         """Intensity of one picture, shape (P,), and the light behind it, shape (3, P)."""
-        stack = slices.reshape(*slices.shape[:2], -1)
-        if picture.dispersion != 1:
-            stack = stack * np.float32(picture.dispersion)
-        light = np.empty((3, stack.shape[2]), dtype=np.float32)
-        turn(stack, light)
+        flat = modes.reshape(*modes.shape[:2], -1)
+        light = np.empty((3, flat.shape[2]), dtype=np.float32)
+        turn_modes(flat, np.float32(picture.dispersion) * self._profile, light)
         if self._lens.none:
-            seen = np.empty(stack.shape[2], dtype=np.float32)
+            seen = np.empty(flat.shape[2], dtype=np.float32)
             measure(light, picture.packed, self.kinds, seen)
             return seen, light
-        seen = np.empty((len(picture.packed), stack.shape[2]), dtype=np.float32)
+        seen = np.empty((len(picture.packed), flat.shape[2]), dtype=np.float32)
         for kind, image in enumerate(seen):
             measure(light, picture.packed, np.full_like(self.kinds, kind), image)
         sharp = seen.reshape(-1, *self._image)
@@ -166,12 +172,10 @@ class PadModel:
         return np.take_along_axis(blurred, self.kinds[None], axis=0)[0], light
 
     def picture_adjoint(
-        self, slices: Single, picture: Picture, light: Single, pull: Single
+        self, modes: Single, picture: Picture, light: Single, pull: Single
     ) -> Single:
-        """Derivative by the slices, same shape, from that by the intensity of one picture, (P,)."""
-        stack = slices.reshape(*slices.shape[:2], -1)
-        if picture.dispersion != 1:
-            stack = stack * np.float32(picture.dispersion)
+        """Derivative by the modes, same shape, from that by the intensity of one picture, (P,)."""
+        flat = modes.reshape(*modes.shape[:2], -1)
         by_light = np.zeros_like(light)
         if self._lens.none:
             measure_back(light, picture.packed, self.kinds, pull, by_light)
@@ -180,10 +184,9 @@ class PadModel:
                 share = np.where(self.kinds == kind, pull, np.float32(0)).reshape(self._image)
                 sharp = self._lens.adjoint(share).ravel()
                 measure_back(light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light)
-        gradient = np.empty_like(stack)
-        turn_back(stack, light.copy(), by_light, gradient)
-        gradient *= np.float32(picture.dispersion)
-        return gradient.reshape(slices.shape)
+        gradient, profile = np.empty_like(flat), np.float32(picture.dispersion) * self._profile
+        turn_modes_back(flat, profile, light.copy(), by_light, gradient)
+        return gradient.reshape(modes.shape)
 
     def expose(
         self, forces: ArrayLike, rng: camera_optics.Rng = None

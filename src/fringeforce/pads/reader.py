@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from fringeforce.force.goodness import is_noise, reduced_chi_square
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import camera_response
 from fringeforce.optics.arrangement import signed
-from fringeforce.pads.fit import Fit, Place
+from fringeforce.pads.fit import Fit, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
 from fringeforce.pads.sampling import Sampling, lattice, sampled
@@ -25,8 +25,10 @@ Array = NDArray[np.float64]
 
 SEARCHED = 3072
 """Pixels of the search."""
-STEPPED, STATED = 48, 64
-"""Rows and columns of pixels of the matrix that steps take, and of the covariance."""
+FOLLOWED, STEPPED, STATED = 32, 48, 64
+"""Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
+KEPT = 0.8
+"""Share of the last change of the forces that the next is expected to have."""
 BLOCK = 4
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
 CONTACT = 6.0
@@ -53,6 +55,10 @@ class PadReader:
     def response(self) -> Response:
         """What the camera makes of light."""
         return camera_response(self.model.sensor.camera)
+
+    @cached_property
+    def _following(self) -> list[Sampling]:
+        return [lattice(self.model, c, FOLLOWED) for c in range(len(self.model.pictures))]
 
     @cached_property
     def _stepping(self) -> list[Sampling]:
@@ -102,15 +108,16 @@ class PadReader:
             starts = [self.model.checked(start, single=True).ravel()]
         else:
             starts = [forces for _, forces in self._search.attempts(levels)[:2]]
-        best: Place | None = None
+        best: Top | None = None
         for forces in starts:
-            place, _ = self._fit(levels).climb(forces)
-            if best is None or place.misfit.loss < best.misfit.loss:
-                best = place
+            top = self._fit(levels, self._stepping).climb(forces)
+            if best is None or top.misfit.loss < best.misfit.loss:
+                best = top
             if self._explained(best):
                 break
         assert best is not None
-        return self._stated(levels, best, tracked=False)
+        fine = self._fit(levels, self._stating).information(best.forces)
+        return self._reading(levels, best, fine, tracked=False)
 
     def follow(self, frame: ArrayLike, last: PadReading) -> PadReading:
         """Read a frame that comes soon after another, and search where that fails.
@@ -127,10 +134,13 @@ class PadReader:
         levels = self._checked(frame)
         if isinstance(levels, PadReading):
             return levels
-        place, information = self._fit(levels).climb(last.forces.ravel(), last.information, steps=6)
-        if not self._explained(place):
+        start = (last.forces + last.trend).ravel()
+        top = self._fit(levels, self._following).climb(start, steps=6)
+        if not self._explained(top):
             return self.read(frame)
-        return self._reading(levels, place, information, tracked=True)
+        reading = self._reading(levels, top, top.information, tracked=True)
+        # a steady motion goes on; noise, which a difference doubles, counts less
+        return replace(reading, trend=KEPT * (reading.forces - last.forces))
 
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading of one frame can have, shape (n, 3) [N].
@@ -143,9 +153,8 @@ class PadReader:
             Forces that act [N].
         """
         loads = self.model.checked(forces, single=True)
-        nothing = np.zeros(len(self._silent))
-        fit = Fit(self.model, self.response, self._stating, nothing)
-        information = fit.information(fit.at(loads.ravel()))
+        fit = self._fit(np.zeros(len(self._silent)), self._stating)
+        information = fit.information(loads.ravel())
         return PadReading(loads, information, 1.0, Status.OK).std
 
     def stream(self, frames: Iterable[ArrayLike]) -> Iterator[PadReading]:
@@ -155,11 +164,11 @@ class PadReader:
             last = self.read(frame) if last is None else self.follow(frame, last)
             yield last
 
-    def _fit(self, levels: Array) -> Fit:
-        return Fit(self.model, self.response, self._stepping, levels)
+    def _fit(self, levels: Array, samplings: list[Sampling]) -> Fit:
+        return Fit(self.model, self.response, samplings, levels)
 
-    def _explained(self, place: Place) -> bool:
-        return is_noise(self._blocks(place.misfit.slope), len(place.forces))
+    def _explained(self, top: Top) -> bool:
+        return is_noise(self._blocks(top.misfit.slope), len(top.forces))
 
     def _blocks(self, values: Array) -> Array:
         """Values of pixels, those of a square that measure alike one after the other."""
@@ -168,24 +177,18 @@ class PadReader:
         alike = [images[:, i::step, j::step] for i in range(step) for j in range(step)]
         return np.concatenate([_squares(image) for image in alike])
 
-    def _stated(self, levels: Array, place: Place, tracked: bool) -> PadReading:
-        fine = Fit(self.model, self.response, self._stating, levels)
-        return self._reading(levels, place, fine.information(place), tracked)
-
-    def _reading(
-        self, levels: Array, place: Place, information: Array, tracked: bool
-    ) -> PadReading:
-        status, unknowns = Status.OK, len(place.forces)
-        if not self._explained(place):
+    def _reading(self, levels: Array, top: Top, information: Array, tracked: bool) -> PadReading:
+        status, unknowns = Status.OK, len(top.forces)
+        if not self._explained(top):
             status = self._unexplained(levels)
         else:
             silence = misfit(levels, self._silent, self.response).loss
-            if silence - place.misfit.loss <= unknowns + CONTACT * np.sqrt(2 * unknowns):
+            if silence - top.misfit.loss <= unknowns + CONTACT * np.sqrt(2 * unknowns):
                 status = Status.NO_CONTACT
         return PadReading(
-            forces=place.forces.reshape(-1, 3),
+            forces=top.forces.reshape(-1, 3),
             information=information,
-            chi2=reduced_chi_square(place.misfit.slope, unknowns),
+            chi2=reduced_chi_square(top.misfit.slope, unknowns),
             status=status,
             tracked=tracked,
         )
