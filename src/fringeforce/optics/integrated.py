@@ -117,7 +117,7 @@ def equivalent_retarder(light: ArrayLike) -> Real:
 
 
 def _floating(values: ArrayLike) -> Real:
-    array = np.asarray(values)
+    array: Real = np.asarray(values)
     kind = array.dtype if array.dtype in (np.float32, np.float64) else np.dtype(float)
     return np.ascontiguousarray(array, dtype=kind)
 

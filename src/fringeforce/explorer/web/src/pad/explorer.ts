@@ -226,7 +226,7 @@ export class PadExplorer {
     if (stale.has("picture")) {
       const name = model.facts.views.find(([key]) => key === store.view.seen)?.[1] ?? "";
       this.surface.paint(model, this.picture, name);
-      document.body.dataset.painted = `${Number(document.body.dataset.painted ?? 0) + 1}`;
+      document.body.dataset.painted = `${this.picture?.id ?? ""}`;
     }
     if (stale.has("map")) this.map.draw(model, this.picture?.forces ?? null, this.reading);
     if (stale.has("sums")) showSums(model, this.reading);

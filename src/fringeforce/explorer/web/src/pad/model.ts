@@ -41,6 +41,7 @@ export class PadModel {
 }
 
 export interface Picture {
+  id: number;
   design: number;
   view: string;
   shape: [rows: number, columns: number, colours: number];
