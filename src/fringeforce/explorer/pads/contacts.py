@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,10 +56,8 @@ def tactel_forces(tactels: PadTactels, contacts: Sequence[Contact]) -> Array:
     the radius, in proportion to pressure and radius.
     """
     forces = np.zeros((tactels.total, 3))
-    radius, angle = _spiral()
-    across = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     for contact in contacts:
-        offset = contact.radius * across
+        offset = contact.radius * _spiral()
         places = offset + np.array([contact.x, contact.y])
         cell = np.round(places / tactels.pitch + _middle(tactels)).astype(int)
         inside = ((cell >= 0) & (cell < tactels.count)).all(axis=1)
@@ -88,9 +87,12 @@ def groups(tactels: PadTactels, contacts: Sequence[Contact]) -> NDArray[np.bool_
     return (apart <= reach[:, None]) & (nearest == np.arange(len(contacts))[:, None])
 
 
-def _spiral() -> tuple[Array, Array]:
+@lru_cache(maxsize=1)
+def _spiral() -> Array:
+    """Places of equal load in a patch of radius one, shape (POINTS, 2)."""
     load = (np.arange(POINTS) + 0.5) / POINTS
-    return np.sqrt(1 - (1 - load) ** (2 / 3)), GOLDEN * np.arange(POINTS)
+    radius, angle = np.sqrt(1 - (1 - load) ** (2 / 3)), GOLDEN * np.arange(POINTS)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
 
 
 def _middle(tactels: PadTactels) -> Array:

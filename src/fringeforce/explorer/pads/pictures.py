@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design_optics import Plates
 from fringeforce.optics.arrangement import arranged
 from fringeforce.optics.colour import encoded, light_colour, white_light
 from fringeforce.optics.integrated import turn
@@ -94,9 +96,14 @@ def camera_picture(model: PadModel, view: str, frame: NDArray[Any]) -> Octets:
 def _dark_field(model: PadModel, slices: Single, wavelength: float) -> Single:
     """Share of the light that a circular dark field lets through."""
     light = model.sensor.polariscope
-    dispersion = light.wavelength / wavelength
-    form = arranged("dark field", 0.0, light.plates, dispersion)
-    return _intensity(slices, Picture(dispersion, form[None]))
+    # frozen parts of a design are hashable, which pydantic does not tell the type checker
+    picture = _dark_picture(light.plates, light.wavelength / wavelength)  # type: ignore[arg-type]
+    return _intensity(slices, picture)
+
+
+@lru_cache(maxsize=64)
+def _dark_picture(plates: Plates | None, dispersion: float) -> Picture:
+    return Picture(dispersion, arranged("dark field", 0.0, plates, dispersion)[None])
 
 
 def _intensity(slices: Single, picture: Picture) -> Single:

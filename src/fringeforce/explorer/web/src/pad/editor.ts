@@ -1,6 +1,6 @@
 /** The selected contact in numbers. */
 
-import { byId, element } from "../dom";
+import { byId, element, set } from "../dom";
 import { type Contact, FINGER, LIMITS, mostTwist } from "./contacts";
 import type { PadStore } from "./store";
 
@@ -41,14 +41,12 @@ export class Editor {
     for (const [key, { field, slider }] of this.rows) {
       const value = key === "friction" ? state.friction : selected?.[key];
       const [low, high] = limits(key, selected ?? FINGER, state.friction, half);
-      field.disabled = slider.disabled = value === undefined;
-      for (const [name, limit] of [["min", low], ["max", high]] as const) {
-        field.setAttribute(name, `${limit}`);
-        slider.setAttribute(name, `${limit}`);
-      }
       const text = value === undefined ? "" : `${Number(value.toFixed(2))}`;
-      if (document.activeElement !== field) field.value = text;
-      if (document.activeElement !== slider) slider.value = text;
+      for (const input of [field, slider]) {
+        input.disabled = value === undefined;
+        set(input, { min: low, max: high });
+        if (document.activeElement !== input && input.value !== text) input.value = text;
+      }
     }
   }
 

@@ -23,6 +23,8 @@ const HASH_DELAY = 250;
 const REST = 120;
 /** Least time between two readings [ms]: a reading costs a core that pictures need. */
 const READ_PAUSE = 150;
+/** Least time between two changes of the contact's numbers while it is dragged [ms]. */
+const EDIT_PAUSE = 200;
 const PICTURES = { png: "Image (.png)" } as const;
 
 export class PadExplorer {
@@ -34,6 +36,7 @@ export class PadExplorer {
   private asked: State | null = null;
   private fine = true;
   private frame = 0;
+  private editedAt = 0;
   private stale = new Set(["picture", "map", "sums", "slices"]);
   private hashTimer = 0;
   private restTimer = 0;
@@ -234,7 +237,11 @@ export class PadExplorer {
     if (stale.has("slices")) this.stack.draw(this.slices);
     stale.clear();
     this.surface.place(model);
-    this.editor.show();
+    // numbers that nobody reads while they run would cost a layout of each frame
+    if (!this.surface.dragged || performance.now() > this.editedAt + EDIT_PAUSE) {
+      this.editedAt = performance.now();
+      this.editor.show();
+    }
     clearTimeout(this.hashTimer);
     this.hashTimer = setTimeout(() => history.replaceState(null, "", store.hash), HASH_DELAY);
   }

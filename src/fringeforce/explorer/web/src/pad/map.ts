@@ -32,24 +32,39 @@ export class ForceMap {
     const cell = model.facts.tactels.pitch * 1e3 * scale;
     const read = reading && reading.forces.length === 3 * model.tactels ? reading.forces : null;
     const full = scaled([truth, read]);
-    for (let i = 0; i < model.tactels; i++) {
+    const at = Array.from({ length: model.tactels }, (_, i) => {
       const [x, y] = model.place(i);
-      const at: [number, number] = [(x + halfX) * scale, (halfY - y) * scale];
-      context.strokeStyle = inked("line");
-      context.lineWidth = 1;
-      context.strokeRect(at[0] - cell / 2, at[1] - cell / 2, cell, cell);
-      if (read) disc(context, at, read[3 * i], cell, full, true);
-      if (truth) disc(context, at, truth[3 * i], cell, full, false);
+      return [(x + halfX) * scale, (halfY - y) * scale] as [number, number];
+    });
+    context.strokeStyle = inked("line");
+    context.lineWidth = 1;
+    context.beginPath();
+    for (const [x, y] of at) context.rect(x - cell / 2, y - cell / 2, cell, cell);
+    context.stroke();
+    if (read) {
+      context.globalAlpha = 0.6;
+      context.fillStyle = inked("normal");
+      discs(context, at, read, cell, full, 1);
+      context.fill();
+      context.globalAlpha = 1;
+      // what seems to pull at the skin is hollow and dashed
+      context.strokeStyle = inked("normal");
+      context.setLineDash([2, 2]);
+      discs(context, at, read, cell, full, -1);
+      context.stroke();
+      context.setLineDash([]);
+    }
+    if (truth) {
+      context.strokeStyle = inked("ink");
+      context.lineWidth = 1.2;
+      discs(context, at, truth, cell, full, 1);
+      context.stroke();
     }
     for (const [forces, ink, wide] of [[truth, "ink", 1.2], [read, "tangential", 2.2]] as const) {
       if (!forces) continue;
       context.strokeStyle = context.fillStyle = inked(ink);
       context.lineWidth = wide;
-      for (let i = 0; i < model.tactels; i++) {
-        const [x, y] = model.place(i);
-        const k = (1.5 * cell) / full.shear;
-        arrow(context, (x + halfX) * scale, (halfY - y) * scale, forces[3 * i + 1] * k, -forces[3 * i + 2] * k);
-      }
+      arrows(context, at, forces, (1.5 * cell) / full.shear);
     }
     this.tell(model, full, truth, reading);
   }
@@ -85,42 +100,39 @@ function calm(value: number): number {
   return Number((step * decade).toPrecision(2));
 }
 
-function disc(
-  context: CanvasRenderingContext2D, [x, y]: [number, number], force: number, cell: number, full: Scale, filled: boolean,
+/** A path of the discs of forces of one sign. */
+function discs(
+  context: CanvasRenderingContext2D, at: [number, number][], forces: Float32Array, cell: number, full: Scale, sign: number,
 ): void {
-  const radius = (cell / 2) * Math.sqrt(Math.abs(force) / full.normal);
-  if (!(radius > 0.7)) return;
   context.beginPath();
-  context.arc(x, y, radius, 0, 2 * Math.PI);
-  // what seems to pull at the skin is hollow and dashed
-  if (filled && force > 0) {
-    context.globalAlpha = 0.6;
-    context.fillStyle = inked("normal");
-    context.fill();
-    context.globalAlpha = 1;
-    return;
-  }
-  context.setLineDash(force < 0 ? [2, 2] : []);
-  context.strokeStyle = inked(filled ? "normal" : "ink");
-  context.lineWidth = 1.2;
-  context.stroke();
-  context.setLineDash([]);
+  at.forEach(([x, y], i) => {
+    const radius = (cell / 2) * Math.sqrt(Math.max(sign * forces[3 * i], 0) / full.normal);
+    if (!(radius > 0.7)) return;
+    context.moveTo(x + radius, y);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+  });
 }
 
-function arrow(context: CanvasRenderingContext2D, x: number, y: number, dx: number, dy: number): void {
-  const length = Math.hypot(dx, dy);
-  if (!(length > 1.5)) return;
-  const [ux, uy] = [dx / length, dy / length];
-  const [tipX, tipY] = [x + dx, y + dy];
-  const head = Math.min(HEAD, length / 2);
+/** Arrows of shear, shafts first and then heads, each in one stroke. */
+function arrows(context: CanvasRenderingContext2D, at: [number, number][], forces: Float32Array, k: number): void {
+  const drawn = at
+    .map(([x, y], i) => ({ x, y, dx: forces[3 * i + 1] * k, dy: -forces[3 * i + 2] * k }))
+    .filter(({ dx, dy }) => Math.hypot(dx, dy) > 1.5);
   context.beginPath();
-  context.moveTo(x, y);
-  context.lineTo(tipX, tipY);
+  for (const { x, y, dx, dy } of drawn) {
+    context.moveTo(x, y);
+    context.lineTo(x + dx, y + dy);
+  }
   context.stroke();
   context.beginPath();
-  context.moveTo(tipX + ux, tipY + uy);
-  context.lineTo(tipX - 2 * head * ux + head * uy, tipY - 2 * head * uy - head * ux);
-  context.lineTo(tipX - 2 * head * ux - head * uy, tipY - 2 * head * uy + head * ux);
+  for (const { x, y, dx, dy } of drawn) {
+    const length = Math.hypot(dx, dy);
+    const [ux, uy, head] = [dx / length, dy / length, Math.min(HEAD, length / 2)];
+    const [tipX, tipY] = [x + dx, y + dy];
+    context.moveTo(tipX + ux, tipY + uy);
+    context.lineTo(tipX - 2 * head * ux + head * uy, tipY - 2 * head * uy - head * ux);
+    context.lineTo(tipX - 2 * head * ux - head * uy, tipY - 2 * head * uy + head * ux);
+  }
   context.fill();
 }
 

@@ -1,7 +1,6 @@
 /** The pad as the eye sees it, and the contacts on it, to be pressed, dragged and moved. */
 
 import { element, set, shape } from "../dom";
-import { prepared } from "../layout";
 import { type Contact, FINGER, LIMITS, worded } from "./contacts";
 import type { PadModel, Picture } from "./model";
 import type { PadStore } from "./store";
@@ -32,7 +31,6 @@ interface Drag {
 export class Surface {
   readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
   private readonly svg = shape("svg", { class: "touch" });
-  private readonly image = new OffscreenCanvas(1, 1);
   private marks: Marks[] = [];
   private drag: Drag | null = null;
   private wheel = 0;
@@ -52,18 +50,19 @@ export class Surface {
     this.svg.addEventListener("wheel", (event) => this.roll(event), { passive: false });
   }
 
-  /** Draw the picture, if there is one, as large as there is room. */
+  /** Show the picture, if there is one; the browser stretches it to the room that there is. */
   paint(model: PadModel, picture: Picture | null, name: string): void {
     const [width, height] = this.size(model);
-    const context = prepared(this.canvas, width, height);
-    if (!picture) return;
-    this.raster(picture);
-    context.imageSmoothingQuality = "high";
-    // rows of a picture count from the most negative y, those of a canvas from above
-    context.translate(0, height);
-    context.scale(1, -1);
-    context.drawImage(this.image, 0, 0, width, height);
     set(this.canvas, { "aria-label": `The pad, ${name}.` });
+    this.canvas.style.width = `${width}px`;
+    this.canvas.style.height = `${height}px`;
+    if (!picture) return;
+    const [rows, columns] = picture.shape;
+    if (this.canvas.width !== columns || this.canvas.height !== rows) {
+      this.canvas.width = columns;
+      this.canvas.height = rows;
+    }
+    this.canvas.getContext("2d")?.putImageData(raster(picture), 0, 0);
   }
 
   /** Draw the contacts where they are now. */
@@ -78,28 +77,19 @@ export class Surface {
 
   /** The picture as a file. */
   async saved(picture: Picture): Promise<Blob> {
-    this.raster(picture);
-    const upright = new OffscreenCanvas(this.image.width, this.image.height);
-    const context = upright.getContext("2d");
-    context?.scale(1, -1);
-    context?.drawImage(this.image, 0, -this.image.height);
+    const [rows, columns] = picture.shape;
+    const upright = new OffscreenCanvas(columns, rows);
+    upright.getContext("2d")?.putImageData(raster(picture), 0, 0);
     return upright.convertToBlob({ type: "image/png" });
+  }
+
+  /** Whether a contact is being dragged now. */
+  get dragged(): boolean {
+    return this.drag !== null;
   }
 
   focus(number: number): void {
     this.marks[number]?.group.focus({ preventScroll: true });
-  }
-
-  private raster({ shape: [rows, columns, colours], image }: Picture): void {
-    const data = new ImageData(columns, rows);
-    const pixels = new Uint32Array(data.data.buffer);
-    for (let i = 0, k = 0; i < pixels.length; i++, k += colours) {
-      const [green, blue] = colours === 3 ? [image[k + 1], image[k + 2]] : [image[k], image[k]];
-      pixels[i] = 0xff000000 | (blue << 16) | (green << 8) | image[k];
-    }
-    this.image.width = columns;
-    this.image.height = rows;
-    this.image.getContext("2d")?.putImageData(data, 0, 0);
   }
 
   private size(model: PadModel): [number, number] {
@@ -250,4 +240,18 @@ export class Surface {
     } else return;
     event.preventDefault();
   }
+}
+
+/** Pixels from above: rows of a picture count from the most negative y. */
+function raster({ shape: [rows, columns, colours], image }: Picture): ImageData {
+  const data = new ImageData(columns, rows);
+  const pixels = new Uint32Array(data.data.buffer);
+  for (let row = 0, k = 0; row < rows; row++) {
+    let i = (rows - 1 - row) * columns;
+    for (let column = 0; column < columns; column++, i++, k += colours) {
+      const [green, blue] = colours === 3 ? [image[k + 1], image[k + 2]] : [image[k], image[k]];
+      pixels[i] = 0xff000000 | (blue << 16) | (green << 8) | image[k];
+    }
+  }
+  return data;
 }
