@@ -3,7 +3,8 @@
 Runs Debian's chromium without a screen, on this machine.  Input-to-paint is from the time stamp of
 a pointer's movement to the first moment after the frame that shows it; a painted frame is an
 animation frame in which the page drew the fringes anew.  Live, it is one that shows another moment
-of a simulated camera under a load that is read without a search.
+of a simulated camera under a load that is read without a search.  On the pad, whose pictures come
+from the server, a movement is shown by the first picture that was asked for after it.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ import socket
 import statistics
 import time
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
-from playwright.async_api import Page, async_playwright
+from playwright.async_api import Browser, Locator, Page, async_playwright
 from rich.console import Console
 from rich.table import Table
 
@@ -38,6 +40,7 @@ FLAGS = [
     "--disable-background-networking", "--disable-component-update",
 ]  # fmt: skip
 TOKEN = "benchmark"
+ARROW = "Tactel 6, normal force"
 SECONDS, ACTIONS = 6.0, 200
 WATCH = """() => {
   window.seen = { moved: [], delays: [], paints: 0 };
@@ -68,6 +71,36 @@ LIVE = """(seconds) => new Promise((resolve) => {
 })"""
 
 
+ASKED = """() => {
+  window.asked = {};
+  const send = WebSocket.prototype.send;
+  WebSocket.prototype.send = function (frame) {
+    const header = JSON.parse(new TextDecoder().decode(frame.subarray(4)));
+    if (header.type === 'press') asked[header.id] = performance.now();
+    send.call(this, frame);
+  };
+}"""
+WATCH_PAD = """() => {
+  window.seen = { moved: [], delays: [], paints: 0 };
+  const channel = new MessageChannel();
+  channel.port1.onmessage = ({ data }) => {
+    const now = performance.now();
+    const shown = seen.moved.filter((stamp) => stamp <= asked[data]);
+    seen.moved = seen.moved.filter((stamp) => stamp > asked[data]);
+    seen.delays.push(...shown.map((stamp) => now - stamp));
+  };
+  let last = '';
+  addEventListener('pointermove', (event) => seen.moved.push(event.timeStamp), true);
+  new MutationObserver(() => {
+    const { painted } = document.body.dataset;
+    if (painted === last) return;
+    last = painted;
+    seen.paints += 1;
+    requestAnimationFrame(() => channel.port2.postMessage(painted));
+  }).observe(document.body, { attributeFilter: ['data-painted'] });
+}"""
+
+
 def _pressed(times: np.ndarray) -> np.ndarray:
     size = 1 + 0.1 * np.sin(np.pi * times)
     return size[:, None, None] * polar(1.0, 10, n=11)
@@ -77,9 +110,9 @@ def _camera(model: SensorModel) -> SimulatedCamera:
     return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
 
 
-def _serve(port: int, ready: Connection) -> None:
-    start = Start(load_sensor("saad"))
-    serve(start, TOKEN, "127.0.0.1", port, ready.send, Source(_camera))
+def _serve(port: int, ready: Connection, design: str) -> None:
+    camera = Source(_camera) if design == "saad" else None
+    serve(Start(load_sensor(design)), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 async def watch(page: Page) -> tuple[float, str]:
@@ -89,10 +122,10 @@ async def watch(page: Page) -> tuple[float, str]:
     return await page.evaluate(LIVE, SECONDS)
 
 
-async def drag(page: Page) -> tuple[float, float, float]:
+async def drag(page: Page, handle: Locator) -> tuple[float, float, float]:
     """Frames per second, median and 95th percentile of input-to-paint [ms] of one long drag."""
     await page.evaluate("() => { seen.moved = []; seen.delays = []; seen.paints = 0; }")
-    box = await page.get_by_role("slider", name="Tactel 6, normal force").bounding_box()
+    box = await handle.bounding_box()
     assert box is not None
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     await page.mouse.move(x, y)
@@ -162,18 +195,48 @@ async def wander(page: Page) -> None:
     await page.wait_for_timeout(1500)
 
 
-async def main() -> None:
+async def pad(browser: Browser, address: str) -> list[tuple[str, str, str]]:
+    """Rows of the pad's page."""
+    page = await browser.new_page(viewport={"width": 1440, "height": 1000})
+    await page.add_init_script(f"({ASKED})()")
+    start = time.perf_counter()
+    await page.goto(address)
+    await page.wait_for_selector("body[data-painted]:not([data-painted=''])")
+    rows = [("pad: first picture", f"{time.perf_counter() - start:.2f} s", "2 s")]
+    await page.locator("#status[data-status=OK]").wait_for(timeout=180_000)
+    await page.evaluate(WATCH_PAD)
+    for view in ("white", "light", "camera-0"):
+        await page.get_by_label("seen in").select_option(view)
+        await page.wait_for_timeout(3000)
+        rate, median, late = await drag(page, page.locator(".centre"))
+        rows.append((f"pad: painted frames per second, dragging, {view}", f"{rate:.0f}", "30"))
+        text = f"{median:.0f} ({late:.0f}) ms"
+        rows.append((f"pad: input to paint, median (95 %), {view}", text, "50 ms"))
+    start = time.perf_counter()
+    await page.get_by_role("button", name="Five fingers").click()
+    await page.locator("#behind").wait_for(state="visible")
+    await page.locator("#behind").wait_for(state="hidden", timeout=180_000)
+    rows.append(("pad: five new fingers read", f"{time.perf_counter() - start:.1f} s", ""))
+    await page.close()
+    return rows
+
+
+def started(design: str) -> tuple[BaseProcess, str, float]:
+    """A server's process, its address, and how long it took to be ready [s]."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    address = f"http://127.0.0.1:{port}/{TOKEN}/"
     context = multiprocessing.get_context("spawn")
     told, tell = context.Pipe(duplex=False)
     start = time.perf_counter()
-    server = context.Process(target=_serve, args=(port, tell))
+    server = context.Process(target=_serve, args=(port, tell, design))
     server.start()
-    told.recv()
-    rows = [("server ready", f"{time.perf_counter() - start:.1f} s", "")]
+    return server, told.recv(), time.perf_counter() - start
+
+
+async def main() -> None:
+    server, address, ready = started("saad")
+    rows = [("server ready", f"{ready:.1f} s", "")]
     errors: list[str] = []
     foreign: list[str] = []
     async with async_playwright() as playwright:
@@ -192,7 +255,7 @@ async def main() -> None:
         await page.locator("#status[data-status=OK]").wait_for()
         await page.evaluate(WATCH)
         for _ in range(2):
-            rate, median, late = await drag(page)
+            rate, median, late = await drag(page, page.get_by_role("slider", name=ARROW))
             rows.append(("painted frames per second, dragging", f"{rate:.0f}", "30"))
             rows.append(("input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"))
         changes = await design_changes(page)
@@ -203,6 +266,11 @@ async def main() -> None:
         rows.append((f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"))
         await page.get_by_role("button", name="Live").click()
         await wander(page)
+        await page.close()
+        server.terminate()
+        server, address, ready = started("pad")
+        rows.append(("pad: server ready", f"{ready:.1f} s", ""))
+        rows += await pad(browser, address)
         await browser.close()
     server.terminate()
     size = sum(path.stat().st_size for path in Path(STATIC).iterdir())

@@ -6,10 +6,11 @@ import socket
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
-from fringeforce.design import load_sensor
+from fringeforce.design import Sensor, load_sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
 from fringeforce.explorer.session import Start
+from fringeforce.pads.design import Pad
 
 TOKEN = "token-of-the-tests"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -25,15 +26,16 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def _serve(port: int, ready: Connection, camera: Source | None) -> None:
-    serve(Start(load_sensor("saad")), TOKEN, "127.0.0.1", port, ready.send, camera)
+def _serve(port: int, ready: Connection, sensor: Sensor | Pad, camera: Source | None) -> None:
+    serve(Start(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 class LocalServer:
     """The explorer in a process of its own, which can be killed and started again."""
 
-    def __init__(self, camera: Source | None = None) -> None:
+    def __init__(self, camera: Source | None = None, sensor: Sensor | Pad | None = None) -> None:
         self.camera = camera
+        self.sensor = sensor or load_sensor("saad")
         self.port = free_port()
         self.address = f"http://127.0.0.1:{self.port}/{TOKEN}/"
         self.process: BaseProcess | None = None
@@ -41,7 +43,9 @@ class LocalServer:
     def start(self) -> None:
         context = multiprocessing.get_context("spawn")
         told, tell = context.Pipe(duplex=False)
-        self.process = context.Process(target=_serve, args=(self.port, tell, self.camera))
+        self.process = context.Process(
+            target=_serve, args=(self.port, tell, self.sensor, self.camera)
+        )
         self.process.start()
         assert told.poll(60), "the server did not start"
         assert told.recv() == self.address

@@ -28,7 +28,9 @@ def test_the_lock_file_records_no_download_addresses() -> None:
     assert "registry" not in text
 
 
-@pytest.mark.parametrize("path", [*WEB.glob("src/*"), WEB / "index.html"], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "path", [*WEB.glob("src/**/*.*"), *WEB.glob("*.html")], ids=lambda p: p.name
+)
 def test_no_source_of_the_page_is_longer_than_a_sitting(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
 

@@ -35,21 +35,26 @@ def explore(
     import webbrowser
 
     from fringeforce.cli.arguments import is_model
-    from fringeforce.design import load_strip, shipped_designs
+    from fringeforce.design import Sensor, load_sensor, shipped_designs, shipped_pads
+    from fringeforce.errors import InputError
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import Start
 
-    if target not in shipped_designs() and is_model(target):
-        from fringeforce.files import load_strip_model
+    name = target.removeprefix("pads/")
+    known = name in shipped_designs() or name in shipped_pads()
+    if not known and is_model(target):
+        from fringeforce.files import load_model
 
-        model = load_strip_model(target)
+        model = load_model(target)
         start = Start(model.sensor, pickle.dumps(model))
     else:
-        start = Start(load_strip(target))
+        start = Start(load_sensor(name if known else target))
 
     source = None
     if camera is not None:
+        if not isinstance(start.sensor, Sensor):
+            raise InputError("A camera can be watched for strips only; leave out --camera.")
         from fringeforce.cameras.camera import Settings
 
         source = _source(camera, Settings(line_rate, exposure, block))

@@ -23,19 +23,23 @@ MAX_REQUEST = 65536
 _PAD = 8
 _DTYPES = {"f4": "<f4", "u1": "<u1", "u2": "<u2", "i4": "<i4"}
 
-Value = Annotated[str, Field(max_length=200)] | int | float | bool
+Pair = Annotated[list[int], Field(min_length=2, max_length=2)]
+Value = Annotated[str, Field(max_length=200)] | int | float | bool | Pair
 Force = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
 Forces = Annotated[
     list[Annotated[list[Force], Field(max_length=64)]], Field(min_length=2, max_length=2)
 ]
 
 
-class _Request(BaseModel):
+class Request(BaseModel):
+    """What every question of a page has."""
+
     model_config = ConfigDict(frozen=True, extra="forbid")
+    type: Any
     id: Annotated[int, Field(ge=0)]
 
 
-class DesignRequest(_Request):
+class DesignRequest(Request):
     """Characterise a design: one that the server knows by name, with changes by dotted path."""
 
     type: Literal["design"]
@@ -46,7 +50,7 @@ class DesignRequest(_Request):
     ] = {}
 
 
-class ReadRequest(_Request):
+class ReadRequest(Request):
     """Expose one noisy camera line under these forces [N] and read it."""
 
     type: Literal["read"]
@@ -55,7 +59,7 @@ class ReadRequest(_Request):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
 
 
-class DownloadRequest(_Request):
+class DownloadRequest(Request):
     """A file of the design, the model, the forces or the reading."""
 
     type: Literal["download"]
@@ -65,7 +69,7 @@ class DownloadRequest(_Request):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
 
 
-class LiveRequest(_Request):
+class LiveRequest(Request):
     """What is new of the camera, which is started if need be."""
 
     type: Literal["live"]
@@ -73,8 +77,9 @@ class LiveRequest(_Request):
     again: bool = False
 
 
-Request = DesignRequest | ReadRequest | DownloadRequest | LiveRequest
-_REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
+_Wish = DesignRequest | ReadRequest | DownloadRequest | LiveRequest
+STRIP: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])
+"""What the page of a strip may ask."""
 
 
 def encoded(header: Mapping[str, Any], blocks: Mapping[str, NDArray[Any]] | None = None) -> bytes:
@@ -120,8 +125,15 @@ def decoded(frame: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     return header, blocks
 
 
-def request(frame: bytes) -> Request:
+def request(frame: bytes, understood: TypeAdapter[Request] = STRIP) -> Request:
     """What the page asks for.
+
+    Parameters
+    ----------
+    frame : bytes
+        As it came.
+    understood : TypeAdapter
+        What this page may ask.
 
     Raises
     ------
@@ -131,7 +143,7 @@ def request(frame: bytes) -> Request:
     header, _ = decoded(frame)
     header.pop("blocks", None)
     try:
-        return _REQUEST.validate_python(header)
+        return understood.validate_python(header)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"][1:])) or "the message"

@@ -8,24 +8,30 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.routing import Mount, WebSocketRoute
+from starlette.requests import Request
+from starlette.responses import FileResponse
+from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from fringeforce.design import Sensor
 from fringeforce.errors import InputError
+from fringeforce.explorer.pads.session import PadSession
+from fringeforce.explorer.pads.workers import PadWorkers
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
-from fringeforce.explorer.session import Session, Start
+from fringeforce.explorer.session import Conversation, Send, Session, Start
 from fringeforce.explorer.workers import Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live, Source
 
 STATIC = Path(__file__).parent / "static"
+Conversations = Callable[[Send, "Live | None"], Conversation]
 PAGES = 8
 """Pages that may be open at a time."""
 
@@ -49,8 +55,8 @@ def application(
     camera : Source, optional
         Pages can watch it; it is started when the first one does.
     """
-    workers = Workers()
-    sessions: set[Session] = set()
+    workers, page_file, about = _kind(start)
+    sessions: set[Conversation] = set()
     live: Live | None = None
 
     @asynccontextmanager
@@ -75,7 +81,7 @@ def application(
             await websocket.close(1013, "Too many pages are open.")
             return
         await websocket.accept()
-        session = Session(start, workers, websocket.send_bytes, live)
+        session = about(websocket.send_bytes, live)
         sessions.add(session)
         try:
             await session.greet()
@@ -93,9 +99,21 @@ def application(
             sessions.discard(session)
             session.close()
 
-    page = StaticFiles(directory=STATIC, html=True)
-    routes = [WebSocketRoute("/socket", converse), Mount("/", page)]
+    async def first(_: Request) -> FileResponse:
+        return FileResponse(STATIC / page_file)
+
+    files = Mount("/", StaticFiles(directory=STATIC))
+    routes = [WebSocketRoute("/socket", converse), Route("/", first), files]
     return Guard(Starlette(routes=routes, lifespan=lifespan), token)
+
+
+def _kind(start: Start) -> tuple[Any, str, Conversations]:
+    """Who computes, the page's file, and its conversations, for a strip or for a pad."""
+    if isinstance(start.sensor, Sensor):
+        strips = Workers()
+        return strips, "index.html", lambda send, live: Session(start, strips, send, live)
+    pads = PadWorkers()
+    return pads, "pad.html", lambda send, _: PadSession(start, pads, send)
 
 
 def serve(

@@ -5,14 +5,16 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
-from fringeforce.design import Sensor, load_strip, shipped_designs
+from fringeforce.design import load_strip, shipped_designs
 from fringeforce.errors import FringeforceError, InputError
 from fringeforce.explorer.protocol import (
+    STRIP,
     DesignRequest,
     DownloadRequest,
     LiveRequest,
@@ -37,9 +39,9 @@ class StaleDesignError(InputError):
 
 @dataclass(frozen=True)
 class Start:
-    """Where a page begins: a design, and its pickled model where one was given."""
+    """Where a page begins: a Sensor or a Pad, and its pickled model where one was given."""
 
-    sensor: Sensor
+    sensor: Any
     model: bytes | None = None
 
 
@@ -70,8 +72,68 @@ class LatestWins:
             del self.running[kind]
 
 
-class Session:
-    """What one page asked for last.
+class Conversation:
+    """What all pages' conversations have in common.
+
+    Parameters
+    ----------
+    send : coroutine function
+        Takes one frame to the page.
+    """
+
+    understood: ClassVar[TypeAdapter[Request]] = STRIP
+    """What the page may ask."""
+
+    def __init__(self, send: Send) -> None:
+        self.send = send
+        self.wishes = LatestWins(self._answer)
+
+    async def greet(self) -> None:
+        """Say what there is."""
+        raise NotImplementedError
+
+    async def receive(self, frame: bytes) -> None:
+        """Take in one message of the page."""
+        try:
+            wish = request(frame, self.understood)
+        except InputError as error:
+            await self._refuse(None, error)
+            return
+        self.wishes.put(wish.slot if isinstance(wish, DesignRequest) else wish.type, wish)
+
+    def close(self) -> None:
+        """The page has gone."""
+        self.wishes.close()
+
+    async def _fulfil(self, wish: Request) -> None:
+        raise NotImplementedError
+
+    async def _answer(self, wish: Request) -> None:
+        try:
+            await self._fulfil(wish)
+        except FringeforceError as error:
+            await self._refuse(wish, error)
+        except (ArithmeticError, ValueError, RuntimeError, MemoryError) as error:
+            # numbers that a drawing may hold but arithmetic cannot: the page must hear of it
+            await self._refuse(wish, InputError(f"This cannot be computed: {error}."))
+
+    async def _refuse(self, wish: Request | None, error: Exception) -> None:
+        stale = isinstance(error, StaleDesignError)
+        header: dict[str, Any] = {"type": "refused", "text": str(error), "stale": stale}
+        if wish is not None:
+            header |= {"id": wish.id, "of": wish.type}
+        if isinstance(wish, DesignRequest):
+            header["slot"] = wish.slot
+        await self._say(header)
+
+    async def _say(
+        self, header: Mapping[str, Any], blocks: Mapping[str, NDArray[Any]] | None = None
+    ) -> None:
+        await self.send(encoded(header, blocks))
+
+
+class Session(Conversation):
+    """What one page of a strip asked for last.
 
     Parameters
     ----------
@@ -88,8 +150,8 @@ class Session:
     def __init__(
         self, start: Start, workers: Workers, send: Send, live: Live | None = None
     ) -> None:
-        self.start, self.workers, self.send = start, workers, send
-        self.wishes = LatestWins(self._answer)
+        super().__init__(send)
+        self.start, self.workers = start, workers
         self.current: tuple[int, Solved] | None = None
         self.watcher = None if live is None else live.watcher()
 
@@ -98,34 +160,15 @@ class Session:
         camera = self.watcher is not None
         await self._say({"type": "hello", "designs": list(shipped_designs()), "camera": camera})
 
-    async def receive(self, frame: bytes) -> None:
-        """Take in one message of the page."""
-        try:
-            wish = request(frame)
-        except InputError as error:
-            await self._refuse(None, error)
-            return
-        self.wishes.put(wish.slot if isinstance(wish, DesignRequest) else wish.type, wish)
-
-    def close(self) -> None:
-        """The page has gone."""
-        self.wishes.close()
-
-    async def _answer(self, wish: Request) -> None:
-        try:
-            if isinstance(wish, DesignRequest):
-                await self._design(wish)
-            elif isinstance(wish, ReadRequest):
-                await self._read(wish)
-            elif isinstance(wish, LiveRequest):
-                await self._look(wish)
-            else:
-                await self._download(wish)
-        except FringeforceError as error:
-            await self._refuse(wish, error)
-        except (ArithmeticError, ValueError, RuntimeError, MemoryError) as error:
-            # numbers that a drawing may hold but arithmetic cannot: the page must hear of it
-            await self._refuse(wish, InputError(f"This cannot be computed: {error}."))
+    async def _fulfil(self, wish: Request) -> None:
+        if isinstance(wish, DesignRequest):
+            await self._design(wish)
+        elif isinstance(wish, ReadRequest):
+            await self._read(wish)
+        elif isinstance(wish, LiveRequest):
+            await self._look(wish)
+        elif isinstance(wish, DownloadRequest):
+            await self._download(wish)
 
     async def _design(self, wish: DesignRequest) -> None:
         base = Start(load_strip(wish.start)) if wish.start in shipped_designs() else self.start
@@ -160,17 +203,3 @@ class Session:
         if self.current is None or self.current[0] != wish.design:
             raise StaleDesignError("This design is no longer the current one; ask again.")
         return self.current[1].model
-
-    async def _refuse(self, wish: Request | None, error: Exception) -> None:
-        stale = isinstance(error, StaleDesignError)
-        header: dict[str, Any] = {"type": "refused", "text": str(error), "stale": stale}
-        if wish is not None:
-            header |= {"id": wish.id, "of": wish.type}
-        if isinstance(wish, DesignRequest):
-            header["slot"] = wish.slot
-        await self._say(header)
-
-    async def _say(
-        self, header: Mapping[str, Any], blocks: Mapping[str, NDArray[Any]] | None = None
-    ) -> None:
-        await self.send(encoded(header, blocks))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,6 +14,7 @@ from fringeforce.design import Sensor, Tactels, Transducer
 from fringeforce.errors import InputError
 from fringeforce.explorer.figures import design_figures
 from fringeforce.explorer.limits import check
+from fringeforce.explorer.values import flat_values
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import stress_field
@@ -94,19 +94,6 @@ def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
     if not all(np.isfinite(block).all() for block in small.values()):
         raise InputError("The fields of this design exceed what single precision can hold.")
     return Solution(model, facts, small)
-
-
-def flat_values(sensor: Sensor) -> dict[str, str | int | float]:
-    """The values of a design as its file spells them, by dotted path."""
-    return dict(_flattened(tomllib.loads(sensor.to_toml()), ""))
-
-
-def _flattened(values: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
-    for key, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flattened(value, f"{path}{key}.")
-        else:
-            yield path + key, value
 
 
 @lru_cache(maxsize=8)

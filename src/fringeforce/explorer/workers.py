@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import multiprocessing
+import os
 from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -18,9 +19,16 @@ REMEMBERED = 6
 
 
 class Worker:
-    """One process that is started when needed and again if it dies."""
+    """One process that is started when needed and again if it dies.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    patient : bool
+        Whether it leaves the processor to others who want it.
+    """
+
+    def __init__(self, patient: bool = False) -> None:
+        self._start = _step_back if patient else None
         self._pool: ProcessPoolExecutor | None = None
 
     async def run(self, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -41,8 +49,14 @@ class Worker:
         if self._pool is None:
             # a fresh interpreter, because the server's own has threads that must not be forked
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(max_workers=1, mp_context=context)
+            self._pool = ProcessPoolExecutor(1, context, self._start)
         return await asyncio.wrap_future(self._pool.submit(function, *arguments))
+
+
+def _step_back() -> None:
+    # not every system knows the word
+    if hasattr(os, "nice"):
+        os.nice(10)
 
 
 class Workers:

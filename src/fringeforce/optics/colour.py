@@ -1,16 +1,51 @@
-"""The colour in which a screen shows monochromatic light."""
+"""The colours in which a screen shows light of one wavelength or of many."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+_TO_RGB = np.array(
+    [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
+)
+"""From CIE XYZ to linear RGB of IEC 61966-2-1."""
+
 
 def light_colour(wavelength: float) -> NDArray[np.float64]:
     """Linear RGB of monochromatic light, brightest channel one, shape (3,).
 
-    Gaussian fits to the CIE 1931 colour matching functions by Wyman, Sloan and Shirley, J. Comput.
-    Graph. Tech. 2 (2), 2013; the wavelength is in metres.
+    Parameters
+    ----------
+    wavelength : float
+        In metres.
+    """
+    rgb = np.clip(_TO_RGB @ tristimulus(wavelength), 0, None)
+    return rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
+
+
+def white_light(wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What each of many wavelengths adds to linear RGB, shape (n, 3); all together make white.
+
+    Parameters
+    ----------
+    wavelengths : ndarray, shape (n,)
+        Evenly spaced, of equal power, over the visible spectrum [m].
+    """
+    rgb = np.array([_TO_RGB @ tristimulus(wavelength) for wavelength in wavelengths])
+    return rgb / rgb.sum(axis=0)
+
+
+def encoded(rgb: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """Linear RGB as the eight bits of a screen (IEC 61966-2-1), clipped to what it can show."""
+    step = np.clip(rgb, 0, 1) * (len(_ENCODED) - 1) + 0.5
+    return _ENCODED[step.astype(np.uint16)]
+
+
+def tristimulus(wavelength: float) -> NDArray[np.float64]:
+    """CIE 1931 XYZ of monochromatic light, shape (3,).
+
+    Gaussian fits by Wyman, Sloan and Shirley, J. Comput. Graph. Tech. 2 (2), 2013; the wavelength
+    is in metres.
     """
     nm = wavelength * 1e9
 
@@ -18,7 +53,7 @@ def light_colour(wavelength: float) -> NDArray[np.float64]:
         slope = left if nm < centre else right
         return height * np.exp(-0.5 * ((nm - centre) * slope) ** 2)
 
-    xyz = np.array(
+    return np.array(
         [
             lobe(1.056, 599.8, 1 / 37.9, 1 / 31.0)
             + lobe(0.362, 442.0, 1 / 16.0, 1 / 26.7)
@@ -27,8 +62,12 @@ def light_colour(wavelength: float) -> NDArray[np.float64]:
             lobe(1.217, 437.0, 1 / 11.8, 1 / 36.0) + lobe(0.681, 459.0, 1 / 26.0, 1 / 13.8),
         ]
     )
-    to_rgb = np.array(
-        [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
-    )
-    rgb = np.clip(to_rgb @ xyz, 0, None)
-    return rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
+
+
+def _encoding(levels: int) -> NDArray[np.uint8]:
+    linear = np.linspace(0, 1, levels)
+    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.round(255 * curve).astype(np.uint8)
+
+
+_ENCODED = _encoding(16384)

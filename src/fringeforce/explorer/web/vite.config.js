@@ -10,9 +10,12 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     target: "es2022",
+    cssCodeSplit: false,
     rollupOptions: {
+      input: { explorer: "index.html", pad: "pad.html" },
       output: {
-        entryFileNames: "explorer.js",
+        entryFileNames: "[name].js",
+        chunkFileNames: "shared.js",
         assetFileNames: "explorer[extname]",
       },
     },

@@ -21,6 +21,7 @@ export class Connection {
   constructor(
     private readonly onMessage: (message: Message) => void,
     private readonly onLink: (alive: boolean) => void,
+    private readonly readPause = READ_PAUSE,
   ) {
     this.open();
   }
@@ -50,7 +51,7 @@ export class Connection {
   /** Whether the last reading was asked for only just now; then it is asked for again later. */
   private resting(): boolean {
     const now = performance.now();
-    const left = this.readAt + READ_PAUSE - now;
+    const left = this.readAt + this.readPause - now;
     if (left <= 0) {
       this.readAt = now;
       return false;

@@ -16,7 +16,7 @@ export interface Group {
   controls: Control[];
 }
 
-const thickness = (part: string, range: [number, number]): Control => ({
+export const thickness = (part: string, range: [number, number]): Control => ({
   path: `transducer.${part}.thickness`,
   name: "Thickness",
   unit: "mm",
@@ -24,7 +24,7 @@ const thickness = (part: string, range: [number, number]): Control => ({
   logarithmic: true,
 });
 
-const stiffness = (part: string, range: [number, number]): Control => ({
+export const stiffness = (part: string, range: [number, number]): Control => ({
   path: `transducer.${part}.youngs_modulus`,
   name: "Young's modulus",
   unit: "MPa",
@@ -32,7 +32,7 @@ const stiffness = (part: string, range: [number, number]): Control => ({
   logarithmic: true,
 });
 
-const poisson = (part: string): Control => ({
+export const poisson = (part: string): Control => ({
   path: `transducer.${part}.poissons_ratio`,
   name: "Poisson's ratio",
   range: [0.1, 0.499],
@@ -103,11 +103,30 @@ const QUANTITIES = new Set(
   GROUPS.flatMap(({ controls }) => controls.filter(({ unit }) => unit).map(({ path }) => path)),
 );
 
+/** A value of a design: a number, a quantity with its unit, a word, or two whole numbers. */
+export type Value = string | number | number[];
+export type Changes = Record<string, Value>;
+
+const PAIR = /^\[?\s*(\d+)\s*[x×,\s]\s*(\d+)\s*\]?$/;
+
 /** What was typed, as the library takes it: a quantity stays text, for it needs its unit. */
-export function typed(path: string, text: string): string | number {
+export function typed(path: string, text: string): Value {
   const trimmed = text.trim();
+  const pair = PAIR.exec(trimmed);
+  if (pair) return [Number(pair[1]), Number(pair[2])];
   const plain = !QUANTITIES.has(path) && trimmed !== "" && Number.isFinite(Number(trimmed));
   return plain ? Number(trimmed) : trimmed;
+}
+
+/** A value as it is typed. */
+export function spelled(value: Value): string {
+  return Array.isArray(value) ? value.join(" × ") : `${value}`;
+}
+
+/** Changes of a design that a link holds. */
+export function changesOf(values: URLSearchParams): Changes {
+  const paths = [...values].filter(([key]) => key.startsWith(".")).map(([key, text]) => [key.slice(1), text]);
+  return Object.fromEntries(paths.map(([path, text]) => [path, typed(path, text)]));
 }
 
 const SIZES: Record<string, number> = {
@@ -116,7 +135,7 @@ const SIZES: Record<string, number> = {
 };
 
 /** A quantity in the control's own unit, or NaN where only the library can read it. */
-export function inUnit(value: string | number, unit: string | undefined): number {
+export function inUnit(value: Value, unit: string | undefined): number {
   if (!unit) return Number(value);
   const match = /^\s*([-+.\deE]+)\s*([a-zA-Zµ]+)\s*$/.exec(`${value}`);
   return match ? (Number(match[1]) * SIZES[match[2]]) / SIZES[unit] : Number.NaN;

@@ -1,9 +1,16 @@
 /** The form of design values: typed as in a design file, or slid; refusals stand beside them. */
 
-import { atNotch, type Control, GROUPS, inUnit, NOTCHES, notch, typed } from "./controls";
+import {
+  atNotch, type Changes, type Control, type Group, inUnit, NOTCHES, notch, spelled, typed, type Value,
+} from "./controls";
 import { byId, element } from "./dom";
-import type { Model } from "./model";
-import type { Store } from "./store";
+
+/** Who keeps the changes. */
+interface Keeper {
+  readonly state: { changes: Changes };
+  change(part: { changes: Changes }, commit?: boolean): void;
+  commit(): void;
+}
 
 interface Row {
   control: Control;
@@ -17,10 +24,15 @@ export class DesignForm {
   private readonly rows = new Map<string, Row>();
   private last = "";
 
-  constructor(private readonly store: Store) {
+  /** Unless eager, a design that is slid is asked for only when the slider is let go. */
+  constructor(
+    private readonly store: Keeper,
+    groups: Group[],
+    private readonly eager = true,
+  ) {
     const form = byId<HTMLFormElement>("design");
     form.addEventListener("submit", (event) => event.preventDefault());
-    for (const [i, group] of GROUPS.entries()) {
+    for (const [i, group] of groups.entries()) {
       const rows = group.controls.map((control) => this.made(control));
       const fold = element("details", i < 3 || innerWidth > 900 ? { open: "" } : {});
       fold.append(element("summary", {}, group.name), ...rows);
@@ -29,11 +41,11 @@ export class DesignForm {
   }
 
   /** Show the values of a design that the server accepted. */
-  show(model: Model): void {
+  show(values: Record<string, Value>): void {
     this.clear();
     for (const { control, field, slider } of this.rows.values()) {
-      const value = this.store.state.changes[control.path] ?? model.facts.values[control.path];
-      if (document.activeElement !== field || control.choices) field.value = `${value}`;
+      const value = this.store.state.changes[control.path] ?? values[control.path];
+      if (document.activeElement !== field || control.choices) field.value = spelled(value);
       if (slider && document.activeElement !== slider) this.place(control, slider, value);
     }
   }
@@ -44,7 +56,7 @@ export class DesignForm {
     const lines = text.split("\n").map((line) => line.trim());
     const rest: string[] = [];
     for (const line of lines.length > 1 ? lines.slice(1) : lines) {
-      const row = this.named(/^[\w.]+/.exec(line)?.[0] ?? "");
+      const row = this.named(/^(?:the design: )?([\w.]+)/.exec(line)?.[1] ?? "");
       if (!row) {
         rest.push(line);
         continue;
@@ -73,7 +85,7 @@ export class DesignForm {
     }
   }
 
-  private change(path: string, value: string | number, commit: boolean): void {
+  private change(path: string, value: Value, commit: boolean): void {
     this.last = path;
     this.store.change({ changes: { ...this.store.state.changes, [path]: value } }, commit);
   }
@@ -108,16 +120,19 @@ export class DesignForm {
     slider.addEventListener("input", () => {
       field.value = `${value()}`;
       slider.setAttribute("aria-valuetext", field.value);
-      this.change(control.path, value(), false);
+      if (this.eager) this.change(control.path, value(), false);
     });
-    slider.addEventListener("change", () => this.store.commit());
+    slider.addEventListener("change", () => {
+      if (this.eager) this.store.commit();
+      else this.change(control.path, value(), true);
+    });
     return slider;
   }
 
-  private place(control: Control, slider: HTMLInputElement, value: string | number): void {
+  private place(control: Control, slider: HTMLInputElement, value: Value): void {
     const number = inUnit(value, control.unit);
     if (Number.isFinite(number)) slider.value = `${notch(control, number)}`;
-    slider.setAttribute("aria-valuetext", `${value}`);
+    slider.setAttribute("aria-valuetext", spelled(value));
   }
 }
 

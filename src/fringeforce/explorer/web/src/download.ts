@@ -9,14 +9,15 @@ export const SERVER_FILES = {
   reading: "Reading (.csv)",
 } as const;
 
-const PICTURES = { svg: "Figure (.svg)", png: "Figure (.png)" } as const;
+export const PICTURES = { svg: "Figure (.svg)", png: "Figure (.png)" } as const;
 
 export type ServerFile = keyof typeof SERVER_FILES;
 export type Picture = keyof typeof PICTURES;
 
-export function downloadMenu(
+export function downloadMenu<P extends string>(
+  names: Record<P, string>,
   onFile: (kind: ServerFile) => void,
-  onPicture: (kind: Picture) => void,
+  onPicture: (kind: P) => void,
 ): void {
   const menu = byId<HTMLDetailsElement>("download");
   const item = (kind: string, name: string, act: () => void) => {
@@ -28,7 +29,7 @@ export function downloadMenu(
     return button;
   };
   const files = Object.entries(SERVER_FILES) as [ServerFile, string][];
-  const pictures = Object.entries(PICTURES) as [Picture, string][];
+  const pictures = Object.entries(names) as [P, string][];
   menu.querySelector(".items")?.append(
     ...files.map(([kind, name]) => item(kind, name, () => onFile(kind))),
     ...pictures.map(([kind, name]) => item(kind, name, () => onPicture(kind))),

@@ -2,9 +2,10 @@
 
 import { EDGES, type Edges } from "./compare";
 import { Connection } from "./connection";
+import { GROUPS } from "./controls";
 import { DesignForm } from "./design";
 import { byId, element } from "./dom";
-import { downloadMenu, saveFile } from "./download";
+import { downloadMenu, PICTURES, saveFile } from "./download";
 import { showFigures } from "./figures";
 import { Live } from "./live";
 import { Model, type Reading, readingOf } from "./model";
@@ -27,7 +28,7 @@ export class Explorer {
   private live: Live | null = null;
   private readonly store = new Store(location.hash, (before) => this.changed(before));
   private readonly painting = new Painting(this.store, () => this.schedule());
-  private readonly form = new DesignForm(this.store);
+  private readonly form = new DesignForm(this.store, GROUPS);
   private readonly typed = new TypedForces(this.store);
   private readonly toolbar = new Toolbar(this.store, {
     preset: (key) => this.preset(key),
@@ -41,6 +42,7 @@ export class Explorer {
   constructor() {
     new Tour((key) => this.preset(key));
     downloadMenu(
+      PICTURES,
       (kind) => this.connection.want("download", () => this.question("download", { kind })),
       (kind) => this.painting.save(kind, this.reading),
     );
@@ -150,7 +152,7 @@ export class Explorer {
     showFigures(model, this.model);
     asDrawn(model);
     this.model = model;
-    this.form.show(model);
+    this.form.show(model.facts.values);
     byId<HTMLSelectElement>("start").value = this.store.state.start;
     this.wantReading();
     this.schedule();

@@ -1,13 +1,17 @@
 /** The strip of design figures, with what changed since the design before. */
 
 import { byId, element } from "./dom";
-import type { Figure, Model } from "./model";
+import type { Figure } from "./model";
 
-export function showFigures(model: Model, before: Model | null): void {
+interface Told {
+  facts: { figures: Figure[] };
+}
+
+export function showFigures(model: Told, before: Told | null): void {
   byId("figures").replaceChildren(...model.facts.figures.map((figure) => tile(figure, before)));
 }
 
-function tile(figure: Figure, before: Model | null): HTMLElement {
+function tile(figure: Figure, before: Told | null): HTMLElement {
   const old = before?.facts.figures.find(({ key }) => key === figure.key)?.value;
   const name = element("dt", {}, figure.name);
   const value = element("dd", { class: "value", "data-key": figure.key }, spelled(figure.value));

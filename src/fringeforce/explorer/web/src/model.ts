@@ -1,5 +1,6 @@
 /** What the server tells of a design, and what the page computes from it by superposition. */
 
+import type { Value } from "./controls";
 import type { Block, Message } from "./protocol";
 
 export interface Figure {
@@ -12,7 +13,7 @@ export interface Figure {
 
 export interface Facts {
   name: string;
-  values: Record<string, string | number>;
+  values: Record<string, Value>;
   figures: Figure[];
   light: [number, number, number];
   strip: { length: number; width: number; edges: "free" | "roller"; plane: string };

@@ -1,12 +1,13 @@
 /** What the person decided, with its history, and the link that restores it. */
 
-import { typed } from "./controls";
+import { type Changes, changesOf, spelled } from "./controls";
+import { Timeline } from "./timeline";
 
 export type Component = "sigma_x" | "sigma_z" | "tau_xz" | "principal";
 
 export interface State {
   start: string;
-  changes: Record<string, string | number>;
+  changes: Changes;
   normal: number[];
   tangential: number[];
   preset: string;
@@ -19,72 +20,26 @@ export interface View {
   compare: boolean;
 }
 
-const HISTORY = 200;
 const COMPONENTS: Component[] = ["sigma_x", "sigma_z", "tau_xz", "principal"];
 
-export class Store {
-  state: State;
+export class Store extends Timeline<State> {
   view: View;
-  private committed: State;
-  private past: State[] = [];
-  private future: State[] = [];
 
-  constructor(
-    hash: string,
-    private readonly onChange: (before: State) => void,
-  ) {
+  constructor(hash: string, onChange: (before: State) => void) {
     const values = new URLSearchParams(hash.replace(/^#/, ""));
-    this.state = stateOf(values);
+    super(stateOf(values), onChange);
     this.view = viewOf(values);
-    this.committed = this.state;
-  }
-
-  get canUndo(): boolean {
-    return this.past.length > 0;
-  }
-
-  get canRedo(): boolean {
-    return this.future.length > 0;
   }
 
   get loads(): number[] {
     return [...this.state.normal, ...this.state.tangential];
   }
 
-  /** Change something; a gesture commits only when it ends, so that undo takes it back whole. */
-  change(part: Partial<State>, commit = true): void {
-    const before = this.state;
-    this.state = { ...before, ...part };
-    if (commit) this.commit();
-    this.onChange(before);
-  }
-
-  commit(): void {
-    if (JSON.stringify(this.committed) === JSON.stringify(this.state)) return;
-    this.past = [...this.past.slice(1 - HISTORY), this.committed];
-    this.future = [];
-    this.committed = this.state;
-  }
-
-  /** Follow from the server, such as another number of tactels: no step of its own in history. */
-  amend(part: Partial<State>): void {
-    this.state = { ...this.state, ...part };
-    this.committed = this.state;
-  }
-
-  undo(): void {
-    this.travel(this.past, this.future);
-  }
-
-  redo(): void {
-    this.travel(this.future, this.past);
-  }
-
   get hash(): string {
     const { state, view } = this;
     const values = new URLSearchParams();
     if (state.start) values.set("start", state.start);
-    for (const [path, value] of Object.entries(state.changes)) values.set(`.${path}`, `${value}`);
+    for (const [path, value] of Object.entries(state.changes)) values.set(`.${path}`, spelled(value));
     if (state.preset) values.set("load", state.preset);
     else {
       values.set("n", state.normal.map(short).join(" "));
@@ -96,25 +51,14 @@ export class Store {
     if (view.compare) values.set("edges", "1");
     return `#${values}`;
   }
-
-  private travel(from: State[], to: State[]): void {
-    const target = from.pop();
-    if (!target) return;
-    const before = this.state;
-    to.push(this.committed);
-    this.state = this.committed = target;
-    this.onChange(before);
-  }
 }
 
 function stateOf(values: URLSearchParams): State {
-  const changes: State["changes"] = {};
-  for (const [key, value] of values) if (key.startsWith(".")) changes[key.slice(1)] = typed(key.slice(1), value);
   const [normal, tangential] = [numbers(values.get("n")), numbers(values.get("t"))];
   const given = normal.length > 0 && normal.length === tangential.length;
   return {
     start: values.get("start") ?? "",
-    changes,
+    changes: changesOf(values),
     normal: given ? normal : [],
     tangential: given ? tangential : [],
     preset: given ? "" : (values.get("load") ?? "paper"),

@@ -1,7 +1,7 @@
 /** Buttons above the pictures: history, link, theme, presets, and what is shown. */
 
-import { isDark } from "./colours";
-import { byId, element } from "./dom";
+import { commands, press, pressed, showCommands } from "./commands";
+import { byId } from "./dom";
 import { PRESETS } from "./presets";
 import { NAMES } from "./stress";
 import type { Component, Store } from "./store";
@@ -20,9 +20,7 @@ export class Toolbar {
     private readonly store: Store,
     private readonly acts: Acts,
   ) {
-    this.history();
-    this.link();
-    this.theme();
+    commands(store, () => store.hash, acts.view);
     for (const { key, name, hint } of PRESETS) {
       const button = pressed(name, hint);
       button.dataset.preset = key;
@@ -45,63 +43,16 @@ export class Toolbar {
   /** Show what is chosen. */
   show(): void {
     const { store } = this;
-    byId<HTMLButtonElement>("undo").disabled = !store.canUndo;
-    byId<HTMLButtonElement>("redo").disabled = !store.canRedo;
+    showCommands(store);
     for (const [key, button] of this.presets) press(button, key === store.state.preset);
     for (const [key, button] of this.components) press(button, key === store.view.component);
     press(this.mesh, store.view.mesh);
     press(byId("edges"), store.view.compare);
     byId("panel-edges").hidden = !store.view.compare;
-    byId("theme").textContent = isDark() ? "Light" : "Dark";
   }
 
   private view(part: Partial<Store["view"]>): void {
     Object.assign(this.store.view, part);
     this.acts.view();
   }
-
-  private history(): void {
-    byId("undo").addEventListener("click", () => this.store.undo());
-    byId("redo").addEventListener("click", () => this.store.redo());
-    addEventListener("keydown", (event) => {
-      if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
-      // text that is being typed has an undo of its own
-      if (event.target instanceof HTMLInputElement && event.target.type !== "range") return;
-      event.preventDefault();
-      if (event.shiftKey) this.store.redo();
-      else this.store.undo();
-    });
-  }
-
-  private link(): void {
-    byId("share").addEventListener("click", async () => {
-      const address = new URL(this.store.hash, location.href).href;
-      history.replaceState(null, "", address);
-      try {
-        await navigator.clipboard.writeText(address);
-        byId("link").textContent = "Link copied.";
-      } catch {
-        byId("link").textContent = "The address bar now holds the link.";
-      }
-    });
-  }
-
-  private theme(): void {
-    const root = document.documentElement;
-    const kept = localStorage.getItem("theme");
-    if (kept) root.dataset.theme = kept;
-    byId("theme").addEventListener("click", () => {
-      root.dataset.theme = isDark() ? "light" : "dark";
-      localStorage.setItem("theme", root.dataset.theme);
-      this.acts.view();
-    });
-  }
-}
-
-function pressed(name: string, hint: string): HTMLButtonElement {
-  return element("button", { type: "button", "aria-pressed": "false", title: hint }, name);
-}
-
-function press(button: HTMLElement, on: boolean): void {
-  button.setAttribute("aria-pressed", `${on}`);
 }

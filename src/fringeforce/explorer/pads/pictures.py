@@ -1,0 +1,115 @@
+"""What an eye or a camera sees of a pad, as colours for a screen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design_optics import Plates
+from fringeforce.optics.arrangement import arranged
+from fringeforce.optics.colour import encoded, light_colour, white_light
+from fringeforce.optics.integrated import turn
+from fringeforce.pads.design import Pad
+from fringeforce.pads.imaging import MOSAIC, Picture, measure
+from fringeforce.pads.model import PadModel
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Octets = NDArray[np.uint8]
+
+COARSE, FINE = 96, 256
+"""Pixels along the longer side of what the eye sees: while something moves, and at rest."""
+WAVELENGTHS = np.linspace(420e-9, 680e-9, 10)
+"""That stand for white light [m]."""
+SLICE = 64
+"""Pixels along the longer side of a picture of a slice."""
+
+
+def views(pad: Pad) -> list[tuple[str, str]]:
+    """What can be looked at: keys and names."""
+    nanometres = pad.polariscope.wavelength * 1e9
+    found = [("white", "White light"), ("light", f"Light of {nanometres:.4g} nm")]
+    several = len(pad.polariscope.pictures) > 1
+    for number, channel in enumerate(pad.polariscope.pictures):
+        own = f"channel {number + 1}, " if several else ""
+        if pad.camera.kind == "polarisation":
+            angles = np.ravel(MOSAIC)
+            found += [
+                (f"picture-{number}-{k}", f"{own}analyser {angles[k]:g}°".capitalize())
+                for k in np.argsort(angles)
+            ]
+        elif several or channel.arrangement not in (None, "dark field"):
+            kind = channel.arrangement or "dark field"
+            turned = f" {channel.angle:g}°" if kind in ("plane", "analyser") else ""
+            found.append((f"picture-{number}-0", f"{own}{kind}{turned}".capitalize()))
+        found.append((f"camera-{number}", f"{own}camera frame".capitalize()))
+    return found
+
+
+def eye(model: PadModel, longest: int) -> PadModel:
+    """The same pad seen on fewer pixels by a perfect lens."""
+    sides = np.array([model.sensor.transducer.length, model.sensor.transducer.width])
+    count = np.maximum(np.round(longest * sides / sides.max()), 2).astype(int).tolist()
+    camera = {"pixels": count, "blur": None, "kind": "ordinary"}
+    light = {"channels": ()}
+    return replace(model, sensor=model.sensor.replace(camera=camera, polariscope=light))
+
+
+def seen(model: PadModel, view: str, slices: Single) -> Octets:
+    """Colours of a view that an eye has, shape (rows, columns, 3), sRGB.
+
+    Parameters
+    ----------
+    model : PadModel
+        Of the pad itself.
+    view : str
+        A key of `views`, not a camera's.
+    slices : ndarray, shape (slices, 2, rows, columns)
+        Single-pass retardance at the polariscope's wavelength [rad].
+    """
+    light = model.sensor.polariscope
+    if view == "white":
+        share = np.stack([_dark_field(model, slices, w) for w in WAVELENGTHS], axis=-1)
+        return encoded(share @ white_light(WAVELENGTHS).astype(np.float32))
+    if view == "light":
+        colour, share = light.wavelength, _dark_field(model, slices, light.wavelength)
+    else:
+        number, kind = (int(part) for part in view.split("-")[1:])
+        picture = model.pictures[number]
+        one = Picture(picture.dispersion, picture.forms[kind : kind + 1])
+        colour = light.pictures[number].wavelength or light.wavelength
+        share = _intensity(slices, one)
+    return encoded(share[..., None] * light_colour(colour).astype(np.float32))
+
+
+def camera_picture(model: PadModel, view: str, frame: NDArray[Any]) -> Octets:
+    """Grey levels of one channel, stretched to eight bits, shape (rows, columns, 1)."""
+    levels = frame.reshape(-1, *frame.shape[-2:])[int(view.split("-")[1])]
+    scale = 255 / model.sensor.camera.full_scale
+    return np.round(levels[..., None] * scale).astype(np.uint8)
+
+
+def _dark_field(model: PadModel, slices: Single, wavelength: float) -> Single:
+    """Share of the light that a circular dark field lets through."""
+    light = model.sensor.polariscope
+    # frozen parts of a design are hashable, which pydantic does not tell the type checker
+    picture = _dark_picture(light.plates, light.wavelength / wavelength)  # type: ignore[arg-type]
+    return _intensity(slices, picture)
+
+
+@lru_cache(maxsize=64)
+def _dark_picture(plates: Plates | None, dispersion: float) -> Picture:
+    return Picture(dispersion, arranged("dark field", 0.0, plates, dispersion)[None])
+
+
+def _intensity(slices: Single, picture: Picture) -> Single:
+    stack = slices.reshape(*slices.shape[:2], -1) * np.float32(picture.dispersion)
+    light = np.empty((3, stack.shape[2]), dtype=np.float32)
+    turn(stack, light)
+    share = np.empty(stack.shape[2], dtype=np.float32)
+    measure(light, picture.packed, np.zeros(len(share), dtype=np.uint8), share)
+    return share.reshape(slices.shape[2:])

@@ -1,0 +1,72 @@
+"""What the page of a pad may ask."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from fringeforce.explorer.pads.contacts import Contact
+from fringeforce.explorer.protocol import DesignRequest, Force, Request
+
+MOST = 12
+"""Contacts at a time."""
+Place = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
+Seed = Annotated[int, Field(ge=0, lt=2**32)]
+
+
+class Touch(BaseModel):
+    """A contact, in metres, newtons and newton metres."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    x: Place
+    y: Place
+    radius: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
+    normal: Annotated[float, Field(ge=0, le=1000, allow_inf_nan=False)]
+    shear_x: Force = 0.0
+    shear_y: Force = 0.0
+    twist: Force = 0.0
+
+    @property
+    def contact(self) -> Contact:
+        """As the pad feels it."""
+        return Contact(**self.model_dump())
+
+
+class PressedRequest(Request):
+    """About a design that is pressed."""
+
+    design: int
+    contacts: Annotated[list[Touch], Field(max_length=MOST)]
+    seed: Seed = 0
+
+
+class PressRequest(PressedRequest):
+    """Forces of the tactels and what is seen; coarse while something moves."""
+
+    type: Literal["press"]
+    view: Annotated[str, Field(max_length=40)] = "white"
+    fine: bool = True
+
+
+class SlicesRequest(PressedRequest):
+    """Retardance of every slice."""
+
+    type: Literal["slices"]
+
+
+class PadReadRequest(PressedRequest):
+    """Expose one noisy frame and read it."""
+
+    type: Literal["read"]
+
+
+class PadDownloadRequest(PressedRequest):
+    """A file of the design, the model, the forces or the reading."""
+
+    type: Literal["download"]
+    kind: Literal["design", "model", "forces", "reading"]
+
+
+_Wish = DesignRequest | PressRequest | SlicesRequest | PadReadRequest | PadDownloadRequest
+PAD: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])

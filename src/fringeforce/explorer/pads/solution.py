@@ -1,0 +1,163 @@
+"""All that the page needs to know of a pad before anything touches it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from fringeforce.errors import DesignError
+from fringeforce.explorer.figures import Figure
+from fringeforce.explorer.pads.contacts import Contact, tactel_forces
+from fringeforce.explorer.pads.pictures import eye, views
+from fringeforce.explorer.values import flat_values
+from fringeforce.optics.colour import light_colour
+from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.pads.design import AreaCamera, Pad, PadPolariscope, PadTactels, PadTransducer
+from fringeforce.pads.influence import PadInfluence
+from fringeforce.pads.model import PadModel, characterize_pad
+
+TACTELS, PIXELS = 400, 512
+"""Most tactels, and pixels along a side, that are worked on while a person waits."""
+FLAT, STUBBY = 2.0, 50.0
+"""Side of a pad over its thickness, least and most."""
+WAVELENGTH, OPTIC = 632.8e-9, 0.05
+"""Light and strain-optic coefficient at which designs are solved; retardance goes with both."""
+FINGER = Contact(0.0, 0.0, 4e-3, 10.0, shear_x=3.0)
+"""By which designs are compared: 10 N with 3 N of shear, on a patch of 8 mm."""
+
+
+def check(pad: Pad) -> None:
+    """Refuse a design that is too large, or of a shape that takes too long.
+
+    Raises
+    ------
+    DesignError
+        In the words of a design file's problems, so that the page finds the control.
+    """
+    block, problems = pad.transducer, []
+    if pad.tactels.total > TACTELS:
+        problems.append(
+            f"tactels.count = {list(pad.tactels.count)}: {TACTELS} tactels or fewer can be "
+            "explored here."
+        )
+    if max(pad.camera.pixels) > PIXELS:
+        problems.append(
+            f"camera.pixels = {list(pad.camera.pixels)}: must be {PIXELS} or less here."
+        )
+    thickness = block.compliant.thickness + block.photoelastic.thickness
+    for name in ("length", "width"):
+        slenderness = getattr(block, name) / thickness
+        if not FLAT <= slenderness <= STUBBY:
+            problems.append(
+                f"transducer.{name} = {getattr(block, name) * 1e3:g} mm is {slenderness:.3g} times "
+                f"the pad's thickness; from {FLAT:g} to {STUBBY:g} times can be explored."
+            )
+    if problems:
+        raise DesignError("\n  ".join(["This design cannot be explored:", *problems]))
+
+
+def solved(pad: Pad, known: PadModel | None = None) -> PadModel:
+    """The model of a pad; light and camera may change without solving again.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    known : PadModel, optional
+        Its model, where there is one already.
+
+    Raises
+    ------
+    InputError
+        If the design cannot be explored.
+    """
+    check(pad)
+    if known is not None:
+        return known
+    # frozen parts of a design are hashable, which pydantic does not tell the type checker
+    layer = pad.transducer.photoelastic.model_copy(update={"strain_optic_coefficient": OPTIC})
+    block = pad.transducer.model_copy(update={"photoelastic": layer})
+    influence = _influence(block, pad.tactels)  # type: ignore[arg-type]
+    factor = np.float32(_constant(pad) / stress_optic_constant(layer, WAVELENGTH))
+    if factor != 1:
+        quarters = tuple(quarter * factor for quarter in influence.quarters)
+        influence = replace(influence, quarters=quarters)
+    return PadModel(pad, influence, {"method": "double Fourier series"})
+
+
+def facts(model: PadModel) -> Mapping[str, Any]:
+    """What the page is told, as JSON values."""
+    pad = model.sensor
+    block, camera = pad.transducer, pad.camera
+    profile = model.influence.profile
+    return {
+        "name": pad.name,
+        "values": flat_values(pad),
+        "figures": [asdict(figure) for figure in figures(model)],
+        "pad": {
+            "length": block.length,
+            "width": block.width,
+            "layers": [block.compliant.thickness, block.photoelastic.thickness],
+        },
+        "tactels": {"count": list(pad.tactels.count), "pitch": pad.tactels.pitch},
+        "views": [list(view) for view in views(pad)],
+        "slices": len(profile),
+        "light": light_colour(pad.polariscope.wavelength).tolist(),
+        "camera": {"pixels": list(camera.pixels), "full_scale": camera.full_scale},
+    }
+
+
+def figures(model: PadModel) -> list[Figure]:
+    """Figures of a pad under a fingertip, in the order of a designer's questions."""
+    pad = model.sensor
+    forces = tactel_forces(pad.tactels, [FINGER])
+    seen = eye(model, 64)
+    waves = np.linalg.norm(seen.retardance(forces), axis=0).max() / (2 * np.pi)
+    lit = seen.intensity(forces)
+    along = pad.camera.pixels[0] / pad.transducer.length
+    return [
+        Figure(
+            "order",
+            "Fringe order of a fingertip",
+            float(waves),
+            "",
+            "Largest retardance, in waves, under 10 N with 3 N of shear on a patch of 8 mm.",
+        ),
+        Figure(
+            "light",
+            "Brightest place",
+            100 * float(lit.max()),
+            "%",
+            "Of the light that a dark field can let through, under the same fingertip.",
+        ),
+        Figure("tactels", "Tactels", pad.tactels.total, "", "Three components of force each."),
+        Figure(
+            "pixels",
+            "Pixels per tactel",
+            along * pad.tactels.pitch,
+            "",
+            "Pixels of the camera from one tactel to the next.",
+        ),
+    ]
+
+
+def _constant(pad: Pad) -> float:
+    return stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+
+
+@lru_cache(maxsize=2)
+def _influence(block: PadTransducer, tactels: PadTactels) -> PadInfluence:
+    camera = {"pixels": (2, 2), "bits": 8, "amplitude": 255.0, "offset": 0.0, "noise": 0.0}
+    light = PadPolariscope(wavelength=WAVELENGTH)
+    pad = Pad(
+        name="any",
+        transducer=block,
+        tactels=tactels,
+        polariscope=light,
+        camera=AreaCamera(**camera),
+    )
+    return characterize_pad(pad).influence

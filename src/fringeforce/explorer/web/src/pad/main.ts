@@ -1,0 +1,9 @@
+import "../theme.css";
+import "../page.css";
+import "../pictures.css";
+import "../panels.css";
+import "../live.css";
+import "../pad.css";
+import { PadExplorer } from "./explorer";
+
+new PadExplorer();

@@ -1,0 +1,143 @@
+/** Forces of the tactels from above: discs as large as normal forces, arrows as long as shear. */
+
+import { inked } from "../colours";
+import { element, set } from "../dom";
+import { prepared } from "../layout";
+import type { PadModel, Reading } from "./model";
+
+const SMALLEST = 0.02;
+const HEAD = 3.5;
+
+interface Scale {
+  /** Disc that fills a cell, and arrow as long as one and a half cells [N]. */
+  normal: number;
+  shear: number;
+}
+
+export class ForceMap {
+  private readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+
+  constructor(
+    private readonly container: HTMLElement,
+    private readonly legend: HTMLElement,
+  ) {
+    container.append(this.canvas);
+  }
+
+  draw(model: PadModel, truth: Float32Array | null, reading: Reading | null): void {
+    const [halfX, halfY] = model.half;
+    const width = this.container.clientWidth;
+    const scale = width / (2 * halfX);
+    const context = prepared(this.canvas, width, 2 * halfY * scale);
+    const cell = model.facts.tactels.pitch * 1e3 * scale;
+    const read = reading && reading.forces.length === 3 * model.tactels ? reading.forces : null;
+    const full = scaled([truth, read]);
+    const at = Array.from({ length: model.tactels }, (_, i) => {
+      const [x, y] = model.place(i);
+      return [(x + halfX) * scale, (halfY - y) * scale] as [number, number];
+    });
+    context.strokeStyle = inked("line");
+    context.lineWidth = 1;
+    context.beginPath();
+    for (const [x, y] of at) context.rect(x - cell / 2, y - cell / 2, cell, cell);
+    context.stroke();
+    if (read) {
+      context.globalAlpha = 0.6;
+      context.fillStyle = inked("normal");
+      discs(context, at, read, cell, full, 1);
+      context.fill();
+      context.globalAlpha = 1;
+      // what seems to pull at the skin is hollow and dashed
+      context.strokeStyle = inked("normal");
+      context.setLineDash([2, 2]);
+      discs(context, at, read, cell, full, -1);
+      context.stroke();
+      context.setLineDash([]);
+    }
+    if (truth) {
+      context.strokeStyle = inked("ink");
+      context.lineWidth = 1.2;
+      discs(context, at, truth, cell, full, 1);
+      context.stroke();
+    }
+    for (const [forces, ink, wide] of [[truth, "ink", 1.2], [read, "tangential", 2.2]] as const) {
+      if (!forces) continue;
+      context.strokeStyle = context.fillStyle = inked(ink);
+      context.lineWidth = wide;
+      arrows(context, at, forces, (1.5 * cell) / full.shear);
+    }
+    this.tell(model, full, truth, reading);
+  }
+
+  private tell(model: PadModel, full: Scale, truth: Float32Array | null, reading: Reading | null): void {
+    const spread = reading ? middle(reading.std, 0) : Number.NaN;
+    const pulled = reading ? Math.max(middle(reading.std, 1), middle(reading.std, 2)) : Number.NaN;
+    const sure = Number.isFinite(spread)
+      ? ` Read to ±${(spread * 1e3).toPrecision(2)} mN, shear to ±${(pulled * 1e3).toPrecision(2)} mN (σ, median tactel).`
+      : "";
+    this.legend.textContent = `A disc that fills its cell: ${full.normal} N. An arrow of 1.5 cells: ${full.shear} N.${sure}`;
+    const pressed = truth ? Array.from({ length: model.tactels }, (_, i) => truth[3 * i]).filter((n) => n > 1e-3).length : 0;
+    set(this.canvas, { "aria-label": `Forces of ${model.tactels} tactels; ${pressed} of them are pressed. The table of resultants sums them up.` });
+  }
+}
+
+function scaled(all: (Float32Array | null)[]): Scale {
+  let [normal, shear] = [SMALLEST, SMALLEST];
+  for (const forces of all) {
+    for (let i = 0; forces && i < forces.length; i += 3) {
+      if (Number.isFinite(forces[i])) normal = Math.max(normal, Math.abs(forces[i]));
+      const pull = Math.hypot(forces[i + 1], forces[i + 2]);
+      if (Number.isFinite(pull)) shear = Math.max(shear, pull);
+    }
+  }
+  return { normal: calm(normal), shear: calm(shear) };
+}
+
+/** The next of a few even numbers, so that scales stay calm while forces grow. */
+function calm(value: number): number {
+  const decade = 10 ** Math.floor(Math.log10(value));
+  const step = [1, 1.5, 2, 3, 4, 5, 7, 10].find((factor) => factor * decade >= value * (1 - 1e-9)) ?? 10;
+  return Number((step * decade).toPrecision(2));
+}
+
+/** A path of the discs of forces of one sign. */
+function discs(
+  context: CanvasRenderingContext2D, at: [number, number][], forces: Float32Array, cell: number, full: Scale, sign: number,
+): void {
+  context.beginPath();
+  at.forEach(([x, y], i) => {
+    const radius = (cell / 2) * Math.sqrt(Math.max(sign * forces[3 * i], 0) / full.normal);
+    if (!(radius > 0.7)) return;
+    context.moveTo(x + radius, y);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+  });
+}
+
+/** Arrows of shear, shafts first and then heads, each in one stroke. */
+function arrows(context: CanvasRenderingContext2D, at: [number, number][], forces: Float32Array, k: number): void {
+  const drawn = at
+    .map(([x, y], i) => ({ x, y, dx: forces[3 * i + 1] * k, dy: -forces[3 * i + 2] * k }))
+    .filter(({ dx, dy }) => Math.hypot(dx, dy) > 1.5);
+  context.beginPath();
+  for (const { x, y, dx, dy } of drawn) {
+    context.moveTo(x, y);
+    context.lineTo(x + dx, y + dy);
+  }
+  context.stroke();
+  context.beginPath();
+  for (const { x, y, dx, dy } of drawn) {
+    const length = Math.hypot(dx, dy);
+    const [ux, uy, head] = [dx / length, dy / length, Math.min(HEAD, length / 2)];
+    const [tipX, tipY] = [x + dx, y + dy];
+    context.moveTo(tipX + ux, tipY + uy);
+    context.lineTo(tipX - 2 * head * ux + head * uy, tipY - 2 * head * uy - head * ux);
+    context.lineTo(tipX - 2 * head * ux - head * uy, tipY - 2 * head * uy + head * ux);
+  }
+  context.fill();
+}
+
+/** Median of one of the three components. */
+function middle(values: Float32Array, component: number): number {
+  const one = values.filter((_, i) => i % 3 === component).sort();
+  return one[Math.floor(one.length / 2)];
+}

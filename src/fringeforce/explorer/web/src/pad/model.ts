@@ -1,0 +1,73 @@
+/** What the server tells of a pad. */
+
+import type { Value } from "../controls";
+import type { Figure } from "../model";
+import type { Message } from "../protocol";
+
+interface Facts {
+  name: string;
+  values: Record<string, Value>;
+  figures: Figure[];
+  pad: { length: number; width: number; layers: [cover: number, clear: number] };
+  tactels: { count: [number, number]; pitch: number };
+  views: [key: string, name: string][];
+  slices: number;
+}
+
+export class PadModel {
+  readonly id: number;
+  readonly facts: Facts;
+
+  constructor(message: Message) {
+    this.id = message.header.id as number;
+    this.facts = message.header as unknown as Facts;
+  }
+
+  /** Half of the sides [mm]. */
+  get half(): [number, number] {
+    return [this.facts.pad.length * 500, this.facts.pad.width * 500];
+  }
+
+  get tactels(): number {
+    return this.facts.tactels.count[0] * this.facts.tactels.count[1];
+  }
+
+  /** Centre of a tactel [mm]. */
+  place(tactel: number): [number, number] {
+    const { count, pitch } = this.facts.tactels;
+    const [along, across] = [Math.floor(tactel / count[1]), tactel % count[1]];
+    return [(along - (count[0] - 1) / 2) * pitch * 1e3, (across - (count[1] - 1) / 2) * pitch * 1e3];
+  }
+}
+
+export interface Picture {
+  id: number;
+  design: number;
+  view: string;
+  shape: [rows: number, columns: number, colours: number];
+  image: Uint8Array;
+  /** N, T_x, T_y of tactel after tactel [N]. */
+  forces: Float32Array;
+}
+
+export interface Reading {
+  design: number;
+  status: string;
+  advice: string;
+  chi2: number | null;
+  forces: Float32Array;
+  std: Float32Array;
+  /** Of the pad and of each contact: six numbers that are true, six read, six deviations. */
+  sums: Float32Array;
+}
+
+export interface Slices {
+  design: number;
+  shape: [slices: number, parts: number, rows: number, columns: number];
+  slices: Float32Array;
+}
+
+/** Header and blocks of an answer in one. */
+export function answer<T>(message: Message): T {
+  return { ...message.header, ...message.blocks } as unknown as T;
+}

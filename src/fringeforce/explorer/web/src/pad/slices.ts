@@ -1,0 +1,119 @@
+/** What each slice adds to the light's retardance, from the mirror to the base. */
+
+import { CIVIDIS, diverging, painted } from "../colours";
+import { press, pressed } from "../commands";
+import { byId, element } from "../dom";
+import { prepared } from "../layout";
+import { largest, niceAbove } from "../model";
+import type { Slices } from "./model";
+import type { PadStore, Part } from "./store";
+
+const NAMES: Record<Part, string> = { difference: "σx − σy", shear: "2 τxy", size: "σ₁ − σ₂" };
+const SMALL = 92;
+const LARGE = 280;
+const BAR = 12;
+
+export class SlicePictures {
+  private readonly strip = element("div", { class: "stack" });
+  private readonly large = element("canvas", { role: "img" });
+  private readonly bar = element("canvas", { role: "img" });
+  private readonly scale = element("p", { class: "aside" });
+  private readonly depth = element("input", { type: "range", min: 1, step: 1, "aria-label": "Slice shown large" });
+  private readonly buttons = new Map<Part, HTMLButtonElement>();
+  private readonly image = new OffscreenCanvas(1, 1);
+
+  constructor(
+    private readonly store: PadStore,
+    onView: () => void,
+  ) {
+    for (const [part, name] of Object.entries(NAMES) as [Part, string][]) {
+      const button = pressed(name, "Retardance of one pass that this stress makes");
+      button.addEventListener("click", () => {
+        store.view.part = part;
+        onView();
+      });
+      this.buttons.set(part, button);
+    }
+    byId("components").append(...this.buttons.values());
+    this.depth.addEventListener("input", () => {
+      store.view.depth = this.depth.valueAsNumber - 1;
+      onView();
+    });
+    const beside = element("div", { class: "beside" }, this.depth, this.scale, this.bar);
+    byId("slices").append(this.strip, element("div", { class: "enlarged" }, this.large, beside));
+  }
+
+  draw(found: Slices | null): void {
+    const { view } = this.store;
+    for (const [part, button] of this.buttons) press(button, part === view.part);
+    if (!found) return;
+    const [count, , rows, columns] = found.shape;
+    const fields = Array.from({ length: count }, (_, k) => picked(found, k, view.part));
+    const limit = niceAbove(Math.max(...fields.map(largest), 1e-4));
+    const shown = Math.min(view.depth, count - 1);
+    this.depth.max = `${count}`;
+    if (document.activeElement !== this.depth) this.depth.value = `${shown + 1}`;
+    this.depth.setAttribute("aria-valuetext", named(shown, count));
+    if (this.strip.childElementCount !== count) this.build(count);
+    const pictures = [...this.strip.querySelectorAll("canvas")];
+    fields.forEach((field, k) => {
+      const label = `${named(k, count)}: largest ${largest(field).toPrecision(2)} radians`;
+      this.show(pictures[k], field, columns, rows, SMALL, limit, label);
+      this.strip.children[k].classList.toggle("chosen", k === shown);
+    });
+    this.show(this.large, fields[shown], columns, rows, LARGE, limit, `${NAMES[view.part]}, ${named(shown, count)}`);
+    this.gauge(limit, named(shown, count));
+  }
+
+  private build(count: number): void {
+    const figures = Array.from({ length: count }, (_, k) => {
+      const name = k === 0 ? "mirror" : k === count - 1 ? "base" : `${k + 1}`;
+      return element("figure", {}, element("canvas", { role: "img" }), element("figcaption", {}, name));
+    });
+    this.strip.replaceChildren(...figures);
+  }
+
+  private show(
+    canvas: HTMLCanvasElement, field: Float32Array, columns: number, rows: number, size: number, limit: number, label: string,
+  ): void {
+    const [width, height] = columns >= rows ? [size, (size * rows) / columns] : [(size * columns) / rows, size];
+    const context = prepared(canvas, width, height);
+    const size2 = this.store.view.part === "size";
+    this.image.width = columns;
+    this.image.height = rows;
+    const picture = painted(field, columns, size2 ? CIVIDIS : diverging(), size2 ? 0 : -limit, limit);
+    this.image.getContext("2d")?.putImageData(picture, 0, 0);
+    context.translate(0, height);
+    context.scale(1, -1);
+    context.drawImage(this.image, 0, 0, width, height);
+    canvas.setAttribute("aria-label", label);
+  }
+
+  private gauge(limit: number, name: string): void {
+    const low = this.store.view.part === "size" ? 0 : -limit;
+    const ramp = Float32Array.from({ length: 256 }, (_, i) => low + ((limit - low) * i) / 255);
+    const context = prepared(this.bar, 220, BAR);
+    this.image.width = 256;
+    this.image.height = 1;
+    this.image.getContext("2d")?.putImageData(painted(ramp, 256, low < 0 ? diverging() : CIVIDIS, low, limit), 0, 0);
+    context.drawImage(this.image, 0, 0, 220, BAR);
+    const from = `${low}`.replace("-", "−");
+    this.bar.setAttribute("aria-label", `Colours from ${low} to ${limit} radians`);
+    this.scale.textContent = `Large: ${name}. Colours from ${from} to ${limit} rad, retardance of one pass.`;
+  }
+}
+
+function named(slice: number, count: number): string {
+  const end = slice === 0 ? ", at the mirror" : slice === count - 1 ? ", at the base" : "";
+  return `slice ${slice + 1} of ${count}${end}`;
+}
+
+function picked(found: Slices, slice: number, part: Part): Float32Array {
+  const [, , rows, columns] = found.shape;
+  const size = rows * columns;
+  const one = (k: number) => found.slices.subarray((2 * slice + k) * size, (2 * slice + k + 1) * size);
+  if (part === "difference") return one(0);
+  if (part === "shear") return one(1);
+  const shear = one(1);
+  return one(0).map((value, i) => Math.hypot(value, shear[i]));
+}

@@ -1,0 +1,73 @@
+/** What was read in all and of each contact, beside what is true; and the reader's verdict. */
+
+import { byId, element } from "../dom";
+import type { PadModel, Reading } from "./model";
+
+const QUANTITIES: [name: string, unit: string, factor: number][] = [
+  ["Normal", "N", 1],
+  ["Shear x", "N", 1],
+  ["Shear y", "N", 1],
+  ["Moment", "N mm", 1e3],
+  ["Centre x", "mm", 1e3],
+  ["Centre y", "mm", 1e3],
+];
+const COUNT = QUANTITIES.length;
+
+export function showSums(model: PadModel | null, reading: Reading | null): void {
+  verdict(reading);
+  const region = byId("sums");
+  if (!model || !reading) return;
+  const heads = QUANTITIES.map(([name, unit]) => {
+    const head = element("th", { scope: "col" }, name, " ");
+    head.append(element("small", {}, unit));
+    return head;
+  });
+  const rows = Array.from({ length: reading.sums.length / (3 * COUNT) }, (_, row) => {
+    const cells = QUANTITIES.map(([, , factor], column) => {
+      const [truth, value, spread] = [0, 1, 2].map((k) => reading.sums[(3 * row + k) * COUNT + column] * factor);
+      return cell(truth, value, spread);
+    });
+    const name = row === 0 ? "All" : `Contact ${row}`;
+    return element("tr", {}, element("th", { scope: "row" }, name), ...cells);
+  });
+  const caption = element("caption", {}, "Read ± one standard deviation; below it the truth.");
+  const head = element("tr", {}, element("td"), ...heads);
+  region.replaceChildren(element("table", {}, caption, head, ...rows));
+}
+
+/** Say why nothing can be read. */
+export function showUnread(why: string): void {
+  write(byId("status"), "NOT READ");
+  write(byId("advice"), why);
+  byId("status").dataset.status = "";
+  byId("sums").replaceChildren();
+}
+
+function cell(truth: number, value: number, spread: number): HTMLElement {
+  if (!Number.isFinite(value)) return element("td", {}, "–", element("small", {}, number(truth, 2)));
+  const digits = Math.min(Math.max(-Math.floor(Math.log10(spread || 1)), 0), 4);
+  return element(
+    "td",
+    {},
+    element("span", {}, `${number(value, digits)} ± ${number(spread, digits)}`),
+    element("small", {}, number(truth, digits)),
+  );
+}
+
+function number(value: number, digits: number): string {
+  if (!Number.isFinite(value)) return "–";
+  return (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits).replace("-", "−");
+}
+
+function verdict(reading: Reading | null): void {
+  const status = byId("status");
+  const chi2 = reading?.chi2 ? ` Reduced chi-square ${reading.chi2.toFixed(2)}.` : "";
+  write(status, reading ? reading.status.replaceAll("_", " ") : "Reading …");
+  write(byId("advice"), reading ? reading.advice + chi2 : "The reader warms up once.");
+  status.dataset.status = reading?.status ?? "";
+}
+
+/** Set a text that has changed: a live region speaks whenever it is set. */
+function write(target: HTMLElement, text: string): void {
+  if (target.textContent !== text) target.textContent = text;
+}
