@@ -109,7 +109,9 @@ class Camera(_Part):
     noise: Finite = Field(
         ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
     )
-    noise_model: Literal["uniform", "gaussian"] = "uniform"
+    noise_model: Literal["uniform", "gaussian"] = Field(
+        default="uniform", description="distribution of the noise"
+    )
 
     @model_validator(mode="after")
     def _within_converter(self) -> Camera:
@@ -141,7 +143,7 @@ class Sensor(_Part):
     with a unit.
     """
 
-    name: str
+    name: str = Field(description="what to call the sensor")
     transducer: Transducer
     tactels: Tactels
     polariscope: Polariscope

@@ -1,0 +1,62 @@
+"""Sources that are made before a build: API pages, design fields, commands, the figure."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import api_pages
+import design_fields
+from sphinx.application import Sphinx
+from typer.testing import CliRunner
+
+import fringeforce
+from fringeforce.cli import app as commands
+
+
+def make(app: Sphinx) -> None:
+    """Write everything into `generated`, which git ignores."""
+    source = Path(app.srcdir)
+    folder = source / "generated"
+    rooms = api_pages.rooms()
+    for room, modules in rooms.items():
+        _write(folder / "modules" / f"{room}.rst", api_pages.page(room, modules))
+    _write(folder / "modules" / "index.rst", api_pages.index(list(rooms)))
+    for name in fringeforce.__all__:
+        _write(folder / "api" / f"{name}.rst", api_pages.public(name))
+    _write(folder / "parts" / "design-fields.md", design_fields.tables())
+    _write(folder / "parts" / "commands.md", command_help())
+    sys.path.insert(0, str(source / "figures"))
+    import conventions
+
+    conventions.save(folder / "conventions.svg")
+
+
+def command_help() -> str:
+    """What `--help` says of every command, in Markdown."""
+    runner = CliRunner(env={"COLUMNS": "88", "TERM": "dumb"})
+    parts = []
+    for name in ("", *(command.name or "" for command in _registered())):
+        said = runner.invoke(commands, [name, "--help"] if name else ["--help"]).output
+        title = f"fringeforce {name}".strip()
+        parts.append(f"## `{title}`\n\n```text\n{said.strip()}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+def _registered() -> list:
+    from typer.main import get_command
+
+    return list(get_command(commands).commands.values())  # type: ignore[attr-defined]
+
+
+def _write(path: Path, text: str) -> None:
+    """Leave files alone that are right already, so that pages are not built again for nothing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Make the sources before they are looked for."""
+    app.connect("builder-inited", make, priority=100)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
