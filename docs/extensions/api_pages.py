@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import pkgutil
 from collections import defaultdict
 from importlib import import_module
@@ -27,12 +29,21 @@ def page(room: str, modules: list[str]) -> str:
     parts = [_heading(room, "="), _first_line(room)]
     for module in modules:
         elsewhere = [name for name in fringeforce.__all__ if home(name) == module]
-        left_out = f"\n   :exclude-members: {', '.join(elsewhere)}" if elsewhere else ""
-        parts += [_heading(module, "-"), f".. automodule:: {module}\n   :members:{left_out}"]
+        here = [name for name in members(module) if name not in elsewhere]
+        shown = f"\n   :members: {', '.join(here)}" if here else ""
+        parts += [_heading(module, "-"), f".. automodule:: {module}{shown}"]
         if elsewhere:
             links = ", ".join(f":doc:`{name} <../api/{name}>`" for name in elsewhere)
             parts.append(f"On pages of their own: {links}.")
     return "\n\n".join(parts) + "\n"
+
+
+def members(module: str) -> list[str]:
+    """What a module defines itself and describes."""
+    tree = ast.parse(inspect.getsource(import_module(module)))
+    kinds = ast.FunctionDef | ast.ClassDef
+    found = (node for node in tree.body if isinstance(node, kinds) and ast.get_docstring(node))
+    return [node.name for node in found if not node.name.startswith("_")]
 
 
 def index(names: list[str]) -> str:

@@ -43,6 +43,13 @@ def command_help() -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def plain_bars(
+    app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
+) -> None:
+    """Let |T| mean an absolute value, and not a substitution."""
+    lines[:] = [line if "`" in line else line.replace("|", "\\|") for line in lines]
+
+
 def _registered() -> list:
     from typer.main import get_command
 
@@ -59,4 +66,5 @@ def _write(path: Path, text: str) -> None:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Make the sources before they are looked for."""
     app.connect("builder-inited", make, priority=100)
+    app.connect("autodoc-process-docstring", plain_bars, priority=600)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
