@@ -27,8 +27,8 @@ extensions = [
     "generated",
 ]
 exclude_patterns = ["generated/gallery/**/*.py", "generated/parts/**"]
-# a gallery that is not there; a type such as Limits in a docstring that several modules define
-suppress_warnings = ["toc.empty_glob", "ref.python"]
+# a type in a docstring, such as Limits, that several modules define
+suppress_warnings = ["ref.python"]
 
 # Docstrings: single backticks are names; those of this package must lead somewhere.
 default_role = "py:obj"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -26,10 +27,19 @@ def make(app: Sphinx) -> None:
         _write(folder / "api" / f"{name}.rst", api_pages.public(name))
     _write(folder / "parts" / "design-fields.md", design_fields.tables())
     _write(folder / "parts" / "commands.md", command_help())
+    _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
     sys.path.insert(0, str(source / "figures"))
     import conventions
 
     conventions.save(folder / "conventions.svg")
+
+
+def _gallery(page: Path, made: bool) -> None:
+    """A page in the gallery's place, unless sphinx-gallery makes one itself."""
+    if made:
+        page.unlink(missing_ok=True)
+    else:
+        _write(page, "# Gallery\n\nThis copy of the sources has no examples/gallery.\n")
 
 
 def command_help() -> str:
@@ -46,8 +56,10 @@ def command_help() -> str:
 def plain_bars(
     app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
 ) -> None:
-    """Let |T| mean an absolute value, and not a substitution."""
-    lines[:] = [line if "`" in line else line.replace("|", "\\|") for line in lines]
+    """Let |T| mean an absolute value, and (..., *shape) a shape."""
+    for number, line in enumerate(lines):
+        if "`" not in line:
+            lines[number] = re.sub(r"\||(?<=, )\*(?=\w+\))", r"\\\g<0>", line)
 
 
 def _registered() -> list:
