@@ -20,8 +20,8 @@ class Measured(SphinxDirective):
         path = Path(self.env.srcdir) / "measured" / f"{name}.txt"
         self.env.note_dependency(str(path))
         if not path.exists():
-            words = nodes.paragraph("", f"Not recorded for this version ({name}).")
-            return [nodes.note("", words)]
+            words = nodes.emphasis("", f"Not recorded for this version ({name}).")
+            return [nodes.paragraph("", "", words)]
         text = path.read_text(encoding="utf-8").rstrip()
         return [nodes.literal_block(text, text, language="none", classes=["measured"])]
 

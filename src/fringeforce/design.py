@@ -9,14 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from fringeforce.design_optics import Polariscope
 from fringeforce.design_text import toml_text, toml_values
@@ -109,9 +102,7 @@ class Camera(_Part):
     noise: Finite = Field(
         ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
     )
-    noise_model: Literal["uniform", "gaussian"] = Field(
-        default="uniform", description="distribution of the noise"
-    )
+    noise_model: Literal["uniform", "gaussian"] = Field("uniform", description="its distribution")
 
     @model_validator(mode="after")
     def _within_converter(self) -> Camera:
@@ -139,8 +130,12 @@ class Camera(_Part):
 class Sensor(_Part):
     """A complete sensor, from strip to camera.
 
-    Every number is an SI float; in `Sensor(...)` and `replace` a quantity may also be given as text
-    with a unit.
+    Numbers are SI floats; `Sensor(...)` and `replace` also take text with a unit.
+
+    Examples
+    --------
+    >>> ff.load_sensor("saad").replace(**{"transducer.width": "3 mm"}).transducer.width
+    0.003
     """
 
     name: str = Field(description="what to call the sensor")
@@ -193,8 +188,8 @@ class Sensor(_Part):
             for parent in parents:
                 if not isinstance(branch.get(parent), dict):
                     known = [name for name, part in branch.items() if isinstance(part, dict)]
-                    hint = suggestion(parent, known)
-                    raise DesignError(f"{path}: there is no part {parent!r} of a design; {hint}")
+                    text = f"{path}: there is no part {parent!r} of a design; "
+                    raise DesignError(text + suggestion(parent, known))
                 branch = branch[parent]
             branch[key] = _merged(branch.get(key), value)
         return validated(Sensor, values, "The changed design", from_file=False)
@@ -242,6 +237,11 @@ def load_sensor(name_or_path: str | os.PathLike[str]) -> Sensor:
     ------
     DesignError
         If there is no such design, or it has problems; all of them are in the message.
+
+    Examples
+    --------
+    >>> ff.load_sensor("saad").tactels.count
+    11
     """
     shipped = shipped_designs()
     path = shipped.get(str(name_or_path), Path(name_or_path))

@@ -50,6 +50,7 @@ def unit_at(design: BaseModel, path: str) -> str | None:
 
 
 def unit_of(info: FieldInfo) -> str | None:
+    """SI unit of a field; none for a plain number, text or table."""
     extra = info.json_schema_extra
     unit = extra.get("unit") if isinstance(extra, dict) else None
     return unit if isinstance(unit, str) else None

@@ -62,6 +62,12 @@ def load_model(path: PathLike) -> SensorModel:
     ------
     FileFormatError
         If the file is missing, truncated, of another kind, or damaged.
+
+    Examples
+    --------
+    >>> ff.characterize(ff.load_sensor("saad")).save("model.h5")
+    >>> ff.load_model("model.h5").sensor.tactels.count
+    11
     """
     with existing_file(path, "model") as file:
         model = SensorModel(
