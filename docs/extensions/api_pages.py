@@ -41,9 +41,10 @@ def page(room: str, modules: list[str]) -> str:
 def members(module: str) -> list[str]:
     """What a module defines itself and describes."""
     tree = ast.parse(inspect.getsource(import_module(module)))
-    kinds = ast.FunctionDef | ast.ClassDef
-    found = (node for node in tree.body if isinstance(node, kinds) and ast.get_docstring(node))
-    return [node.name for node in found if not node.name.startswith("_")]
+    found = [node for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    return [
+        node.name for node in found if ast.get_docstring(node) and not node.name.startswith("_")
+    ]
 
 
 def index(names: list[str]) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import api_pages
+import conventions_figure
 import design_fields
 from sphinx.application import Sphinx
 from typer.testing import CliRunner
@@ -17,8 +17,7 @@ from fringeforce.cli import app as commands
 
 def make(app: Sphinx) -> None:
     """Write everything into `generated`, which git ignores."""
-    source = Path(app.srcdir)
-    folder = source / "generated"
+    folder = Path(app.srcdir) / "generated"
     rooms = api_pages.rooms()
     for room, modules in rooms.items():
         _write(folder / "modules" / f"{room}.rst", api_pages.page(room, modules))
@@ -28,10 +27,7 @@ def make(app: Sphinx) -> None:
     _write(folder / "parts" / "design-fields.md", design_fields.tables())
     _write(folder / "parts" / "commands.md", command_help())
     _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
-    sys.path.insert(0, str(source / "figures"))
-    import conventions
-
-    conventions.save(folder / "conventions.svg")
+    conventions_figure.save(folder / "conventions.svg")
 
 
 def _gallery(page: Path, made: bool) -> None:

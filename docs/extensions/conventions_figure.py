@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -24,7 +24,7 @@ FORCES = ff.polar(1.0, angle=10, n=11)
 
 def save(path: Path) -> None:
     """Draw and write the figure; the same drawing gives the same bytes."""
-    style = {"svg.hashsalt": "fringeforce", "font.size": 10, "font.family": "sans-serif"}
+    style: Any = {"svg.hashsalt": "fringeforce", "font.size": 10, "font.family": "sans-serif"}
     with mpl.rc_context(style):
         figure = Figure(figsize=(9, 7.2), layout="constrained")
         strip, phase, light = figure.subplots(3, 1, sharex=True, height_ratios=[2.6, 1, 1])
@@ -73,7 +73,7 @@ def _strip(axes: Axes, sensor: ff.Sensor) -> None:
 def _loads(axes: Axes, x: float) -> None:
     """A pressing force, its two parts and the angle."""
     alpha = np.radians(35)
-    tail = np.array([x - 2.2 * np.sin(alpha), 2.2 * np.cos(alpha)])
+    tail = float(x - 2.2 * np.sin(alpha)), float(2.2 * np.cos(alpha))
     arrow = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "linewidth": 2}
     axes.annotate("", (x, 0), tail, arrowprops=arrow | {"color": DARK})
     axes.annotate("", (tail[0], 0), tail, arrowprops=arrow | {"color": NORMAL})
