@@ -2,24 +2,27 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench dist clean
+.PHONY: demo test bench docs dist clean
 
 demo: .venv/ready
 	$(BIN)/fringeforce reproduce saad --out demo
 
 test: .venv/ready
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup
 
 bench: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
-	for script in benchmarks/*.py; do OPENBLAS_NUM_THREADS=1 $(BIN)/python $$script || exit 1; done
+	$(BIN)/python benchmarks/record.py
+
+docs: .venv/ready
+	$(BIN)/python -m sphinx -b html -q -W --keep-going docs docs/_site
+	@echo "Open docs/_site/index.html in a browser."
 
 dist: .venv/ready
-	$(BIN)/python -m pip install --quiet -c constraints.txt build
-	$(BIN)/python -m build
+	$(BIN)/python -m build --no-isolation
 
 clean:
-	rm -rf .venv demo dist build
+	rm -rf .venv demo dist build docs/_site docs/generated
 
 .venv/ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -40,7 +40,7 @@ def main() -> None:
     n = sensor.tactels.count
     paper = ff.polar(1.0, 10, n)
     table = Table(title=f"{count} frames a row")
-    for heading in ("pictures", "bound N [mN]", "bound T [mN]", "rms / bound", "OK"):
+    for heading in ("pictures", "bound N, mN", "bound T, mN", "rms / bound", "OK"):
         table.add_column(heading, justify="right" if table.columns else "left")
     for name, channels in ARRANGEMENTS.items():
         model = ff.characterize(sensor.replace(**{"polariscope.channels": channels}))

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
 SOURCES = sorted(
     path
-    for folder in ("src", "tests", "benchmarks", "examples")
+    for folder in ("src", "tests", "benchmarks", "examples", "docs/extensions")
     for path in (ROOT / folder).rglob("*.py")
 )
 TEXTS = [

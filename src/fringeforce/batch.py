@@ -45,6 +45,14 @@ class Batch:
         Whether a frame was followed from the last one rather than searched.
     covariance : ndarray, shape (k, 2n, 2n), or None
         Of the forces, normal ones first [N^2], if it was asked for.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> frames = model.expose([ff.polar(1.0, angle=10, n=11)] * 3, rng=0)
+    >>> batch = ff.Reader(model).read_batch(frames)
+    >>> len(batch), batch.forces.shape, batch.covariance.shape
+    (3, (3, 2, 11), (3, 22, 22))
     """
 
     forces: Array

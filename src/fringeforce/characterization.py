@@ -48,6 +48,11 @@ def characterize(
     ------
     InputError
         If a mesh is given for a pad.
+
+    Examples
+    --------
+    >>> ff.characterize(ff.load_sensor("saad")).psi.shape[1:]
+    (2, 11)
     """
     if not isinstance(sensor, Pad):
         return strips.characterize(sensor, mesh, progress)

@@ -52,6 +52,11 @@ class Friction:
         Of Coulomb's law, |T| = coefficient N where a contact slides.
     variance : float
         Of the coefficient; infinite while nothing is known.
+
+    Examples
+    --------
+    >>> ff.Friction(coefficient=0.4, variance=0.01)
+    Friction(coefficient=0.4, variance=0.01)
     """
 
     coefficient: float = 0.5
@@ -103,6 +108,16 @@ class Contact:
         The state after the last reading.
     friction : Friction
         What is known of the surface.  While nothing is known no slip is announced.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> forces = np.zeros((2, 11))
+    >>> forces[0, 5] = 1.0
+    >>> reading = model.read(model.expose(forces, rng=0))
+    >>> contact, events = ff.Contact.none(11).follow(reading)
+    >>> [(event.kind.value, event.tactel) for event in events]
+    [('touch', 5)]
     """
 
     touching: Mask

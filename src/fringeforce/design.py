@@ -77,11 +77,15 @@ class Tactels(Part):
 class Sensor(Design):
     """A complete sensor, from strip to camera.
 
-    Every number is an SI float; in `Sensor(...)` and `replace` a quantity may also be given as text
-    with a unit.
+    Numbers are SI floats; `Sensor(...)` and `replace` also take text with a unit.
+
+    Examples
+    --------
+    >>> ff.load_sensor("saad").replace(**{"transducer.width": "3 mm"}).transducer.width
+    0.003
     """
 
-    name: str
+    name: str = Field(description="what to call the sensor")
     transducer: Transducer
     tactels: Tactels
     polariscope: Polariscope
@@ -166,6 +170,11 @@ def load_sensor(name_or_path: str | os.PathLike[str]) -> Any:
     ------
     DesignError
         If there is no such design, or it has problems; all of them are in the message.
+
+    Examples
+    --------
+    >>> ff.load_sensor("saad").tactels.count
+    11
     """
     shipped = {**shipped_designs(), **shipped_pads()}
     path = shipped.get(str(name_or_path), Path(name_or_path))

@@ -43,7 +43,7 @@ class Converter(Part):
     noise: Finite = Field(
         ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
     )
-    noise_model: Literal["uniform", "gaussian"] = "uniform"
+    noise_model: Literal["uniform", "gaussian"] = Field("uniform", description="its distribution")
 
     @model_validator(mode="after")
     def _within_converter(self) -> Self:

@@ -46,10 +46,11 @@ def unit_at(design: BaseModel, path: str) -> str | None:
     *parents, name = path.split(".")
     for parent in parents:
         design = getattr(design, parent)
-    return _unit(type(design).model_fields[name])
+    return unit_of(type(design).model_fields[name])
 
 
-def _unit(info: FieldInfo) -> str | None:
+def unit_of(info: FieldInfo) -> str | None:
+    """SI unit of a field; none for a plain number, text or table."""
     extra = info.json_schema_extra
     unit = extra.get("unit") if isinstance(extra, dict) else None
     return unit if isinstance(unit, str) else None
@@ -61,7 +62,7 @@ def _spelled(value: Any, info: FieldInfo) -> str:
         return f"{{ {', '.join(fields)} }}"
     if isinstance(value, tuple):
         return f"[{', '.join(_spelled(single, info) for single in value)}]"
-    unit = _unit(info)
+    unit = unit_of(info)
     if unit:
         return json.dumps(spell_quantity(value, unit))
     if isinstance(value, str):

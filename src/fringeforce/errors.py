@@ -2,7 +2,16 @@
 
 
 class FringeforceError(Exception):
-    """Base of every error that fringeforce raises on purpose."""
+    """Base of every error that fringeforce raises on purpose.
+
+    Examples
+    --------
+    >>> try:
+    ...     ff.load_sensor("sad")
+    ... except ff.FringeforceError as error:
+    ...     print(error)
+    There is no design 'sad' to read ... did you mean 'saad'?
+    """
 
 
 class InputError(FringeforceError, ValueError):

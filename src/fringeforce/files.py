@@ -60,6 +60,12 @@ def load_model(path: PathLike) -> Any:
     ------
     FileFormatError
         If the file is missing, truncated, of another kind, or damaged.
+
+    Examples
+    --------
+    >>> ff.characterize(ff.load_sensor("saad")).save("model.h5")
+    >>> ff.load_model("model.h5").sensor.tactels.count
+    11
     """
     return load_pad(path) if format_of(path) == f"fringeforce-{PAD}" else load_strip_model(path)
 

@@ -27,7 +27,7 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArr
 
     Examples
     --------
-    >>> polar(2.0, angle=30, n=3).round(3)
+    >>> ff.polar(2.0, angle=30, n=3).round(3)
     array([[1.732, 1.732, 1.732],
            [1.   , 1.   , 1.   ]])
     """

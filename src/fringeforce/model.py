@@ -18,7 +18,7 @@ from fringeforce.imaging import Calibration, Imaging, camera_response, designed_
 from fringeforce.loads import checked_loads
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
-from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
+from fringeforce.mechanics.mesh import Mesh, named_mesh
 from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.optics import camera as camera_optics
@@ -51,6 +51,11 @@ class SensorModel:
         Measured registration and lighting; without it the pixels are as designed.
     calibration : Calibration, optional
         What the calibration behind the model found.
+
+    Examples
+    --------
+    >>> ff.characterize(ff.load_sensor("saad")).phase(ff.polar(1.0, 10, n=11), [0.0]).round(2)
+    array([-6.41])
     """
 
     sensor: Sensor
@@ -100,13 +105,9 @@ class SensorModel:
 
     @cached_property
     def pixel_influence(self) -> Array:
-        """Influence matrix at the camera's pixels, shape (n_pixels, 2, n) [rad/N].
-
-        None where a pixel sees no strip.
-        """
+        """Influence matrix at the pixels, shape (n_pixels, 2, n) [rad/N]; 0 beside the strip."""
         x, half = self.pixel_positions, self.sensor.transducer.length / 2
-        on_strip = np.abs(x) <= half
-        return self.influence(np.clip(x, -half, half)) * on_strip[:, None, None]
+        return self.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
 
     @property
     def pixel_positions(self) -> Array:
@@ -160,8 +161,7 @@ class SensorModel:
         """
         influence = self.pixel_influence if x is None else self.influence(x)
         loads = checked_loads(forces, self.sensor.tactels.count)
-        flat = loads.reshape(*loads.shape[:-2], -1)
-        return flat @ influence.reshape(len(influence), -1).T
+        return loads.reshape(*loads.shape[:-2], -1) @ influence.reshape(len(influence), -1).T
 
     def intensity(self, forces: ArrayLike) -> Array:
         """Normalised intensity at the camera's pixels, equation (11).
@@ -197,8 +197,7 @@ class SensorModel:
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
-        imaging = self.imaging
-        lighting = None if imaging is None else (imaging.amplitude, imaging.offset)
+        lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
         return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
 
     def residuals(self, frames: ArrayLike, forces: ArrayLike) -> Array:
@@ -216,15 +215,13 @@ class SensorModel:
         ndarray, shape (..., *frame_shape)
             With a standard deviation of one if the model explains the frames.
         """
-        loads, grey = (
-            checked_loads(forces, self.sensor.tactels.count),
-            np.asarray(frames, dtype=float),
-        )
+        loads = checked_loads(forces, self.sensor.tactels.count)
+        grey = np.asarray(frames, dtype=float)
         phase = loads.reshape(*loads.shape[:-2], -1) @ self.frame_influence.T
         expected = self.response.level(phase)
-        left = -misfit(grey.reshape(expected.shape), expected, self.response).slope
-        left = left if self.imaging is None else left * self.imaging.usable
-        return left.reshape(grey.shape)
+        usable = 1 if self.imaging is None else self.imaging.usable
+        left = misfit(grey.reshape(expected.shape), expected, self.response).slope
+        return (-left * usable).reshape(grey.shape)
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
         """Forces from one frame, without any earlier state; see `fringeforce.Reader`."""
@@ -267,10 +264,8 @@ def characterize(
         facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}
         return SensorModel(sensor, found.breaks, found.psi, facts)
     transducer, positions = sensor.transducer, sensor.tactels.positions
-    if mesh is None:
-        mesh = strip_mesh(transducer, positions)
-    elif isinstance(mesh, str):
-        mesh = named_mesh(mesh, transducer, positions)
+    if mesh is None or isinstance(mesh, str):
+        mesh = named_mesh(mesh or "default", transducer, positions)
     return reduced(sensor, unit_displacements(transducer, positions, mesh))
 
 

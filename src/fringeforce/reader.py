@@ -45,6 +45,14 @@ class Reader:
         sensor that was characterised from its drawing and never calibrated; it widens the
         deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH; for followed
         frames this is looked at where their residuals are not plainly noise.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> frames = model.expose([ff.polar(1.0, angle=10, n=11)] * 3, rng=0)
+    >>> reader = ff.Reader(model)
+    >>> [reading.tracked for reading in reader.stream(frames)]
+    [False, True, True]
     """
 
     def __init__(

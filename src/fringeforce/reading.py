@@ -14,7 +14,13 @@ Array = NDArray[np.float64]
 
 
 class Status(Enum):
-    """The verdict on a reading; `advice` says what to do."""
+    """The verdict on a reading; `advice` says what to do.
+
+    Examples
+    --------
+    >>> ff.Status.NO_CONTACT.advice
+    'Nothing touches the sensor, as far as this frame can tell.'
+    """
 
     OK = "OK"
     NO_CONTACT = "NO_CONTACT"
@@ -69,6 +75,15 @@ class Reading:
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> reading = model.read(model.expose(ff.polar(1.0, angle=10, n=11), rng=0))
+    >>> reading.status.name, reading.forces.shape, reading.covariance.shape
+    ('OK', (2, 11), (22, 22))
+    >>> bool((abs(reading.magnitude - 1) < 6 * reading.magnitude_std).all())
+    True
     """
 
     forces: Array

@@ -68,6 +68,14 @@ def live(
         If there is no camera to begin with.
     FringeforceError
         If the camera cannot be set as asked.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> np.save("frames.npy", model.expose([ff.polar(1.0, angle=10, n=11)] * 8, rng=0))
+    >>> camera = ff.open_camera("file:frames.npy", model)
+    >>> ff.live(ff.Reader(model), camera, [ff.open_sink("csv:touch.csv", model)]).lines
+    8
     """
     stopping = stop or threading.Event()
     with ExitStack() as finishing:

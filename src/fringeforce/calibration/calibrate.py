@@ -105,6 +105,16 @@ def calibrate(
     ------
     InputError
         If frames and forces do not fit the sensor or each other, or a path cannot be calibrated.
+
+    Examples
+    --------
+    >>> drawing = ff.load_sensor("saad")
+    >>> path = "transducer.photoelastic.strain_optic_coefficient"
+    >>> made = ff.characterize(drawing.replace(**{path: 0.054}))
+    >>> presses = np.random.default_rng(0).uniform(0.1, 1.5, (6, 2, 11)) * [[[1.0], [0.2]]]
+    >>> model = ff.calibrate(drawing, made.expose(presses, rng=0), presses, [path])
+    >>> round(model.sensor.transducer.photoelastic.strain_optic_coefficient, 3)
+    0.054
     """
     levels, loads = checks.checked_bench(sensor, frames, forces)
     paths = checked_paths(sensor, tuple(parameters))

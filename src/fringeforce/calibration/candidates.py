@@ -35,6 +35,11 @@ class Limits:
         readings lose their way from 0.2 on.
     together : int
         Tactels that can be pressed at a time, 1 or 2; two share the force alike.
+
+    Examples
+    --------
+    >>> ff.Limits(force=2.0, friction=0.5).together
+    1
     """
 
     force: float = 3.0

@@ -56,6 +56,12 @@ class Plan:
         Before the first press and after each, in the values' own units.
     ratio : ndarray, shape (k + 1,)
         Expected error of readings over that of a perfectly known sensor, to first order.
+
+    Examples
+    --------
+    >>> plan = ff.plan_presses(ff.load_sensor("saad"), 3, ["transducer.compliant.youngs_modulus"])
+    >>> plan.loads.shape, plan.std.shape
+    ((3, 2, 11), (4, 3))
     """
 
     loads: Array
@@ -106,6 +112,12 @@ def plan_presses(
     ------
     InputError
         If nothing can be planned within the limits, or parameters or loads do not fit.
+
+    Examples
+    --------
+    >>> plan = ff.plan_presses(ff.load_sensor("saad"), 3, limits=ff.Limits(force=2.0))
+    >>> bool(plan.ratio[-1] < plan.ratio[0])
+    True
     """
     if not (isinstance(presses, int | np.integer) and 1 <= presses <= MOST):
         raise InputError(f"presses = {presses}: must be a whole number from 1 to {MOST}.")
@@ -128,6 +140,12 @@ def assess_presses(
         Normal and tangential forces [N].
     source, parameters, limits, typical
         As in `plan_presses`; of the limits only the size of typical loads matters.
+
+    Examples
+    --------
+    >>> presses = [ff.polar(force, angle=0, n=11) for force in (1.0, 2.0)]
+    >>> ff.assess_presses(ff.load_sensor("saad"), presses).ratio.shape
+    (3,)
     """
     scene = _scene(source, parameters, limits or Limits(), typical)
     loads = _checked(forces, scene.known.sensor)

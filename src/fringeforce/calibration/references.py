@@ -44,6 +44,11 @@ class References:
         Light on, polarisers crossed: the offset I_o.
     bright : array_like, shape (k, n_pixels), optional
         Light on, the analyser turned by 90 degrees: I_o + A.
+
+    Examples
+    --------
+    >>> ff.References(dark=np.full((10, 2048), 3)).unloaded is None
+    True
     """
 
     dark: ArrayLike | None = None

@@ -24,6 +24,13 @@ def open_camera(name: str, model: SensorModel, settings: Settings | None = None)
     ------
     InputError
         If there is no such kind of camera, or it needs something that is not installed.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> with ff.open_camera("sim", model) as camera:
+    ...     next(iter(camera)).lines.shape
+    (64, 2048)
     """
     kind, _, rest = name.partition(":")
     seen = model.sensor.camera

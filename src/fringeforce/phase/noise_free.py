@@ -65,6 +65,12 @@ def recover_phase(
     Exact but for rounding, which is about 4e-16 rad over the distance from the nearest multiple of
     pi, as long as the samples tell crossings from turns: `critical_points` says when they do not,
     as where a phase turns very near a multiple of pi between two samples.
+
+    Examples
+    --------
+    >>> phase = -5 * np.exp(-(np.linspace(-3, 3, 1001) ** 2))
+    >>> bool(np.allclose(ff.recover_phase(np.sin(phase / 2) ** 2), phase))
+    True
     """
     if direction not in ("forward", "backward"):
         raise InputError(f"direction = {direction!r}: must be 'forward' or 'backward'.")

@@ -37,6 +37,14 @@ def open_sink(
         If there is no such kind of sink, or it needs something that is not installed.
     FileFormatError
         If a file cannot be written.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> sink = ff.open_sink("csv:touch.csv", model)
+    >>> sink.name
+    'CSV touch.csv'
+    >>> sink.close()
     """
     kind, _, rest = target.partition(":")
     if kind not in ("ws", "foxglove", "zmq") and not rest:

@@ -1,0 +1,177 @@
+"""What is shipped works on its own: the wheel, outside the source tree.
+
+Only fringeforce itself comes from the wheel.  Its dependencies are those that the tests run with: a
+`.pth` file puts their folder behind the new environment's own, which needs no package index.  Such
+a file does not run the `.pth` files of the folder that it names, so an editable installation of
+the sources stays out of reach, and PYTHONPATH is not handed on.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import tomllib
+import urllib.request
+from collections.abc import Mapping
+from importlib.metadata import Distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+pytestmark = pytest.mark.xdist_group("wheel")  # built and installed once
+ROOT = Path(__file__).parents[1]
+CLIENT = """
+import numpy as np
+
+import fringeforce as ff
+
+model: ff.SensorModel = ff.characterize(ff.load_sensor("saad"))
+reading: ff.Reading = ff.Reader(model).read(model.expose(ff.polar(1.0, angle=10, n=11)))
+total: float = float(np.sum(reading.forces))
+good: bool = reading.status is ff.Status.OK
+"""
+WRONG = "model.newtons\nff.characterize(2)\nname: str = reading.chi2\n"
+
+
+def _run(*command: object, cwd: Path, env: Mapping[str, str] | None = None) -> str:
+    run = subprocess.run(
+        [str(part) for part in command],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=env,
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    return run.stdout
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the source distribution and the wheel that was built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    build = (sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT)
+    _run(*build, cwd=folder, env=_clean())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def installed(shipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The programs of an environment with the wheel in it."""
+    home = tmp_path_factory.mktemp("outside") / "env"
+    _run(sys.executable, "-m", "venv", "--without-pip", home, cwd=home.parent)
+    python = home / "bin" / "python"
+    (wheel,) = shipped.glob("*.whl")
+    install = ("install", "--quiet", "--no-index", "--no-deps", wheel)
+    _run(sys.executable, "-m", "pip", "--python", python, *install, cwd=home.parent, env=_clean())
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    packages = home / "lib" / version / "site-packages"
+    (packages / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")
+    where = _run(python, "-c", "import fringeforce as f; print(f.__file__)", cwd=home, env=_clean())
+    assert Path(where.strip()).is_relative_to(packages)
+    return home / "bin"
+
+
+def _clean() -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
+def test_the_source_distribution_holds_what_a_wheel_is_made_of(shipped: Path) -> None:
+    (archive,) = shipped.glob("*.tar.gz")
+    with tarfile.open(archive) as tar:
+        names = {name.partition("/")[2] for name in tar.getnames()}
+    wanted = {"pyproject.toml", "LICENSE", "designs/saad.toml", "src/fringeforce/py.typed"}
+    assert wanted <= names
+    assert not [name for name in names if "node_modules" in name or name.startswith("docs/_")]
+
+
+def test_the_paper_is_reproduced_from_the_wheel(installed: Path, tmp_path: Path) -> None:
+    _run(
+        installed / "fringeforce", "reproduce", "saad", "--out", "demo", cwd=tmp_path, env=_clean()
+    )
+    assert (tmp_path / "demo" / "report.html").stat().st_size > 100_000
+
+
+def test_forces_are_read_with_the_wheel(installed: Path, tmp_path: Path) -> None:
+    program = installed / "fringeforce"
+    (tmp_path / "forces.csv").write_text("tactel,normal_N,tangential_N\n6,1.0,0.1\n")
+    for command in (
+        "characterize saad -o model.h5",
+        "simulate model.h5 forces.csv -o frames.h5",
+        "read model.h5 frames.h5 -o readings.csv",
+    ):
+        _run(program, *command.split(), cwd=tmp_path, env=_clean())
+    rows = (tmp_path / "readings.csv").read_text().splitlines()
+    assert len(rows) == 12
+    assert rows[6].endswith("OK")
+
+
+def test_the_explorer_of_the_wheel_answers_and_has_its_bundle(
+    installed: Path, tmp_path: Path
+) -> None:
+    server = subprocess.Popen(
+        [installed / "fringeforce", "explore", "saad", "--no-browser"],
+        cwd=tmp_path,
+        env=_clean(),
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert server.stdout is not None
+        address = re.search(r"http://\S+", server.stdout.readline())
+        assert address is not None
+        with urllib.request.urlopen(address[0], timeout=60) as answer:
+            page = answer.read().decode()
+            cookie = answer.headers.get("Set-Cookie", "")
+        bundle = re.search(r'src="\.?/?([^"]+\.js)[^"]*"', page)
+        assert bundle is not None
+        base = address[0].partition("?")[0].partition("#")[0].rstrip("/")
+        request = urllib.request.Request(f"{base}/{bundle[1]}", headers={"Cookie": cookie})
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            assert len(answer.read()) > 50_000
+    finally:
+        server.terminate()
+        server.wait(timeout=60)
+        if server.stdout is not None:
+            server.stdout.close()
+
+
+def test_types_reach_those_who_use_the_wheel(installed: Path, tmp_path: Path) -> None:
+    checker = Path(sys.executable).parent / "pyright"
+    command = (checker, "--pythonpath", installed / "python", "client.py")
+    (tmp_path / "client.py").write_text(CLIENT)
+    _run(*command, cwd=tmp_path, env=_clean())
+    (tmp_path / "client.py").write_text(CLIENT + WRONG)
+    run = subprocess.run(
+        command, cwd=tmp_path, env=_clean(), capture_output=True, text=True, check=False
+    )
+    for rule in ("reportAttributeAccessIssue", "reportArgumentType", "reportAssignmentType"):
+        assert rule in run.stdout
+
+
+def test_extras_name_packages_that_the_constraints_pin(installed: Path) -> None:
+    """Resolving them needs an index; that every name is pinned, and fits, does not."""
+    folder = next((installed.parent / "lib").glob("python3*/site-packages"))
+    found = next(
+        one for one in Distribution.discover(path=[str(folder)]) if one.name == "fringeforce"
+    )
+    pins = dict(
+        line.lower().replace("_", "-").split("==")
+        for line in (ROOT / "constraints.txt").read_text().splitlines()
+        if "==" in line
+    )
+    unpinned = set()
+    for text in found.requires or ():
+        needed = Requirement(text)
+        name = needed.name.lower().replace("_", "-")
+        if name != "fringeforce" and name not in pins:
+            unpinned.add(name)
+        elif name in pins:
+            assert needed.specifier.contains(pins[name]), text
+    assert unpinned <= {"pypylon", "ngsolve"}  # a vendor's, and a rival's: never in the tests
+    with open(ROOT / "pyproject.toml", "rb") as file:
+        groups = tomllib.load(file)["project"]["optional-dependencies"]
+    assert set(found.metadata.get_all("Provides-Extra") or ()) == set(groups)
