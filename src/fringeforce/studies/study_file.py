@@ -9,9 +9,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
-from fringeforce.design import Count, Finite, Length, Sensor, load_strip, shipped_designs
+from fringeforce.design import Sensor, load_strip, shipped_designs
 from fringeforce.design_text import toml_values
 from fringeforce.errors import InputError
+from fringeforce.fields import Count, Finite, Length
 from fringeforce.studies.performance import MESH_ORDER
 from fringeforce.validation import validated
 
