@@ -105,7 +105,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_scrap(
     def fail(*_: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr(files, "_write", fail)
+    monkeypatch.setattr(files, "write", fail)
     with pytest.raises(OSError, match="disk full"):
         model.save(saved)
     assert saved.read_bytes() == before
