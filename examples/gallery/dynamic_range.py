@@ -83,18 +83,19 @@ ax.invert_yaxis()
 ax.legend(loc="lower right")
 
 # %%
-# The reader, far beyond the paper's load
-# ---------------------------------------
-# Four newtons on every tactel make several fringes; each frame is read without any earlier state,
-# with either kind of edges.
+# The reader does not ask for the edges
+# -------------------------------------
+# Two newtons on every tactel are beyond the paper's limit with held edges and near the end of
+# elasticity.  Each frame is read without any earlier state, with either kind of edges.
 
 for edges, one in models.items():
-    strong = ff.polar(4.0, angle=10, n=11)
+    strong = ff.polar(2.0, angle=10, n=11)
+    assert limits["roller"]["its sign by contact"] < 2.0 < limits[edges]["10 % strain"]
     readings = [one.read(frame) for frame in one.expose([strong] * 10, rng=2)]
     right = [
         r.status is ff.Status.OK and bool((np.abs(r.forces - strong) < 6 * r.std).all())
         for r in readings
     ]
-    print(f"{edges} edges: {sum(right)} of {len(right)} frames at 4 N read right")
+    print(f"{edges} edges: {sum(right)} of {len(right)} frames at 2 N read right")
     assert all(right)
 plt.show()

@@ -78,15 +78,18 @@ assert middle in first
 assert 0 < left < 0.25
 assert resting.slipping[middle]
 
-fig, ax = plt.subplots(figsize=(8, 3.8))
-ax.plot(shares, label="pull over push, as read")
-ax.plot(pull, ":", color="#555555", label="applied")
-ax.axhline(FRICTION, color="C1", label="friction")
-ax.plot(list(first.values()), pull[list(first.values())], "v", color="C1", label="slip announced")
-for tactel, number in first.items():
-    ax.annotate(f"{tactel + 1}", (number, pull[number]), (0, -14), textcoords="offset points",
-                ha="center", fontsize=8)  # fmt: skip
-ax.set(xlabel="frame", ylabel="tangential / normal", xlim=(0, 160))
-ax.legend()
-ax.set_title("Each tactel (its number) warns before it slides")
+fig, (course, warning) = plt.subplots(1, 2, figsize=(10, 3.8))
+course.plot(shares, label="as read")
+course.plot(pull, ":", color="#555555", label="applied")
+course.axhline(FRICTION, color="C1", label="friction")
+course.set(xlabel="frame", ylabel="tangential / normal", xlim=(0, 160))
+course.legend()
+course.set_title("The pull")
+tactels = np.array(sorted(first))
+announced = pull[[first[tactel] for tactel in tactels]]
+warning.vlines(tactels + 1, announced, FRICTION, color="C1", alpha=0.4, linewidth=6)
+warning.plot(tactels + 1, announced, "v", color="C1")
+warning.axhline(FRICTION, color="C1")
+warning.set(xlabel="tactel", ylabel="tangential / normal", xticks=range(1, 12), ylim=(0, 0.42))
+warning.set_title("Where each tactel warns, and what is left then")
 plt.show()
