@@ -55,8 +55,8 @@ assert len(found.dead) == 10
 fig, (before, after) = plt.subplots(1, 2, figsize=(10, 4.2), sharey=True)
 plot.residuals(before, drawing.residuals(frames, loads), (), ())
 plot.residuals(after, model.residuals(frames, loads), found.outliers, found.dead)
-before.set_title("The drawing")
-after.set_title("Calibrated")
+before.set_title("The drawing", pad=16)
+after.set_title("Calibrated", pad=16)
 
 # %%
 # The proof

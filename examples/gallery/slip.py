@@ -46,7 +46,7 @@ frames = 1 + np.arange(len(mean))
 ax.fill_between(frames, mean - 2 * deviation, mean + 2 * deviation, alpha=0.2, linewidth=0)
 ax.plot(frames, mean, "o-", markersize=3)
 ax.axhline(FRICTION, color="#555555", linestyle=":")
-ax.set(xlabel="frames of the stroke", ylabel="friction", xlim=(1, 20))
+ax.set(xlabel="frames of the stroke", ylabel="friction", xlim=(1, 20), xticks=range(2, 21, 2))
 ax.set_title("What one stroke teaches; the band is two deviations")
 
 # %%
