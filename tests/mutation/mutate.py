@@ -46,6 +46,8 @@ SILENT = (
 )
 """Operators left out: they make code that cannot run, or that no author would write."""
 PROBE = ("force/vector_loops.py", "phase[k] += a * p[k]", "phase[k] += 2 * a * p[k]")
+PROBED = [["tests/force/test_gauss_newton.py"]]
+"""Tests that must notice it, and pass without it."""
 LIMIT = 400
 """Seconds after which a mutant that makes the tests hang counts as killed."""
 
@@ -99,14 +101,14 @@ class Copy:
                 (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, self.tree / name)
 
-    def killed(self, module: str, changed: str | None, tests: list[str]) -> bool:
-        """Whether tests fail with one file changed, or with none for a trial."""
+    def killed(self, module: str, changed: str | None, stages: list[list[str]]) -> bool:
+        """Whether tests fail with one file changed, or with none for a trial; stage by stage."""
         path = self.tree / "src" / "fringeforce" / module
         original = path.read_text(encoding="utf-8")
         self._forget(module)
         try:
             path.write_text(changed if changed is not None else original, encoding="utf-8")
-            return self._fails(tests)
+            return any(self._fails(tests) for tests in stages)
         finally:
             path.write_text(original, encoding="utf-8")
             self._forget(module)
@@ -164,7 +166,7 @@ def main() -> None:
         _prove(copy)
         for number, mutant in enumerate(sample, start=1):
             package = mutant.module.split("/")[0]
-            dead = copy.killed(mutant.module, mutant.text, TESTS[package])
+            dead = copy.killed(mutant.module, mutant.text, _stages(package, mutant.module))
             killed[package] += dead
             print(f"{number} {'killed' if dead else 'SURVIVED'} {mutant.module}", flush=True)
             if not dead:
@@ -176,15 +178,21 @@ def main() -> None:
     print(f"{'all':8} {_share(killed.total(), len(sample))}")
 
 
+def _stages(package: str, module: str) -> list[list[str]]:
+    """The tests of the module itself, which kill most, and those that concern its package."""
+    own = f"tests/{package}/test_{Path(module).name}"
+    return [[own], TESTS[package]] if (ROOT / own).is_file() else [TESTS[package]]
+
+
 def _prove(copy: Copy) -> None:
     """Stop unless the tests pass as they are and notice a fatal change inside a compiled loop."""
     module, old, new = PROBE
     text = (SOURCE / module).read_text(encoding="utf-8")
-    if copy.killed(module, None, TESTS["force"]):
+    if copy.killed(module, None, PROBED):
         sys.exit("The tests fail without any change.")
     if old not in text:
         sys.exit(f"The probe {old!r} is no longer in {module}.")
-    if not copy.killed(module, text.replace(old, new), TESTS["force"]):
+    if not copy.killed(module, text.replace(old, new), PROBED):
         sys.exit("A fatal change inside a compiled loop is not noticed.")
 
 
