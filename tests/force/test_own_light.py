@@ -18,7 +18,7 @@ def test_light_and_its_price_are_those_of_a_joint_least_squares_fit() -> None:
     frame = 1.04 * (level - 20) + 18 + rng.normal(0, 3, 300)
 
     unit = influence * (100 * np.sin(phase) / 3)[:, None]
-    spread = np.linalg.inv(unit.T @ unit)
+    spread = np.asarray(np.linalg.inv(unit.T @ unit), dtype=np.float64)
     found = own_light(frame, loads, influence, response, spread, DRIFT)
 
     # five unknowns at once; what is known of the light before are two rows more
