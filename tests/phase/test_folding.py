@@ -41,6 +41,9 @@ def test_at_a_turning_point_one_phase_stands_for_both(phase: float, middle: floa
     means = line.intensity.reshape(-1, 8).mean(axis=1)
     assert found.single[np.abs(means - np.sin(phase / 2) ** 2) < 1e-3].all()
     assert (found.fold[found.single] == middle).all()
+    # what was read instead of the middle stays within the stated variance
+    apart = np.arccos(np.clip(1 - 2 * means, -1, 1)) - middle
+    assert (found.variance > apart**2)[found.single].all()
 
 
 @pytest.mark.parametrize("turns", [-3, -1, 0, 1, 2])
