@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench docs dist clean
+.PHONY: demo test bench mutate coverage docs dist clean
 
 demo: .venv/ready
 	$(BIN)/fringeforce reproduce saad --out demo
@@ -17,6 +17,20 @@ bench: .venv/ready
 docs: .venv/ready
 	$(BIN)/python -m sphinx -b html -q -W --keep-going docs docs/_site
 	@echo "Open docs/_site/index.html in a browser."
+
+# A sample of small changes to the numerical packages, each of which some test should notice.
+mutate: .venv/ready
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[mutation]'
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/mutation/mutate.py
+
+# Compiled loops leave no trace of their lines, so they count as they run interpreted: the tests of
+# the packages that hold them run once more, without the compiler.
+coverage: .venv/ready
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[coverage]'
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --cov
+	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest --cov --cov-append \
+	    tests/phase/test_tracking.py tests/force
+	$(BIN)/python -m coverage report --sort=cover
 
 dist: .venv/ready
 	$(BIN)/python -m build --no-isolation

@@ -73,6 +73,12 @@ def make_dataset(
     ------
     InputError
         If the study has problems, or the folder holds another data set.
+
+    Examples
+    --------
+    >>> ff.make_dataset("touches.toml", "touches")
+    Traceback (most recent call last):
+    fringeforce.errors.InputError: There is no study 'touches.toml' to read (...).
     """
     plan, pad = load_dataset_study(study)
     with executor(scheduler, workers) as pool:

@@ -116,6 +116,19 @@ def touch(pad: Pad, reading: PadReading) -> Touch:
         The design.
     reading : PadReading
         Forces and covariance are taken as they are; look at its status first.
+
+    Examples
+    --------
+    >>> pad = ff.load_sensor("pad").replace(
+    ...     tactels={"count": [3, 3]}, camera={"pixels": [64, 64]}
+    ... )
+    >>> model = ff.characterize(pad)
+    >>> forces = np.zeros((9, 3))
+    >>> forces[4, 0] = 2.0  # the middle one, pressed
+    >>> reading = ff.PadReader(model).read(model.expose(forces, rng=0))
+    >>> felt = ff.touch(pad, reading)
+    >>> len(felt.patches), round(float(felt.total.force[0]), 1)
+    (1, 2.0)
     """
     silent = _silent(pad, reading)
     forces, covariance = _given_silence(reading, np.repeat(silent, 3))

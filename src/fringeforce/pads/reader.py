@@ -47,6 +47,18 @@ class PadReader:
     ----------
     model : PadModel
         Of the pad.
+
+    Examples
+    --------
+    >>> pad = ff.load_sensor("pad").replace(
+    ...     tactels={"count": [3, 3]}, camera={"pixels": [64, 64]}
+    ... )
+    >>> model = ff.characterize(pad)
+    >>> forces = np.zeros((9, 3))
+    >>> forces[4, 0] = 2.0  # the middle one, pressed
+    >>> reading = ff.PadReader(model).read(model.expose(forces, rng=0))
+    >>> reading.status.name, round(float(reading.forces[4, 0]), 1)
+    ('OK', 2.0)
     """
 
     model: PadModel
