@@ -117,9 +117,9 @@ def equivalent_retarder(light: ArrayLike) -> Real:
 
 
 def _floating(values: ArrayLike) -> Real:
-    array: Real = np.asarray(values)
+    array = np.asarray(values)
     kind = array.dtype if array.dtype in (np.float32, np.float64) else np.dtype(float)
-    return np.ascontiguousarray(array, dtype=kind)
+    return np.ascontiguousarray(array, dtype=kind)  # type: ignore[return-value]
 
 
 @njit(error_model="numpy", fastmath=_LOOSE, inline="always")
