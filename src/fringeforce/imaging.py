@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design import Camera
 from fringeforce.design_parts import Converter
 from fringeforce.force.likelihood import Response
 from fringeforce.optics.camera import noise_variance
@@ -142,7 +143,7 @@ class Calibration:
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
 
 
-def designed_response(camera: Converter, seen: Sequence[Picture]) -> Response:
+def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
     """Response of a camera to the pictures of a design, all pixels of each in turn."""
     if len(seen) == 1 and seen[0].fringe == Fringe():
         return camera_response(camera)

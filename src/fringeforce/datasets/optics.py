@@ -151,7 +151,8 @@ def _modes(model: PadModel, forces: Array, shift: tuple[float, float]) -> NDArra
         splines.basis(samples, centres + moved * (centres[1] - centres[0])).astype(np.float32)
         for centres, moved, samples in places
     )
-    modes = rows @ influence.coefficients(model.checked(forces, single=True).ravel()) @ columns.T
+    grid = influence.coefficients(model.checked(forces, single=True).ravel())
+    modes = np.asarray(rows @ grid @ columns.T, dtype=np.float32)
     # stresses are smooth, so that some pixels know how far the largest turn is
     slices = np.tensordot(influence.profile, modes[..., ::4, ::4], (1, 1))
     if not np.sqrt((slices**2).sum(axis=1).max()) <= LARGEST:

@@ -70,7 +70,7 @@ class _Layer:
 
 
 def _layers(
-    compliant: Layer, photoelastic: Layer, plane: Literal["stress", "strain"]
+    compliant: Layer, photoelastic: Layer, plane: Literal["stress", "strain", "3d"]
 ) -> tuple[_Layer, _Layer]:
     a, b = compliant.thickness, photoelastic.thickness
     soft, clear = plane_moduli(compliant, plane), plane_moduli(photoelastic, plane)
