@@ -70,6 +70,9 @@ def run_page(page: Path, folder: Path) -> None:
     if "examples" in page.read_text(encoding="utf-8"):
         shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
         shorten(folder / "examples" / "studies" / "thin-or-soft.toml")
+    if page.parent.parent.name == "examples":
+        # an example's page speaks of the files beside it
+        shutil.copytree(page.parent, folder, dirs_exist_ok=True)
     names: dict[str, Any] = {"__name__": "page"}
     for block in blocks(page):
         if block.caption:

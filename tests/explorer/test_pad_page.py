@@ -83,6 +83,8 @@ def test_a_press_shows_fringes_and_the_forces_follow(page: Page, pad_server: Loc
     page.mouse.up()
     expect(contact(page, 1)).to_have_attribute("aria-valuenow", "15.00")
     expect(contact(page, 1)).to_have_attribute("aria-valuetext", re.compile("towards 0 degrees"))
+    sheared = page.locator("#sums tr").nth(1).locator("td").nth(1).locator("small")
+    expect(sheared).not_to_have_text(re.compile(r"^0[.0]*$"))
     expect(page.locator("#status")).to_have_text("OK")
     read(page)
     assert canvas.screenshot() != dark

@@ -1,8 +1,8 @@
 """Fisher's information of the loads: every pixel's slope counts, but few products are formed.
 
 The slopes change from pixel to pixel, fringe by fringe; the influence does so only over the depth
-of the cover.  So the influence is taken at every fourth pixel, and cubic interpolation between
-these nodes shares out the squared slopes of all pixels among them.
+of the cover.  So the influence is taken at every fourth pixel, and quintic interpolation
+between these nodes shares out the squared slopes of all pixels among them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ Array = NDArray[np.float64]
 
 SPACINGS = (4, 2)
 """Distances of the nodes that are tried, in pixels."""
-EXACT = 0.01
+TAPS = 6
+"""Nodes among which a pixel is shared out."""
+EXACT = 1e-3
 """Relative error of the information in any direction that a spacing may cause."""
 
 
@@ -47,22 +49,29 @@ def spacing(influence: Array, used: NDArray[np.bool_]) -> int:
     return 1
 
 
+@njit(cache=True, error_model="numpy")
+def _lagrange(t, share) -> None:
+    """Lagrange's polynomials of the nodes around a place t nodes behind the middle one."""
+    for i in range(TAPS):
+        product = 1.0
+        for j in range(TAPS):
+            if j != i:
+                product *= (t + TAPS // 2 - 1 - j) / (i - j)
+        share[i] = product
+
+
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def spread(square, every, weight) -> None:
     """Share out values over pixels, shape (nodes * every,), among nodes, shape (nodes,)."""
     nodes = len(weight)
     pixels = square[: nodes * every].reshape(nodes, every)
-    column, share = np.empty(nodes, np.float32), np.empty(4, np.float32)
+    column, share = np.empty(nodes, np.float32), np.empty(TAPS, np.float32)
     weight[:] = 0
     for d in range(every):
-        t = d / every
-        share[0] = -t * (t - 1) * (t - 2) / 6
-        share[1] = (t + 1) * (t - 1) * (t - 2) / 2
-        share[2] = -(t + 1) * t * (t - 2) / 2
-        share[3] = (t + 1) * t * (t - 1) / 6
+        _lagrange(d / every, share)
         column[:] = pixels[:, d]
-        for i in range(4):
-            part, ahead = share[i], i - 1
+        for i in range(TAPS):
+            part, ahead = share[i], i + 1 - TAPS // 2
             low, high = max(0, -ahead), min(nodes, nodes - ahead)
             for k in range(low, high):
                 weight[k + ahead] += part * column[k]

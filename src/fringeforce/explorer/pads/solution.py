@@ -48,6 +48,11 @@ def check(pad: Pad) -> None:
         problems.append(
             f"camera.pixels = {list(pad.camera.pixels)}: must be {PIXELS} or less here."
         )
+    if block.sides != "roller":
+        problems.append(
+            f'transducer.sides = "{block.sides}" takes finite elements and minutes; only "roller" '
+            "can be explored."
+        )
     thickness = block.compliant.thickness + block.photoelastic.thickness
     for name in ("length", "width"):
         slenderness = getattr(block, name) / thickness
