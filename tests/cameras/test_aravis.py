@@ -89,7 +89,7 @@ def test_reading_goes_on_when_the_camera_was_gone(
 
     watch_restarted: list[str] = []
     camera = ff.open_camera(f"aravis:{ADDRESS}", model, SETTINGS)
-    found = ff.live(ff.Reader(model), camera, stop=stop, seconds=60, report=watch, every=0.05)
+    found = ff.live(ff.Reader(model), camera, stop=stop, seconds=180, report=watch, every=0.05)
     assert stop.is_set()
     assert found.reconnects == 1
     assert "nothing for" in watch_restarted[0]
