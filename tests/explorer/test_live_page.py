@@ -82,8 +82,10 @@ def test_forces_fringes_and_history_move_with_the_sensor(page: Page) -> None:
 def test_space_holds_the_picture_and_arrows_look_back(page: Page) -> None:
     later(page, moment(page) + 1)
     page.keyboard.press("Space")
-    held, shown = moment(page), normal_forces(page)
     expect(page.locator("#pause")).to_have_text("Resume")
+    # what came last before the key is painted in the next frame
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
+    held, shown = moment(page), normal_forces(page)
     later(page, held + 1)
     assert moment(page) == held
     assert normal_forces(page) == shown
