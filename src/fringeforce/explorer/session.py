@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -72,7 +73,7 @@ class LatestWins:
             del self.running[kind]
 
 
-class Conversation:
+class Conversation(ABC):
     """What all pages' conversations have in common.
 
     Parameters
@@ -88,9 +89,9 @@ class Conversation:
         self.send = send
         self.wishes = LatestWins(self._answer)
 
+    @abstractmethod
     async def greet(self) -> None:
         """Say what there is."""
-        raise NotImplementedError
 
     async def receive(self, frame: bytes) -> None:
         """Take in one message of the page."""
@@ -105,8 +106,9 @@ class Conversation:
         """The page has gone."""
         self.wishes.close()
 
+    @abstractmethod
     async def _fulfil(self, wish: Request) -> None:
-        raise NotImplementedError
+        """Answer a request."""
 
     async def _answer(self, wish: Request) -> None:
         try:

@@ -19,7 +19,7 @@ SPACINGS = (4, 2)
 """Distances of the nodes that are tried, in pixels."""
 TAPS = 6
 """Nodes among which a pixel is shared out."""
-EXACT = 1e-3
+EXACT = 3e-4
 """Relative error of the information in any direction that a spacing may cause."""
 
 
