@@ -24,7 +24,7 @@ import fringeforce as ff
 from fringeforce.calibration.single_press import single_press_matrix
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = np.ndarray
 FRAMES, LARGEST, ERROR = 64, 2.0, 0.03

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 import fringeforce as ff
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = np.ndarray
 SPEED = 1e-4  # turns of the sway per frame: 3 Hz at 30,000 frames per second

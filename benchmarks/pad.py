@@ -26,7 +26,7 @@ from fringeforce.pads.design import Pad
 from fringeforce.pads.model import PadModel, block_of, characterize_pad
 from fringeforce.pads.patches import touch
 from fringeforce.pads.reader import PadReader
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 
 Array = np.ndarray
 

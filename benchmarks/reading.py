@@ -23,7 +23,7 @@ from rich.table import Table
 
 import fringeforce as ff
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = np.ndarray
 Loads = Callable[[np.random.Generator, int, float], Array]

@@ -41,7 +41,7 @@ from fringeforce.errors import InputError
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.force.estimate import least_squares as least_squares_of_phase
 from fringeforce.phase.noise_free import recover_phase
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = np.ndarray
 

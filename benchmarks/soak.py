@@ -30,7 +30,7 @@ from fringeforce.acquisition.tally import Statistics
 from fringeforce.cameras.camera import Block, Settings
 from fringeforce.cameras.gobject import aravis
 from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 from fringeforce.sinks.sink import Readings, Sink
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "cameras"))

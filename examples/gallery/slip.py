@@ -11,7 +11,7 @@ import numpy as np
 
 import fringeforce as ff
 from fringeforce import plot
-from fringeforce.contact import Kind
+from fringeforce.reading.contact import Kind
 
 plt.style.use(plot.STYLE)
 model = ff.characterize(ff.load_sensor("saad"))

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fringeforce.acquisition.live import live
-    from fringeforce.batch import Batch
     from fringeforce.calibration.calibrate import calibrate
     from fringeforce.calibration.candidates import Limits
     from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
     from fringeforce.calibration.references import References
     from fringeforce.cameras.choice import open_camera
     from fringeforce.characterization import characterize
-    from fringeforce.contact import Contact, Friction
     from fringeforce.datasets.making import make_dataset
     from fringeforce.design import Sensor, load_sensor
     from fringeforce.errors import FringeforceError
@@ -24,8 +22,10 @@ if TYPE_CHECKING:
     from fringeforce.pads.patches import touch
     from fringeforce.pads.reader import PadReader
     from fringeforce.phase.noise_free import recover_phase
-    from fringeforce.reader import Reader
-    from fringeforce.reading import Reading, Status
+    from fringeforce.reading.batch import Batch
+    from fringeforce.reading.contact import Contact, Friction
+    from fringeforce.reading.reader import Reader
+    from fringeforce.reading.reading import Reading, Status
     from fringeforce.sinks.choice import open_sink
 
 __all__ = [
@@ -58,17 +58,17 @@ __all__ = [
 ]
 
 _HOME = {
-    "Batch": "batch",
-    "Contact": "contact",
-    "Friction": "contact",
+    "Batch": "reading.batch",
+    "Contact": "reading.contact",
+    "Friction": "reading.contact",
     "FringeforceError": "errors",
     "Limits": "calibration.candidates",
     "PadReader": "pads.reader",
     "Plan": "calibration.planning",
-    "Reader": "reader",
-    "Reading": "reading",
+    "Reader": "reading.reader",
+    "Reading": "reading.reading",
     "References": "calibration.references",
-    "Status": "reading",
+    "Status": "reading.reading",
     "Sensor": "design",
     "SensorModel": "model",
     "assess_presses": "calibration.planning",

@@ -27,8 +27,8 @@ from fringeforce.optics.polariscope import Picture, pictures
 from fringeforce.strip_width import strip_width
 
 if TYPE_CHECKING:
-    from fringeforce.reading import Reading
-    from fringeforce.single_frame import SingleFrameReader
+    from fringeforce.reading.reading import Reading
+    from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 
@@ -229,7 +229,7 @@ class SensorModel:
 
     @cached_property
     def _reader(self) -> SingleFrameReader:
-        from fringeforce.single_frame import SingleFrameReader
+        from fringeforce.reading.single_frame import SingleFrameReader
 
         return SingleFrameReader(self)
 

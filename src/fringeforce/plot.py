@@ -19,7 +19,7 @@ from fringeforce.errors import InputError
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.model import SensorModel
 from fringeforce.optics.colour import light_colour
-from fringeforce.reading import Reading
+from fringeforce.reading.reading import Reading
 
 MILLI = 1e3
 SURFACE, SHADE = "#4a7fb5", "#d8d8d8"

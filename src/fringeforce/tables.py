@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import FileFormatError
-from fringeforce.reading import Reading
+from fringeforce.reading.reading import Reading
 
 CARTESIAN = ("normal_N", "tangential_N")
 POLAR = ("magnitude_N", "angle_deg")

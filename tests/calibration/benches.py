@@ -10,7 +10,7 @@ import fringeforce as ff
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Calibration, Imaging
 from fringeforce.optics.camera import expose
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 N, PIXELS = 11, 512
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"

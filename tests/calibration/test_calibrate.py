@@ -13,7 +13,7 @@ from fringeforce.calibration.frame_fit import Bench, light_basis, residuals, sta
 from fringeforce.calibration.normal_equations import linearised
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 N, PIXELS, WRONG = 11, 2048, 17
 COVER = "transducer.compliant.youngs_modulus"

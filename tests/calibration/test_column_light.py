@@ -17,7 +17,7 @@ from fringeforce.calibration.frame_fit import light_basis, start
 from fringeforce.calibration.pattern import Pattern
 from fringeforce.force.bounds import covariance, systematic_covariance
 from fringeforce.force.goodness import group_sums
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 GAIN, DARK = 0.02, 0.7
 

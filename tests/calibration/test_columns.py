@@ -21,7 +21,7 @@ from fringeforce.force.bounds import (
     systematic_covariance,
 )
 from fringeforce.imaging import Imaging
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 N, PIXELS = 5, 1024
 FACTOR = 1.05

@@ -22,7 +22,7 @@ from fringeforce.calibration.selection import Stakes
 from fringeforce.force.bounds import covariance
 from fringeforce.force.own_light import own_light
 from fringeforce.imaging import Imaging
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 N, BUDGET = 11, 8
 TWO = PARAMETERS[:2]

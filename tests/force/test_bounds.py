@@ -8,7 +8,7 @@ from fringeforce.force.bounds import covariance, cramer_rao_bound, fisher_inform
 from fringeforce.force.estimate import least_squares, maximum_likelihood
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.imaging import camera_response
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 RESPONSE = Response(amplitude=200.0, offset=20.0, variance=9.0)
 

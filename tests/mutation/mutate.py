@@ -30,13 +30,13 @@ from scipy.stats import binomtest
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "fringeforce"
 TESTS = {
-    "optics": ["tests/optics", "tests/test_model.py", "tests/test_channels.py"],
-    "phase": ["tests/phase", "tests/test_reader.py", "tests/test_channels.py"],
+    "optics": ["tests/optics", "tests/test_model.py", "tests/reading/test_channels.py"],
+    "phase": ["tests/phase", "tests/reading/test_reader.py", "tests/reading/test_channels.py"],
     "force": [
         "tests/force",
-        "tests/test_reader.py",
-        "tests/test_channels.py",
-        "tests/test_tracking_reader.py",
+        "tests/reading/test_reader.py",
+        "tests/reading/test_channels.py",
+        "tests/reading/test_tracking_reader.py",
     ],
 }
 """Tests that concern a package, the quickest first."""

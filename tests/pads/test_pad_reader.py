@@ -8,7 +8,7 @@ import fringeforce as ff
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.patches import touch
 from fringeforce.pads.reader import PadReader
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 
 Array = np.ndarray
 

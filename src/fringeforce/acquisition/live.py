@@ -13,7 +13,7 @@ from fringeforce.acquisition.feed import Feed
 from fringeforce.acquisition.outlet import Outlet
 from fringeforce.acquisition.tally import Statistics, Tally
 from fringeforce.cameras.camera import Block, Camera
-from fringeforce.reader import Reader
+from fringeforce.reading.reader import Reader
 from fringeforce.sinks.sink import Readings, Sink
 
 POLL = 0.1

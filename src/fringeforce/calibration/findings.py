@@ -10,7 +10,7 @@ from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.imaging import Calibration
 from fringeforce.model import SensorModel
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

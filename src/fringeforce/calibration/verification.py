@@ -12,7 +12,7 @@ from scipy.stats import chi2 as chi_square
 from fringeforce.calibration.checks import checked_bench
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel
-from fringeforce.reading import Reading, Status
+from fringeforce.reading.reading import Reading, Status
 
 INTERVAL = 1.96
 """Standard deviations of a 95 % interval."""

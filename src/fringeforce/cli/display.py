@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fringeforce.acquisition.tally import Delivery, Statistics
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 from fringeforce.sinks.sink import Readings
 
 Report = Callable[[Statistics, Readings | None], None]

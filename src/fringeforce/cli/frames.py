@@ -45,7 +45,7 @@ def read(
 
     from fringeforce.files import load_frames, load_strip_model
     from fringeforce.plot import draw_readings
-    from fringeforce.reader import Reader
+    from fringeforce.reading.reader import Reader
     from fringeforce.tables import save_readings
 
     reader = Reader(load_strip_model(model), friction, model_error)

@@ -60,7 +60,7 @@ def live(
     from fringeforce.cameras.choice import open_camera
     from fringeforce.cli.display import display, summary
     from fringeforce.files import load_strip_model
-    from fringeforce.reader import Reader
+    from fringeforce.reading.reader import Reader
 
     sensor_model = load_strip_model(model)
     reader = Reader(sensor_model, friction, model_error)

@@ -8,7 +8,7 @@ import numpy as np
 
 from fringeforce.force.bounds import covariance
 from fringeforce.loads import polar
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.summary import fringe_density, surface_strain
 
 REFERENCE = (1.0, 10.0)

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from fringeforce.acquisition.live import live
 from fringeforce.acquisition.tally import Statistics
 from fringeforce.cameras.camera import Camera
-from fringeforce.contact import Contact, Event, Friction
 from fringeforce.errors import FringeforceError
 from fringeforce.force.bounds import covariance
 from fringeforce.model import SensorModel
-from fringeforce.reader import Reader
-from fringeforce.reading import Reading, Status
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.contact import Contact, Event, Friction
+from fringeforce.reading.reader import Reader
+from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.sinks.sink import Readings, Sink
 
 Array = NDArray[Any]

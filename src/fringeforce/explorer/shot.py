@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.reading import Reading
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.reading import Reading
+from fringeforce.reading.single_frame import SingleFrameReader
 
 
 @dataclass(frozen=True, eq=False)

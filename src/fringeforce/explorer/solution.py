@@ -20,7 +20,7 @@ from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import stress_field
 from fringeforce.model import SensorModel, reduced
 from fringeforce.optics.colour import light_colour
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 COLUMNS, COVER_ROWS, CLEAR_ROWS = 160, 8, 24

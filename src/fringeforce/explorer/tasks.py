@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fringeforce.design import Sensor
 
 if TYPE_CHECKING:
-    from fringeforce.single_frame import SingleFrameReader
+    from fringeforce.reading.single_frame import SingleFrameReader
 
 Loads = list[list[float]]
 Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
@@ -106,6 +106,6 @@ def file(kind: str, model: bytes, forces: Loads, seed: int) -> bytes:
 
 @lru_cache(maxsize=4)
 def _reader(model: bytes) -> SingleFrameReader:
-    from fringeforce.single_frame import SingleFrameReader
+    from fringeforce.reading.single_frame import SingleFrameReader
 
     return SingleFrameReader(pickle.loads(model))

@@ -19,7 +19,7 @@ from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
 from fringeforce.pads.sampling import Sampling, lattice, sampled
 from fringeforce.pads.search import Search
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
 

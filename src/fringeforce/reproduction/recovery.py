@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.reading import Reading
+from fringeforce.reading.reading import Reading
+from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reproduction.example import ANGLE, LOAD, Example
-from fringeforce.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from numpy.typing import DTypeLike
 from fringeforce.errors import FileFormatError
 from fringeforce.files import COMPONENTS
 from fringeforce.model import SensorModel
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 from fringeforce.sinks.sink import Readings, Sink
 from fringeforce.storage import FORMAT_VERSION, LIBRARIES
 

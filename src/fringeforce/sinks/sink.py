@@ -9,7 +9,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from fringeforce.reading import Status
+from fringeforce.reading.reading import Status
 
 Array = NDArray[Any]
 

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.model import SensorModel
 from fringeforce.phase.noise_free import recover_phase
-from fringeforce.reading import Status
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.reading import Status
+from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.limits import NYQUIST, densest_fringes, largest_phase
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from fringeforce.design import Sensor
 from fringeforce.model import characterize
-from fringeforce.reading import Status
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.reading import Status
+from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.execution import completed
 from fringeforce.studies.loads import load_maps
 from fringeforce.studies.monte_carlo import DEVIATIONS

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
 from fringeforce.force.following import HELD, SILENT, UNSETTLED
-from fringeforce.reading import Reading, Status
-from fringeforce.single_frame import SingleFrameReader
-from fringeforce.tracker import STATUSES, Track, Tracker
+from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.tracker import STATUSES, Track, Tracker
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from fringeforce.force.likelihood import Response
 from fringeforce.force.own_light import own_light
-from fringeforce.interpretation import interpret
-from fringeforce.judgement import Interpretation
-from fringeforce.reading import Status
-from fringeforce.scene import Doubt
+from fringeforce.reading.interpretation import interpret
+from fringeforce.reading.judgement import Interpretation
+from fringeforce.reading.reading import Status
+from fringeforce.reading.scene import Doubt
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.doubt import CalibrationDoubt
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
 from fringeforce.force.bounds import covariance as noise_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
-from fringeforce.judgement import Interpretation
-from fringeforce.lamp import interpret_in_own_light
 from fringeforce.model import SensorModel
-from fringeforce.reading import Reading, Status
+from fringeforce.reading.doubt import CalibrationDoubt
+from fringeforce.reading.judgement import Interpretation
+from fringeforce.reading.lamp import interpret_in_own_light
+from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -29,9 +29,9 @@ from fringeforce.force.shape import shape_error
 from fringeforce.force.steady import STEADY, steady
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import CHUNK
-from fringeforce.judgement import Interpretation, widening
-from fringeforce.reading import Reading, Status
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.judgement import Interpretation, widening
+from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.errors import InputError
-from fringeforce.reading import Reading, Status
+from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

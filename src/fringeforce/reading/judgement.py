@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fringeforce.force.estimate import Estimate
 from fringeforce.force.likelihood import misfit
 from fringeforce.force.shape import ShapeError
-from fringeforce.reading import Status
-from fringeforce.scene import Scene
+from fringeforce.reading.reading import Status
+from fringeforce.reading.scene import Scene
 
 Array = NDArray[np.float64]
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.batch import Batch, checked_recording, read_batch, read_on
 from fringeforce.force.admissible import admissible
 from fringeforce.force.following import SILENT, UNSETTLED
 from fringeforce.model import SensorModel
-from fringeforce.reading import Reading
-from fringeforce.single_frame import SingleFrameReader
-from fringeforce.tracker import STATUSES, Track, Tracker
+from fringeforce.reading.batch import Batch, checked_recording, read_batch, read_on
+from fringeforce.reading.reading import Reading
+from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.tracker import STATUSES, Track, Tracker
 
 Array = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from fringeforce.force.estimate import Estimate
 from fringeforce.force.goodness import is_noise
 from fringeforce.force.likelihood import Response
-from fringeforce.judgement import Interpretation, judged
 from fringeforce.phase.folding import Fringes, phase_pace
 from fringeforce.phase.tracking import explanations
-from fringeforce.reading import Status
-from fringeforce.scene import Doubt, Scene
+from fringeforce.reading.judgement import Interpretation, judged
+from fringeforce.reading.reading import Status
+from fringeforce.reading.scene import Doubt, Scene
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -11,7 +11,7 @@ from scipy.stats import binom
 import fringeforce as ff
 from fringeforce.cameras.touch import touch as fingertip
 from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.single_frame import SingleFrameReader
+from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
 N = 11
