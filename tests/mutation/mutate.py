@@ -1,7 +1,8 @@
 """Mutation testing: which small changes of the source would the tests not notice?
 
 Takes a seeded random sample of all mutants of some packages, runs for each the tests that concern
-it in a copy of the tree, and lists those that survive.  `make mutate` does it.
+it in a copy of the tree, and lists those that survive.  `make mutate` does it.  Ctrl-C ends it
+early: the sample is in random order, so what was tried until then is a smaller sample.
 
 A compiled loop is cached by the file that it is in, while it holds the code of all loops that it
 calls.  So for each mutant everything that was compiled from its file, or from a file that imports
@@ -18,6 +19,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from difflib import unified_diff
 from pathlib import Path
@@ -164,7 +166,8 @@ def main() -> None:
     sample = random.Random(asked.seed).sample(everything, min(asked.count, len(everything)))
     print(f"{len(sample)} of {len(everything)} mutants", flush=True)
     killed: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory() as folder:
+    tried: Counter[str] = Counter()
+    with tempfile.TemporaryDirectory() as folder, suppress(KeyboardInterrupt):
         copy = Copy(Path(folder))
         _prove(copy)
         for number, mutant in enumerate(sample, start=1):
@@ -172,15 +175,15 @@ def main() -> None:
             dead = copy.killed(
                 mutant.module, mutant.text, _stages(package, mutant.module, asked.quick)
             )
+            tried[package] += 1
             killed[package] += dead
             print(f"{number} {'killed' if dead else 'SURVIVED'} {mutant.module}", flush=True)
             if not dead:
                 print(_difference(mutant), flush=True)
-    for package in asked.packages:
-        tried = sum(mutant.module.startswith(f"{package}/") for mutant in sample)
-        if tried:
-            print(f"{package:8} {_share(killed[package], tried)}")
-    print(f"{'all':8} {_share(killed.total(), len(sample))}")
+    for package in tried:
+        print(f"{package:8} {_share(killed[package], tried[package])}")
+    if tried:
+        print(f"{'all':8} {_share(killed.total(), tried.total())}")
 
 
 def _stages(package: str, module: str, quick: bool) -> list[list[str]]:
