@@ -13,6 +13,12 @@ Frames = Annotated[Path, typer.Argument(help="Frames: .h5, .npy, .png or .tiff, 
 Scheduler = Annotated[
     str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
 ]
+Friction = Annotated[
+    float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
+]
+ModelError = Annotated[
+    float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
+]
 Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 

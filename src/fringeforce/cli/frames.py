@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Frames, Model
+from fringeforce.cli.arguments import Frames, Friction, Model, ModelError
 
 
 def simulate(
@@ -33,12 +33,8 @@ def read(
     frames: Frames,
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV of forces to write.")],
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
-    friction: Annotated[
-        float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
-    ] = None,
-    model_error: Annotated[
-        float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
-    ] = 0.0,
+    friction: Friction = None,
+    model_error: ModelError = 0.0,
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each."""
     from rich.progress import track

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Model
+from fringeforce.cli.arguments import Friction, Model, ModelError
 
 if TYPE_CHECKING:
     from fringeforce.model import SensorModel
@@ -47,12 +47,8 @@ def live(
             help="What clients must show; needed beyond this computer.",
         ),
     ] = None,
-    friction: Annotated[
-        float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
-    ] = None,
-    model_error: Annotated[
-        float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
-    ] = 0.0,
+    friction: Friction = None,
+    model_error: ModelError = 0.0,
 ) -> None:
     """Read a camera live, show the forces, and send them where they are wanted."""
     from fringeforce.acquisition.live import live as run

@@ -11,12 +11,11 @@ from pydantic import Field
 
 from fringeforce.design import load_sensor, shipped_designs, shipped_pads
 from fringeforce.design_parts import Part
-from fringeforce.design_text import toml_values
 from fringeforce.errors import DesignError, InputError
 from fringeforce.fields import Count, Finite, Place, Range, Share
 from fringeforce.pads.contacts.random import ContactRanges
 from fringeforce.pads.design import Pad
-from fringeforce.validation import validated
+from fringeforce.studies.study_file import read_table
 
 GOLDEN = (5**0.5 - 1) / 2
 NAMES = ("train", "validation", "test")
@@ -100,11 +99,7 @@ def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad]
         If a file is missing or has problems; all of them are in the message.
     """
     place = Path(path)
-    try:
-        text = place.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"There is no study {str(place)!r} to read ({error}).") from None
-    study = validated(DatasetStudy, toml_values(text, str(place)), str(place), from_file=True)
+    study = read_table(DatasetStudy, place)
     if not study.split.train + study.split.validation + study.split.test > 0:
         raise InputError(f"{place}: the shares of split sum up to nothing; raise one of them.")
     shipped = study.design in {**shipped_pads(), **shipped_designs()}

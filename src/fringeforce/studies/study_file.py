@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
@@ -18,6 +18,7 @@ from fringeforce.validation import validated
 
 Number = Annotated[float, AllowInfNan(False)]
 Objective = Literal["worst_uncertainty", "mean_uncertainty", "largest_load", "thickness", "volume"]
+Table = TypeVar("Table", bound=BaseModel)
 LARGER_IS_BETTER = ("largest_load",)
 
 
@@ -97,13 +98,15 @@ def load_study(path: str | os.PathLike[str]) -> tuple[StudyFile, Sensor]:
     InputError
         If a file is missing or has problems; all of them are in the message.
     """
-    place = Path(path)
-    try:
-        text = place.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"There is no study {str(place)!r} to read ({error}).") from None
-    values: dict[str, Any] = toml_values(text, str(place))
-    study = validated(StudyFile, values, str(place), from_file=True)
-    beside = place.parent / study.design
+    study = read_table(StudyFile, Path(path))
     shipped = study.design in shipped_designs()
-    return study, load_strip(study.design if shipped else beside)
+    return study, load_strip(study.design if shipped else Path(path).parent / study.design)
+
+
+def read_table(model: type[Table], path: Path) -> Table:
+    """Read a study of some kind; InputError if it is missing or has problems."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"There is no study {str(path)!r} to read ({error}).") from None
+    return validated(model, toml_values(text, str(path)), str(path), from_file=True)
