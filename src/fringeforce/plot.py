@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -15,11 +14,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from fringeforce.design import Transducer
-from fringeforce.errors import InputError
 from fringeforce.mechanics.mesh import Mesh
-from fringeforce.model import SensorModel
 from fringeforce.optics.colour import light_colour
-from fringeforce.reading.reading import Reading
 
 MILLI = 1e3
 SURFACE, SHADE = "#4a7fb5", "#d8d8d8"
@@ -172,21 +168,6 @@ def force_history(ax: Axes, values: ArrayLike) -> None:
     ax.legend()
 
 
-def draw_readings(readings: Sequence[Reading], path: Path) -> None:
-    """Write a picture of one reading's forces, or of the normal forces of many.
-
-    Raises
-    ------
-    InputError
-        If the picture cannot be written.
-    """
-    with _picture(path) as ax:
-        if len(readings) == 1:
-            forces(ax, readings[0].forces, readings[0].std)
-        else:
-            force_history(ax, np.array([reading.forces[0] for reading in readings]))
-
-
 def residuals(ax: Axes, left: ArrayLike, frames: Sequence[int], pixels: Sequence[int]) -> None:
     """What a model leaves of frames with known loads, a row for each; what was left out is marked.
 
@@ -207,61 +188,6 @@ def residuals(ax: Axes, left: ArrayLike, frames: Sequence[int], pixels: Sequence
     ax.set(xlabel="pixel", ylabel="frame", xlim=(-0.5, width - 0.5), ylim=(count - 0.5, -0.5))
     ax.grid(visible=False)
     ax.figure.colorbar(image, ax=ax, label="residual / noise")
-
-
-def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path: Path) -> None:
-    """Write a picture of what a calibrated model leaves of the frames that it was fitted to.
-
-    Parameters
-    ----------
-    model : SensorModel
-        Calibrated.
-    frames : array_like, shape (F, n_pixels)
-        Grey levels.
-    loads : array_like, shape (F, 2, n)
-        Known forces [N].
-    path : Path
-        Of the picture.
-
-    Raises
-    ------
-    InputError
-        If the picture cannot be written.
-    """
-    found = model.calibration
-    left = model.residuals(frames, loads)
-    with _picture(path) as ax:
-        residuals(ax, left, found.outliers if found else (), found.dead if found else ())
-
-
-def draw_plan(ratio: ArrayLike, path: Path) -> None:
-    """Write a picture of what calibration errors add to readings, over the number of presses.
-
-    Parameters
-    ----------
-    ratio : array_like, shape (k + 1,)
-        Error of readings over that of a perfectly known sensor, from no press on.
-
-    Raises
-    ------
-    InputError
-        If the picture cannot be written.
-    """
-    excess = np.asarray(ratio)[1:] - 1
-    with _picture(path) as ax:
-        ax.semilogy(1 + np.arange(len(excess)), 100 * excess, "o-", markersize=4)
-        ax.set(xlabel="presses", ylabel="readings err more than\nwith a known sensor by [%]")
-
-
-@contextmanager
-def _picture(path: Path) -> Iterator[Axes]:
-    """Axes of a picture that is written at the end."""
-    with figure() as (canvas, ax):
-        yield ax
-        try:
-            canvas.savefig(path)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written: {error.strerror}.") from None
 
 
 def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, wavelength: float) -> None:

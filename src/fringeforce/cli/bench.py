@@ -45,7 +45,7 @@ def calibrate(
     from fringeforce.calibration.references import References
     from fringeforce.design import load_strip
     from fringeforce.files import load_frames
-    from fringeforce.plot import draw_residuals
+    from fringeforce.pictures import draw_residuals
     from fringeforce.summary import calibration_summary
     from fringeforce.tables import load_forces
 

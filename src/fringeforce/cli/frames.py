@@ -40,7 +40,7 @@ def read(
     from rich.progress import track
 
     from fringeforce.files import load_frames, load_strip_model
-    from fringeforce.plot import draw_readings
+    from fringeforce.pictures import draw_readings
     from fringeforce.reading.reader import Reader
     from fringeforce.tables import save_readings
 

@@ -35,7 +35,7 @@ def plan(
     from fringeforce.calibration.planning import plan_presses
     from fringeforce.design import load_strip
     from fringeforce.files import load_strip_model
-    from fringeforce.plot import draw_plan
+    from fringeforce.pictures import draw_plan
     from fringeforce.summary import plan_summary
     from fringeforce.tables import save_forces
 
