@@ -18,7 +18,6 @@ from fringeforce.mechanics.mesh import Mesh
 from fringeforce.optics.colour import light_colour
 
 MILLI = 1e3
-SURFACE, SHADE = "#4a7fb5", "#d8d8d8"
 STYLE: Any = {
     "axes.grid": True,
     "axes.prop_cycle": cycler(
