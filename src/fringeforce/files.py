@@ -24,7 +24,16 @@ from fringeforce.design import parse_sensor
 from fringeforce.errors import FileFormatError
 from fringeforce.model import SensorModel
 from fringeforce.pads.files import PAD, load_pad
-from fringeforce.storage import existing_file, format_of, new_file, read, text, write
+from fringeforce.storage import (
+    HDF5,
+    existing_file,
+    format_of,
+    load_array,
+    new_file,
+    read,
+    text,
+    write,
+)
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
@@ -149,19 +158,10 @@ def load_frames(path: PathLike) -> NDArray[Any]:
     FileFormatError
         If the file is missing, damaged, or of a kind that is not read.
     """
-    ending = Path(path).suffix.lower()
-    if ending in (".h5", ".hdf5", ".nc"):
+    if Path(path).suffix.lower() in HDF5:
         with existing_file(path, "frames") as file:
             return read(file, "grey")[: read(file, "frame").size]
-    readers = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
-    if ending not in readers:
-        raise FileFormatError(
-            f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {ending!r}."
-        )
-    try:
-        frames = np.atleast_2d(readers[ending](path))
-    except (OSError, ValueError, EOFError, SyntaxError) as error:
-        raise FileFormatError(f"{path} cannot be read as {ending} frames: {error}.") from None
+    frames = np.atleast_2d(load_array(path))
     if frames.ndim != 2 or frames.dtype.kind not in "uif":
         raise FileFormatError(
             f"{path} holds {frames.dtype} of shape {frames.shape}; frames are grey levels of shape "
@@ -172,24 +172,7 @@ def load_frames(path: PathLike) -> NDArray[Any]:
 
 def load_times(path: PathLike) -> NDArray[np.float64] | None:
     """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
-    if Path(path).suffix.lower() not in (".h5", ".hdf5", ".nc"):
+    if Path(path).suffix.lower() not in HDF5:
         return None
     with existing_file(path, "frames") as file:
         return read(file, "time")[: read(file, "frame").size] if "time" in file else None
-
-
-def _load_npy(path: PathLike) -> NDArray[Any]:
-    return np.load(path, allow_pickle=False)
-
-
-def _load_png(path: PathLike) -> NDArray[Any]:
-    from PIL import Image
-
-    with Image.open(path) as image:
-        return np.asarray(image)
-
-
-def _load_tiff(path: PathLike) -> NDArray[Any]:
-    from tifffile import imread
-
-    return imread(path)

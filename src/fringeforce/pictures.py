@@ -12,7 +12,10 @@ from numpy.typing import ArrayLike
 
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel
-from fringeforce.plot import figure, force_history, forces, residuals
+from fringeforce.pads.design import Pad
+from fringeforce.pads.patches import touch
+from fringeforce.pads.reading import PadReading
+from fringeforce.plot import figure, force_history, forces, pad_forces, residuals, resultants
 from fringeforce.reading.reading import Reading
 
 
@@ -29,6 +32,24 @@ def draw_readings(readings: Sequence[Reading], path: Path) -> None:
             forces(ax, readings[0].forces, readings[0].std)
         else:
             force_history(ax, np.array([reading.forces[0] for reading in readings]))
+
+
+def draw_pad_readings(pad: Pad, readings: Sequence[PadReading], path: Path) -> None:
+    """Write a picture of one reading's forces, or of the sums of the forces of many.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    if len(readings) == 1:
+        with _picture(path, 5.4, 4.4) as ax:
+            pad_forces(ax, pad, readings[0].forces)
+        return
+    nothing = np.full(3, np.nan)
+    sums = [touch(pad, r).total.force if np.isfinite(r.forces).all() else nothing for r in readings]
+    with _picture(path) as ax:
+        resultants(ax, sums)
 
 
 def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path: Path) -> None:
@@ -76,9 +97,9 @@ def draw_plan(ratio: ArrayLike, path: Path) -> None:
 
 
 @contextmanager
-def _picture(path: Path) -> Iterator[Axes]:
-    """Axes of a picture that is written at the end."""
-    with figure() as (canvas, ax):
+def _picture(path: Path, width: float = 8.0, height: float = 3.6) -> Iterator[Axes]:
+    """Axes of a picture that is written at the end; its size is in inches."""
+    with figure(width, height) as (canvas, ax):
         yield ax
         try:
             canvas.savefig(path)

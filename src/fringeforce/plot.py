@@ -11,11 +11,13 @@ import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from fringeforce.design import Transducer
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.optics.colour import light_colour
+from fringeforce.pads.design import Pad
 
 MILLI = 1e3
 STYLE: Any = {
@@ -164,6 +166,55 @@ def force_history(ax: Axes, values: ArrayLike) -> None:
     for tactel, (force, shade) in enumerate(zip(read.T, shades, strict=True), start=1):
         ax.plot(force, color=shade, label=f"tactel {tactel}" if tactel in (1, tactels) else None)
     ax.set(xlabel="frame", ylabel="normal force [N]")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.legend()
+
+
+def pad_forces(ax: Axes, pad: Pad, values: ArrayLike) -> None:
+    """Forces on a pad, seen from above: normal ones as colours, tangential ones as arrows.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    pad : Pad
+        The design.
+    values : array_like, shape (n, 3)
+        N, T_x, T_y [N].
+    """
+    forces, (x, y) = np.asarray(values, dtype=float), MILLI * pad.tactels.places.T
+    edge = MILLI * (pad.tactels.pitch / 2)
+    limit = max(np.abs(forces[:, 0]).max(initial=0.0), 1e-12)
+    extent = (x.min() - edge, x.max() + edge, y.min() - edge, y.max() + edge)
+    image = ax.imshow(
+        forces[:, 0].reshape(pad.tactels.count).T,
+        origin="lower", extent=extent, cmap="PuOr_r", vmin=-limit, vmax=limit,
+    )  # fmt: skip
+    arrows = forces[:, 1:].T / max(np.hypot(*forces[:, 1:].T).max(initial=0.0), 1e-12)
+    ax.quiver(
+        x, y, *(2 * MILLI * pad.tactels.pitch * arrows), angles="xy", scale_units="xy", scale=1,
+        width=0.004,
+    )  # fmt: skip
+    sides = MILLI / 2 * np.array([pad.transducer.length, pad.transducer.width])
+    ax.set(xlabel="x [mm]", ylabel="y [mm]", xlim=(-sides[0], sides[0]), ylim=(-sides[1], sides[1]))
+    ax.grid(visible=False)
+    ax.figure.colorbar(image, ax=ax, label="normal force [N]")
+
+
+def resultants(ax: Axes, values: ArrayLike) -> None:
+    """Sums of the forces on a pad over the number of the frame.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    values : array_like, shape (k, 3)
+        N, T_x, T_y [N]; gaps where they are not a number.
+    """
+    for name, force in zip(("normal", "along x", "along y"), np.transpose(values), strict=True):
+        ax.plot(force, label=name)
+    ax.set(xlabel="frame", ylabel="force on all tactels [N]")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.legend()
 
 

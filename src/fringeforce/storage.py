@@ -1,4 +1,4 @@
-"""HDF5 files that are written whole or not at all, and refused if they are not what is meant."""
+"""Files whole or not at all, and refused if they are not what is meant: HDF5, arrays, pictures."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
 
 FORMAT_VERSION = 1
+HDF5 = (".h5", ".hdf5", ".nc")
+"""Endings of these files."""
 LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
@@ -132,3 +134,34 @@ def format_of(path: PathLike) -> str:
             return str(file.attrs.get("format", ""))
     except OSError:
         return ""
+
+
+def load_array(path: PathLike) -> NDArray[Any]:
+    """Grey levels of a .npy file or of a PNG or TIFF picture, as stored."""
+    ending = Path(path).suffix.lower()
+    loaders = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
+    if ending not in loaders:
+        raise FileFormatError(
+            f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {ending!r}."
+        )
+    try:
+        return loaders[ending](path)
+    except (OSError, ValueError, EOFError, SyntaxError) as error:
+        raise FileFormatError(f"{path} cannot be read as {ending} frames: {error}.") from None
+
+
+def _load_npy(path: PathLike) -> NDArray[Any]:
+    return np.load(path, allow_pickle=False)
+
+
+def _load_png(path: PathLike) -> NDArray[Any]:
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def _load_tiff(path: PathLike) -> NDArray[Any]:
+    from tifffile import imread
+
+    return imread(path)

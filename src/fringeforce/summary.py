@@ -10,6 +10,8 @@ from fringeforce.design_text import unit_at
 from fringeforce.loads import polar
 from fringeforce.model import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.pads.model import PadModel
+from fringeforce.pads.reader import PadReader
 
 UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 """Factor and symbol of the unit in which a person reads a quantity."""
@@ -78,6 +80,40 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
             f"{strain:.2%} over one pitch; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
         ),
         ("elements", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
+    ]
+
+
+def pad_summary(model: PadModel) -> list[tuple[str, str]]:
+    """Names and values of a pad, as `summary` of a strip."""
+    pad = model.sensor
+    block, tactels, camera = pad.transducer, pad.tactels, pad.camera
+    middle = np.zeros((3, tactels.total, 3))
+    middle[range(3), tactels.total // 2, range(3)] = 1.0
+    peaks = [np.hypot(*one).max() for one in model.retardance(middle)]
+    deviations = 1e3 * np.median(PadReader(model).bound(np.zeros((tactels.total, 3))), axis=0)
+    strain = 1.0 / tactels.side**2 / block.compliant.youngs_modulus
+    columns, rows = camera.pixels
+    constant = stress_optic_constant(block.photoelastic, pad.polariscope.wavelength)
+    return [
+        ("pad", f"{_mm(block.length)} x {_mm(block.width)}, {block.sides} sides"),
+        ("compliant layer", _layer(block.compliant)),
+        ("photoelastic layer", _layer(block.photoelastic)),
+        ("tactels", f"{tactels.count[0]} x {tactels.count[1]} at a pitch of {_mm(tactels.pitch)}"),
+        ("camera", f"{columns} x {rows} pixels, {camera.kind}, {camera.bits} bits"),
+        ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
+        (
+            "peak retardance per newton",
+            f"{peaks[0]:.3g} rad normal, {peaks[1]:.3g} rad tangential, both passes",
+        ),
+        (
+            "deviation of a force from one frame",
+            f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest",
+        ),
+        (
+            "strain of the cover at 1 N",
+            f"{strain:.2%} over one tactel; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
+        ),
+        ("influence", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
     ]
 
 

@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import csv
-import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import FileFormatError
+from fringeforce.pads.reading import PadReading
 from fringeforce.reading.reading import Reading
+
+Array = NDArray[np.float64]
 
 CARTESIAN = ("normal_N", "tangential_N")
 POLAR = ("magnitude_N", "angle_deg")
+PAD = ("normal_N", "tangential_x_N", "tangential_y_N")
 READING = (
     *CARTESIAN, *POLAR,
     "normal_std_N", "tangential_std_N", "magnitude_std_N", "angle_std_deg",
 )  # fmt: skip
+PAD_READING = (*PAD, *(name.replace("_N", "_std_N") for name in PAD))
 
 
-def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float64]:
+def load_forces(path: str | os.PathLike[str], tactels: int) -> Array:
     """Read loads: frame, tactel and either normal_N, tangential_N or magnitude_N, angle_deg.
 
     Parameters
@@ -46,22 +50,19 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> NDArray[np.float6
     FileFormatError
         If the file is missing or a row cannot be used; the message names its line.
     """
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            columns = _force_columns(path, reader.fieldnames or ())
-            rows = list(_rows(path, reader, columns, tactels))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        if isinstance(error, FileFormatError):
-            raise
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise FileFormatError(f"{path} cannot be read as a table of forces: {reason}.") from None
-    if not rows:
-        raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
-    forces = np.zeros((max(frame for frame, *_ in rows) + 1, 2, tactels))
-    for frame, tactel, normal, tangential in rows:
-        forces[frame, :, tactel] = normal, tangential
-    return forces
+    columns, forces = _loads(path, tactels, (CARTESIAN, POLAR))
+    if columns == POLAR:
+        size, angle = forces[..., 0], np.radians(forces[..., 1])
+        forces = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=-1)
+    return forces.swapaxes(1, 2)
+
+
+def load_pad_forces(path: str | os.PathLike[str], tactels: int) -> Array:
+    """Read loads of a pad: frame, tactel and normal_N, tangential_x_N, tangential_y_N.
+
+    As `load_forces`, but for the shape of the result, (k, tactels, 3) [N].
+    """
+    return _loads(path, tactels, (PAD,))[1]
 
 
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
@@ -94,17 +95,35 @@ def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     FileFormatError
         If the file cannot be written.
     """
+    return _save_readings(path, READING, readings, _strip_columns)
+
+
+def save_pad_readings(path: str | os.PathLike[str], readings: Iterable[PadReading]) -> Counter[str]:
+    """Write readings of a pad, as `save_readings` does those of a strip."""
+    return _save_readings(path, PAD_READING, readings, lambda r: np.hstack([r.forces, r.std]))
+
+
+def _strip_columns(reading: Reading) -> Array:
+    columns = (
+        *reading.forces, reading.magnitude, reading.angle,
+        *reading.std, reading.magnitude_std, reading.angle_std,
+    )  # fmt: skip
+    return np.transpose(columns)
+
+
+def _save_readings(
+    path: str | os.PathLike[str],
+    names: Sequence[str],
+    readings: Iterable[Any],
+    columns: Callable[[Any], Array],
+) -> Counter[str]:
     statuses: Counter[str] = Counter()
     with _whole_file(path) as file:
         writer = csv.writer(file)
-        writer.writerow(["frame", "tactel", *READING, "status"])
+        writer.writerow(["frame", "tactel", *names, "status"])
         for frame, reading in enumerate(readings):
             statuses[reading.status.name] += 1
-            columns = (
-                *reading.forces, reading.magnitude, reading.angle,
-                *reading.std, reading.magnitude_std, reading.angle_std,
-            )  # fmt: skip
-            for tactel, values in enumerate(np.transpose(columns), start=1):
+            for tactel, values in enumerate(columns(reading), start=1):
                 cells = [f"{value:.6g}" for value in values]
                 writer.writerow([frame, tactel, *cells, reading.status.name])
     return statuses
@@ -125,29 +144,53 @@ def _whole_file(path: str | os.PathLike[str]) -> Iterator[TextIO]:
         scrap.unlink(missing_ok=True)
 
 
-def _force_columns(path: str | os.PathLike[str], names: ArrayLike) -> tuple[str, str]:
-    present = [str(name) for name in np.asarray(names).tolist()]
-    for columns in (CARTESIAN, POLAR):
-        if "tactel" in present and set(columns) <= set(present):
+def _loads(
+    path: str | os.PathLike[str], tactels: int, kinds: Sequence[tuple[str, ...]]
+) -> tuple[tuple[str, ...], Array]:
+    """Which columns a table has, and what stands in them, shape (k, tactels, columns)."""
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            columns = _force_columns(path, reader.fieldnames or (), kinds)
+            rows = list(_rows(path, reader, columns, tactels))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise FileFormatError(f"{path} cannot be read as a table of forces: {reason}.") from None
+    if not rows:
+        raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
+    loads = np.zeros((max(frame for frame, *_ in rows) + 1, tactels, len(columns)))
+    for frame, tactel, values in rows:
+        loads[frame, tactel] = values
+    return columns, loads
+
+
+def _force_columns(
+    path: str | os.PathLike[str], names: Sequence[str], kinds: Sequence[tuple[str, ...]]
+) -> tuple[str, ...]:
+    for columns in kinds:
+        if {"tactel", *columns} <= set(names):
             return columns
+    wanted = " or with ".join(f"{', '.join(columns[:-1])} and {columns[-1]}" for columns in kinds)
     raise FileFormatError(
-        f"{Path(path).name} has the columns {', '.join(present) or '(none)'}; a table of forces "
-        f"needs tactel with {' and '.join(CARTESIAN)} or with {' and '.join(POLAR)}."
+        f"{Path(path).name} has the columns {', '.join(names) or '(none)'}; a table of forces "
+        f"needs tactel with {wanted}."
     )
 
 
 def _rows(
     path: str | os.PathLike[str],
     reader: csv.DictReader[str],
-    columns: tuple[str, str],
+    columns: tuple[str, ...],
     tactels: int,
-) -> Iterator[tuple[int, int, float, float]]:
+) -> Iterator[tuple[int, int, list[float]]]:
     seen: set[tuple[int, int]] = set()
     for row in reader:
         where = f"{Path(path).name}, line {reader.line_num}"
         try:
             frame, tactel = int(row.get("frame") or 0), int(row["tactel"])
-            first, second = (float(row[column]) for column in columns)
+            values = [float(row[column]) for column in columns]
         except (TypeError, ValueError):
             raise FileFormatError(f"{where}: {dict(row)} is not a row of numbers.") from None
         if not 1 <= tactel <= tactels or frame < 0:
@@ -157,10 +200,8 @@ def _rows(
             )
         if (frame, tactel) in seen:
             raise FileFormatError(f"{where}: tactel {tactel} of frame {frame} is given twice.")
-        if not (math.isfinite(first) and math.isfinite(second)):
-            raise FileFormatError(f"{where}: forces must be finite, not {first:g} and {second:g}.")
+        if not np.isfinite(values).all():
+            shown = " and ".join(f"{value:g}" for value in values)
+            raise FileFormatError(f"{where}: forces must be finite, not {shown}.")
         seen.add((frame, tactel))
-        if columns == POLAR:
-            angle = math.radians(second)
-            first, second = first * math.cos(angle), first * math.sin(angle)
-        yield frame, tactel - 1, first, second
+        yield frame, tactel - 1, values

@@ -9,7 +9,12 @@ import typer
 
 Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
-Frames = Annotated[Path, typer.Argument(help="Frames: .h5, .npy, .png or .tiff, a row each.")]
+Frames = Annotated[
+    Path,
+    typer.Argument(
+        help="Frames: .h5, .npy, .png or .tiff; a row each, or an image each for a pad."
+    ),
+]
 Scheduler = Annotated[
     str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
 ]
@@ -26,4 +31,6 @@ def is_model(path: str) -> bool:
     """Whether a path means a model file, and not a design."""
     from h5py import is_hdf5
 
-    return Path(path).suffix.lower() in (".h5", ".hdf5", ".nc") or is_hdf5(path)
+    from fringeforce.storage import HDF5
+
+    return Path(path).suffix.lower() in HDF5 or is_hdf5(path)

@@ -54,14 +54,19 @@ def characterize(
 def show(
     model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
 ) -> None:
-    """Summarise a sensor: sizes, sensitivity, conditioning, fringe density, strain."""
-    from fringeforce.design import load_strip
-    from fringeforce.files import load_strip_model
-    from fringeforce.model import characterize
-    from fringeforce.summary import summary
+    """Summarise a sensor: sizes, sensitivity, how well it reads, fringe density, strain."""
+    from fringeforce.characterization import characterize
+    from fringeforce.design import load_sensor
+    from fringeforce.files import load_model
+    from fringeforce.pads.model import PadModel
+    from fringeforce.summary import pad_summary, summary
 
-    found = load_strip_model(model) if is_model(model) else characterize(load_strip(model))
-    facts = summary(found)
+    if is_model(model):
+        found = load_model(model)
+    else:
+        with progress_bar() as advance:
+            found = characterize(load_sensor(model), progress=advance)
+    facts = pad_summary(found) if isinstance(found, PadModel) else summary(found)
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)
     for name, value in facts:

@@ -3,29 +3,43 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from fringeforce.cli.arguments import Frames, Friction, Model, ModelError
+from fringeforce.errors import InputError
 
 
 def simulate(
     model: Model,
-    forces: Annotated[Path, typer.Argument(help="CSV of loads: frame, tactel, normal_N, ...")],
+    forces: Annotated[
+        Path,
+        typer.Argument(
+            help="CSV of loads: frame, tactel, normal_N, tangential_N; a pad: tangential_x_N, _y_N."
+        ),
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Frames file to write (HDF5).")],
     seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
 ) -> None:
     """Expose frames as the sensor's camera would deliver them."""
-    from fringeforce.files import load_strip_model, save_frames
-    from fringeforce.tables import load_forces
+    from fringeforce.files import load_model, save_frames
+    from fringeforce.pads.files import save_images
+    from fringeforce.pads.model import PadModel
+    from fringeforce.tables import load_forces, load_pad_forces
 
-    sensor_model = load_strip_model(model)
-    loads = load_forces(forces, sensor_model.sensor.tactels.count)
-    frames = sensor_model.expose(loads, rng=seed)
-    save_frames(output, frames, sensor_model.pixel_positions, loads)
-    print(f"{output}: {len(frames)} frames of {frames.shape[1]} pixels")
+    found = load_model(model)
+    if isinstance(found, PadModel):
+        loads = load_pad_forces(forces, found.sensor.tactels.total)
+        frames = found.expose(loads, rng=seed)
+        save_images(output, frames, found.sensor, loads)
+    else:
+        loads = load_forces(forces, found.sensor.tactels.count)
+        frames = found.expose(loads, rng=seed)
+        save_frames(output, frames, found.pixel_positions, loads)
+    print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
 
 
 def read(
@@ -39,22 +53,32 @@ def read(
     """Read forces from frames, with their deviations and a verdict for each."""
     from rich.progress import track
 
-    from fringeforce.files import load_frames, load_strip_model
-    from fringeforce.pictures import draw_readings
+    from fringeforce.files import load_frames, load_model
+    from fringeforce.pads.files import load_images
+    from fringeforce.pads.model import PadModel
+    from fringeforce.pads.reader import PadReader
+    from fringeforce.pictures import draw_pad_readings, draw_readings
     from fringeforce.reading.reader import Reader
-    from fringeforce.tables import save_readings
+    from fringeforce.tables import save_pad_readings, save_readings
 
-    reader = Reader(load_strip_model(model), friction, model_error)
-    images = load_frames(frames)
-    readings = []
-    for frame in track(images, "Reading", disable=not sys.stderr.isatty()):
-        readings.append(reader.read(frame))
-    statuses = save_readings(output, readings)
+    found = load_model(model)
+    if not isinstance(found, PadModel):
+        reader, images = Reader(found, friction, model_error), load_frames(frames)
+        save, draw = save_readings, draw_readings
+    elif friction is None and not model_error:
+        reader, images = PadReader(found), load_images(frames)
+        save, draw = save_pad_readings, partial(draw_pad_readings, found.sensor)
+    else:
+        raise InputError("--friction and --model-error are for strips; read a pad without them.")
+    stream = reader.stream(images)
+    quiet = not sys.stderr.isatty()
+    readings: Any = list(track(stream, "Reading", total=len(images), disable=quiet))
+    statuses = save(output, readings)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
     for status in {reading.status: reading for reading in readings}:
         if status.name != "OK":
             print(f"  {status.name}: {status.advice}")
     if plot:
         picture = output.with_suffix(".png")
-        draw_readings(readings, picture)
+        draw(readings, picture)
         print(f"{picture}: the forces drawn")

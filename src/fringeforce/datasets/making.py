@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fringeforce.datasets.shard import IMAGES, KIND, Files, Shard, packed
+from fringeforce.datasets.shard import IMAGES, Files, Shard, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
 from fringeforce.errors import InputError
 from fringeforce.pads.design import Pad
+from fringeforce.pads.files import DATASET
 from fringeforce.storage import existing_file
 from fringeforce.studies.execution import completed, executor
 
@@ -145,7 +146,7 @@ def _images_in(path: Path) -> int:
         return len({line.partition(",")[0] for line in lines})
     if not path.exists():
         return 0
-    with existing_file(path, KIND) as file:
+    with existing_file(path, DATASET) as file:
         return len(file["number"])  # pyright: ignore[reportArgumentType]
 
 

@@ -20,11 +20,10 @@ from fringeforce.datasets.example import Example, example
 from fringeforce.datasets.study_file import NAMES, DatasetStudy
 from fringeforce.design import parse_sensor
 from fringeforce.pads.design import Pad
+from fringeforce.pads.files import COMPONENTS, DATASET
 from fringeforce.pads.model import PadModel
 from fringeforce.storage import new_file, write
 
-COMPONENTS = ("normal", "tangential_x", "tangential_y")
-KIND = "dataset"
 IMAGES, FORCES = "images.csv", "forces.csv"
 Files = dict[str, bytes]
 
@@ -72,7 +71,7 @@ def _hdf5(shard: Shard, found: Sequence[Example]) -> Files:
     pad = shard.pad
     with TemporaryDirectory() as folder:
         path = Path(folder) / shard.name
-        with new_file(path, KIND) as file:
+        with new_file(path, DATASET) as file:
             file.attrs["design"] = pad.to_toml()
             file.attrs["seed"] = shard.study.seed
             x, y = pad.pixel_positions

@@ -1,12 +1,14 @@
-"""Models of pads as HDF5 files, written whole or not at all."""
+"""Models and images of pads as HDF5 files, written whole or not at all."""
 
 from __future__ import annotations
 
 import json
 import os
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import parse_sensor
 from fringeforce.errors import FileFormatError
@@ -14,13 +16,23 @@ from fringeforce.pads.design import Pad
 from fringeforce.pads.influence import PadInfluence
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.symmetry import PARITIES, load_basis
-from fringeforce.storage import existing_file, new_file, read, text, write
+from fringeforce.storage import (
+    HDF5,
+    existing_file,
+    format_of,
+    load_array,
+    new_file,
+    read,
+    text,
+    write,
+)
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
 
-PAD = "pad"
-"""Kind of these files."""
+PAD, IMAGES, DATASET = "pad", "images", "dataset"
+"""Kinds of these files."""
+COMPONENTS = ("normal", "tangential_x", "tangential_y")
 LABELS = tuple(
     "_".join("even" if sign > 0 else "odd" for sign in parity) + "_{}" for parity in PARITIES
 )
@@ -69,3 +81,73 @@ def load_pad(path: PathLike) -> PadModel:
             f"{path} is damaged: its influence does not fit its design. Characterise it again."
         )
     return PadModel(pad, PadInfluence(pad.tactels.count, x, y, profile, quarters), provenance)
+
+
+def save_images(
+    path: PathLike, images: ArrayLike, pad: Pad, forces: ArrayLike | None = None
+) -> None:
+    """Write frames of a pad, and the forces behind them where they are known.
+
+    Parameters
+    ----------
+    path : path
+        Of the HDF5 file.
+    images : array_like, shape (k, rows, columns) or (k, channels, rows, columns)
+        Grey levels.
+    pad : Pad
+        Whose they are.
+    forces : array_like, shape (k, n, 3), optional
+        N, T_x, T_y [N].
+    """
+    grey = np.asarray(images)
+    x, y = pad.pixel_positions
+    with new_file(path, IMAGES) as file:
+        write(file, "frame", np.arange(len(grey)), ("frame",), None, "number of the frame")
+        write(file, "x", x, ("x",), "m", "places of the columns")
+        write(file, "y", y, ("y",), "m", "places of the rows")
+        axes = ("frame", "y", "x")
+        if grey.ndim == 4:
+            channels = np.arange(1, grey.shape[1] + 1)
+            write(file, "channel", channels, ("channel",), None, "number of the channel")
+            axes = ("frame", "channel", "y", "x")
+        write(file, "grey", grey, axes, None, "grey levels")
+        if forces is not None:
+            tactels = np.arange(1, pad.tactels.total + 1)
+            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            loads = np.asarray(forces, dtype=float)
+            write(file, "forces", loads, ("frame", "tactel", "component"), "N", "applied forces")
+
+
+def load_images(path: PathLike) -> NDArray[Any]:
+    """Read frames of a pad from HDF5, a data set's too, .npy, a PNG, or a stack in a TIFF.
+
+    Parameters
+    ----------
+    path : path
+        The file; its ending says what it is.
+
+    Returns
+    -------
+    ndarray, shape (k, rows, columns) or (k, channels, rows, columns)
+        Grey levels as stored.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, damaged, or of a kind that is not read.
+    """
+    if format_of(path) == f"fringeforce-{DATASET}":
+        with existing_file(path, DATASET) as file:
+            return read(file, "image")
+    if Path(path).suffix.lower() in HDF5:
+        with existing_file(path, IMAGES) as file:
+            return read(file, "grey")
+    images = load_array(path)
+    images = images[None] if images.ndim == 2 else images
+    if images.ndim not in (3, 4) or images.dtype.kind not in "uif":
+        raise FileFormatError(
+            f"{path} holds {images.dtype} of shape {images.shape}; images of a pad are grey levels "
+            "of shape (frames, rows, columns), or (frames, channels, rows, columns)."
+        )
+    return images
