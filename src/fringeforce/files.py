@@ -81,6 +81,11 @@ def load_model(path: PathLike) -> Any:
 
 def load_strip_model(path: PathLike) -> SensorModel:
     """Read the model of a strip, as `load_model`; FileFormatError if it is a pad's."""
+    if format_of(path) == f"fringeforce-{PAD}":
+        raise FileFormatError(
+            f"{path} is the model of a planar pad, and this works on strips only; pads go with "
+            "simulate, read, show, explore and, in Python, PadReader."
+        )
     with existing_file(path, "model") as file:
         model = SensorModel(
             sensor=parse_sensor(text(file, "design"), source=f"The design inside {path}"),
