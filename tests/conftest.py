@@ -1,8 +1,13 @@
 """What several tests share: the paper's sensor, characterised once."""
 
 import pytest
+from hypothesis import settings
 
 import fringeforce as ff
+
+# a busy machine may take long over an example without being wrong
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 
 @pytest.fixture(scope="session")

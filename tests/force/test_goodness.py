@@ -46,3 +46,12 @@ def test_a_long_wave_shows_in_the_sums_long_before_it_shows_in_pixels(unknowns: 
         wave = np.full(1024, np.sqrt(limit * share / groups / GROUP))
         assert wave @ wave < 1024
         assert is_noise(wave, unknowns) is noise
+
+
+@pytest.mark.parametrize("pixels", [256, 512])
+def test_few_sums_of_a_fit_that_absorbs_none_of_them_pass_as_noise(pixels: int) -> None:
+    rng = np.random.default_rng(4)
+    # neighbours cancel in every column, as under fine fringes
+    design = rng.normal(size=(pixels // 2, 22)).repeat(2, axis=0) * np.resize([1, -1], (pixels, 1))
+    project = np.eye(pixels) - design @ np.linalg.pinv(design)
+    assert all(is_noise(project @ rng.normal(size=pixels), 22) for _ in range(200))

@@ -1,5 +1,6 @@
 """Folded phases are what blocks of pixels allow, with the variance that they scatter by."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -32,6 +33,21 @@ def test_the_fold_scatters_about_the_phase_as_its_variance_says(phase: float) ->
     noise = found.variance.mean() - MODEL_ERROR**2
     assert found.fold.var() == pytest.approx(noise, rel=0.25)
     np.testing.assert_allclose(found.influence, [[1.0, 2.0]] * 500)
+
+
+def test_blocks_tell_what_their_seen_pixels_saw_and_are_left_out_where_none_did() -> None:
+    line = even(1.5)
+    seen = np.ones(4000, dtype=bool)
+    seen[100:300] = False
+    line.intensity[~seen] = 0.9
+    found = folded_phase(replace(line, seen=seen), EDGES)
+    assert np.isinf(found.variance).sum() == 24  # 200 pixels but for two halves of a block
+    rest = interleaved([found])
+    assert len(rest.fold) == 500 - 24
+    assert np.abs(rest.fold - 1.5).max() < 5 * np.sqrt(rest.variance.max())
+    halves = found.variance[[12, 37]] - MODEL_ERROR**2
+    np.testing.assert_allclose(halves, 2 * (found.variance[11] - MODEL_ERROR**2), rtol=0.1)
+    np.testing.assert_allclose(found.influence[[12, 37]], [[1.0, 2.0]] * 2)
 
 
 @pytest.mark.parametrize(("phase", "middle"), [(0.0, 0.0), (np.pi, np.pi)])

@@ -32,18 +32,21 @@ def test_the_scale_of_the_loads_comes_from_the_frame() -> None:
     for size in (5.0, 40.0):
         loads = rng.normal(0, size, 9)
         light = np.sin(influence @ loads / 2) ** 2
-        found = load_scale(phase_pace(light, 1e-12), influence)
+        found = load_scale(phase_pace(light, 1e-12), influence, np.ones(2999, dtype=bool))
         assert 0.4 * size < found < 2.5 * size
 
 
+@pytest.mark.parametrize("gap", [0, 150])
 @pytest.mark.parametrize("seed", range(5))
-def test_loads_of_a_foreign_linear_model_are_found_up_to_their_sign(seed: int) -> None:
-    """Sines instead of a strip: the search knows nothing of sensors."""
+def test_loads_of_a_foreign_linear_model_are_found_up_to_their_sign(seed: int, gap: int) -> None:
+    """Sines instead of a strip, with a gap or none: the search knows nothing of sensors."""
     rng = np.random.default_rng(seed)
     x = np.linspace(0, 1, 2000)
     influence = np.sin(np.pi * np.outer(x, np.arange(1, 9)))
     loads = rng.normal(0, 8, 8)
     light = np.sin(influence @ loads / 2) ** 2 + rng.normal(0, 0.01, len(x))
-    best = next(explanations([Fringes(light, 1e-4, influence)]))[0]
+    seen = np.abs(np.arange(len(x)) - 700) >= gap / 2
+    light[~seen] = 0.5
+    best = next(explanations([Fringes(light, 1e-4, influence, seen=seen)]))[0]
     nearest = min((best - loads), (best + loads), key=lambda e: np.abs(e).max())
     assert np.abs(influence @ nearest).max() < 0.5

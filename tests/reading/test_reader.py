@@ -97,11 +97,28 @@ def test_an_overexposed_frame_is_saturated(model: ff.SensorModel) -> None:
     assert model.read(frame).status is ff.Status.SATURATED
 
 
-def test_fringes_finer_than_pixels_are_said_to_be(model: ff.SensorModel) -> None:
-    coarse = model.sensor.replace(**{"camera.pixels": 256})
-    few = ff.characterize(coarse)
-    reading = few.read(few.expose(ff.polar(14.0, 10, n=N), rng=0))
-    assert reading.status is ff.Status.FRINGES_TOO_DENSE
+@pytest.fixture(scope="module")
+def coarse(model: ff.SensorModel) -> ff.SensorModel:
+    return ff.characterize(model.sensor.replace(**{"camera.pixels": 256}))
+
+
+@pytest.mark.parametrize("newtons", [1, 4, 14])
+def test_a_camera_of_few_pixels_is_read_too(coarse: ff.SensorModel, newtons: float) -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(4):
+        forces = newtons * ff.polar(rng.uniform(0.5, 1, N), rng.uniform(-20, 20, N), n=N)
+        reading = coarse.read(coarse.expose(forces, rng=rng))
+        assert reading.status is ff.Status.OK
+        assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
+
+
+def test_fringes_finer_than_pixels_are_said_to_be(coarse: ff.SensorModel) -> None:
+    fine = ff.characterize(coarse.sensor.replace(**{"camera.pixels": 4096}))
+    # a pixel sees the mean of the light over its width
+    light = fine.intensity(ff.polar(30.0, 10, n=N)).reshape(256, 16).mean(axis=1)
+    noise = np.random.default_rng(0).uniform(-5, 5, 256)
+    frame = np.clip(np.rint(245 * light + 5 + noise), 0, 255)
+    assert coarse.read(frame).status is ff.Status.FRINGES_TOO_DENSE
 
 
 def test_dead_pixels_cost_nothing_but_themselves(model: ff.SensorModel) -> None:
@@ -113,6 +130,18 @@ def test_dead_pixels_cost_nothing_but_themselves(model: ff.SensorModel) -> None:
     reading = model.read(frame)
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
+
+
+@pytest.mark.parametrize("newtons", [1, 4, 12])
+@pytest.mark.parametrize("first", [420, 900, 1400])
+def test_a_wide_mask_hides_no_force(model: ff.SensorModel, newtons: float, first: int) -> None:
+    rng = np.random.default_rng(first)
+    forces = newtons * ff.polar(rng.uniform(0.3, 1, 11), rng.uniform(-20, 20, 11), n=11)
+    mask = np.zeros(2048, dtype=bool)
+    mask[first : first + 150] = True
+    reading = model.read(model.expose(forces, rng=rng), mask)
+    assert reading.status is ff.Status.OK
+    assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
 
 
 def test_masked_pixels_are_not_looked_at(model: ff.SensorModel) -> None:

@@ -9,6 +9,8 @@ Array = NDArray[np.float64]
 
 GROUP = 16
 """Neighbouring pixels that are summed to find a misfit that noise would average away."""
+FEW = 2
+"""Numbers for each unknown below which it is not clear how much of them the unknowns absorb."""
 DEVIATIONS = 6.0
 """Standard deviations of pure noise beyond which a misfit is real."""
 
@@ -46,8 +48,17 @@ def is_noise(residuals: Array, unknowns: int, deviations: float = DEVIATIONS) ->
     return all(
         float(values @ values) < freedom + deviations * np.sqrt(2 * freedom)
         for values in (residuals, sums)
-        for freedom in (max(len(values) - unknowns, 1),)
+        for freedom in (degrees_of_freedom(len(values), unknowns),)
     )
+
+
+def degrees_of_freedom(values: int, unknowns: int) -> int:
+    """Mean sum of squares of what is left of so many numbers of unit noise, at least.
+
+    Loads absorb one for each, if the numbers are many; where they are few, as sums over neighbours
+    are for a coarse camera, what is absorbed depends on the fringes, and nothing is counted on.
+    """
+    return values - unknowns if values >= FEW * unknowns else values
 
 
 def group_sums(values: Array) -> Array:

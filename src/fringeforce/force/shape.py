@@ -86,7 +86,7 @@ def shape_error(
     if known is not None:
         weighed = kernel + (kernel @ known) @ known.T
     mean, spread = np.trace(weighed), (weighed * weighed.T).sum()
-    if mean <= 0:
+    if len(left) <= len(loads) or mean <= 0:  # the loads absorb whatever errors could leave
         return ShapeError(1.0, 0.0, bias)
     found = left @ kernel @ left
     chance = float(chdtrc(mean**2 / spread, found * mean / spread))

@@ -36,12 +36,15 @@ class Fringes:
         Phase per unit load at every pixel.
     bias : float
         Phase added to that of the loads [rad].
+    seen : ndarray of bool, shape (P,), optional
+        Pixels that saw the intensity; the others bridge a gap between them.  All if not given.
     """
 
     intensity: Array
     variance: float
     influence: Array
     bias: float = 0.0
+    seen: NDArray[np.bool_] | None = None
 
     @property
     def unbiased(self) -> Fringes:
@@ -49,6 +52,12 @@ class Fringes:
         turns = np.rint(self.bias / np.pi)
         upright = self.intensity if turns % 2 == 0 else 1 - self.intensity
         return replace(self, intensity=upright, bias=self.bias - np.pi * turns)
+
+    @property
+    def steps(self) -> NDArray[np.bool_]:
+        """From which pixels to the next the phase can be seen to run, shape (P - 1,)."""
+        seen = np.ones(len(self.intensity), dtype=bool) if self.seen is None else self.seen
+        return seen[:-1] & seen[1:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +69,7 @@ class FoldedPhase:
     fold : ndarray, shape (b,)
         Folded phase w of every block, 0 to pi [rad].
     variance : ndarray, shape (b,)
-        Of the phase [rad^2].
+        Of the phase [rad^2]; infinite where no pixel saw it.
     single : ndarray of bool, shape (b,)
         Where +w and -w cannot be told apart and their middle, 0 or pi, stands for both.
     bias : ndarray, shape (b,)
@@ -142,8 +151,11 @@ def folded_phase(fringes: Fringes, edges: NDArray[np.intp]) -> FoldedPhase:
     edges : ndarray of int, shape (b + 1,)
         Boundaries of the blocks.
     """
-    line, size = fringes.unbiased, np.diff(edges)
-    mean = np.clip(np.add.reduceat(line.intensity, edges[:-1]) / size, 0, 1)
+    line = fringes.unbiased
+    seen = np.ones(len(line.intensity)) if line.seen is None else line.seen.astype(float)
+    count = np.add.reduceat(seen, edges[:-1])
+    size = np.maximum(count, 1)
+    mean = np.clip(np.add.reduceat(seen * line.intensity, edges[:-1]) / size, 0, 1)
     noise = line.variance / size
     fold = 2 * np.arcsin(np.sqrt(mean))
     spread = noise / (mean * (1 - mean) + np.sqrt(noise) / 2) + MODEL_ERROR**2
@@ -152,17 +164,18 @@ def folded_phase(fringes: Fringes, edges: NDArray[np.intp]) -> FoldedPhase:
     single = 2 * distance < 1.5 * np.sqrt(spread)
     return FoldedPhase(
         fold=np.where(single, np.where(dark < bright, 0.0, np.pi), fold),
-        variance=np.where(single, spread + distance**2, spread),
+        variance=np.where(count > 0, np.where(single, spread + distance**2, spread), np.inf),
         single=single,
         bias=np.full(len(size), line.bias),
-        influence=np.add.reduceat(line.influence, edges[:-1], axis=0) / size[:, None],
+        influence=np.add.reduceat(seen[:, None] * line.influence, edges[:-1]) / size[:, None],
     )
 
 
 def interleaved(channels: Sequence[FoldedPhase]) -> FoldedPhase:
-    """Folded phases of several channels as one row, block by block."""
+    """Folded phases of several channels as one row, block by block, where pixels saw them."""
     stacked = {
         field.name: np.stack([getattr(channel, field.name) for channel in channels], axis=1)
         for field in fields(FoldedPhase)
     }
-    return FoldedPhase(**{key: v.reshape(-1, *v.shape[2:]) for key, v in stacked.items()})
+    known = np.isfinite(stacked["variance"])
+    return FoldedPhase(**{key: values[known] for key, values in stacked.items()})

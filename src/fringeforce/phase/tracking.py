@@ -70,12 +70,13 @@ def explanations(channels: Sequence[Fringes]) -> Iterator[Array]:
         fringe of what they explain.
     """
     paces = np.array([phase_pace(fringes.intensity, fringes.variance) for fringes in channels])
-    scale = load_scale(paces, np.array([fringes.influence for fringes in channels]))
+    steps = np.array([fringes.steps for fringes in channels])
+    scale = load_scale(paces, np.array([fringes.influence for fringes in channels]), steps)
     for effort in EFFORTS:
         yield _track(channels, paces.max(axis=0), scale, effort)
 
 
-def load_scale(paces: Array, influence: Array) -> float:
+def load_scale(paces: Array, influence: Array, steps: NDArray[np.bool_]) -> float:
     """Root-mean-square load whose fringes run, on average, as fast as the frame's.
 
     Parameters
@@ -84,9 +85,11 @@ def load_scale(paces: Array, influence: Array) -> float:
         Local pace of the phase [rad per pixel].
     influence : ndarray, shape (..., P, m)
         Phase per unit load.
+    steps : ndarray of bool, shape (..., P - 1)
+        From which pixels to the next the pace was seen.
     """
-    unit = np.diff(influence, axis=-2)
-    return float(np.sqrt((paces[..., :-1] ** 2).sum() / (unit**2).sum()))
+    unit = np.diff(influence, axis=-2)[steps]
+    return float(np.sqrt((paces[..., :-1][steps] ** 2).sum() / (unit**2).sum()))
 
 
 def _track(channels: Sequence[Fringes], pace: Array, scale: float, effort: Effort) -> Array:

@@ -98,7 +98,7 @@ def interpret(
 def _fringes(
     levels: Array, used: Mask, influence: Array, response: Response, channels: int
 ) -> Iterator[Fringes]:
-    """Normalised fringes of every channel between its outermost used pixels, without gaps."""
+    """Normalised fringes of every channel between its outermost used pixels, gaps bridged."""
     pixels = np.arange(len(levels) // channels)
     seen = used.reshape(channels, -1)
     first, last = np.flatnonzero(seen.any(axis=0))[[0, -1]]
@@ -114,6 +114,7 @@ def _fringes(
             variance=float(np.median(response.variance / lit.amplitude**2)),
             influence=influence[span],
             bias=float(np.mean(lit.bias)),
+            seen=own,
         )
 
 
