@@ -39,6 +39,8 @@ class SideGrading:
         Of the bricks that follow them.
     largest, tallest : float
         Largest brick along x and y, and along z.
+    close : float
+        Largest brick along x and y under loads that reach up to a side.
     cover : float
         Largest brick along z in the cover.
     """
@@ -50,6 +52,7 @@ class SideGrading:
     growth_up: float = 4.0
     largest: float = 0.86
     tallest: float = 0.43
+    close: float = 0.43
     cover: float = 0.2
 
     def __post_init__(self) -> None:
@@ -57,11 +60,24 @@ class SideGrading:
             raise InputError(f"order = {self.order}: bricks need 2 or more.")
 
 
-def side_mesh(block: Block, sizes: SideGrading) -> BoxMesh:
-    """The bricks that what the sides change asks for; loads leave no trace in them."""
+def side_mesh(block: Block, loads: Loads, sizes: SideGrading) -> BoxMesh:
+    """The bricks that what the sides change asks for.
+
+    Parameters
+    ----------
+    block : Block
+        The layers and their sides.
+    loads : Loads
+        What the sides feel varies along them over about twice the distance of the nearest load.
+    sizes : SideGrading
+        Sizes and order.
+    """
     depth, b = -block.base, block.photoelastic.thickness
-    side = Progression(sizes.side * depth, sizes.growth, sizes.largest * depth)
-    inner = Progression(sizes.largest * depth, 1.0, sizes.largest * depth)
+    reach = (np.abs(loads.places) + np.array(loads.size) / 2).max(axis=0)
+    gap = (np.array([block.length, block.width]) / 2 - reach).min()
+    largest = float(np.clip(2 * gap, sizes.close * depth, sizes.largest * depth))
+    side = Progression(sizes.side * depth, sizes.growth, largest)
+    inner = Progression(largest, 1.0, largest)
     base = Progression(sizes.base * depth, sizes.growth_up, sizes.tallest * depth)
     below = Progression(sizes.tallest * depth, 1.0, sizes.tallest * depth)
     cover = Progression(sizes.cover * depth, 1.0, sizes.cover * depth)
@@ -114,7 +130,7 @@ def sided_influence(
     loads = patch_loads(patches)
     loads.check(block)
     if not isinstance(mesh, BoxMesh):
-        mesh = side_mesh(block, mesh)
+        mesh = side_mesh(block, loads, mesh)
     parts = _changes(block, loads, mesh, progress)
     change = stresses_of(block, parts, loads, mesh, places, slices)
     exact = stress_influence(block, patches, *places, slices)
