@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags_array
 from scipy.sparse.linalg import cg
-from skfem import Basis, ElementHex2, ElementVector, FacetBasis, LinearForm, MeshHex, condense
+from skfem import Basis, ElementHex2, ElementVector, FacetBasis, LinearForm, Mesh, MeshHex, condense
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fringeforce as ff
@@ -78,7 +78,7 @@ def problem() -> Problem:
     return basis, matrix, forces
 
 
-def _clear(hexes: MeshHex) -> NDArray[np.bool_]:
+def _clear(hexes: Mesh) -> NDArray[np.bool_]:
     return hexes.p[2, hexes.t].mean(axis=0) < INTERFACE
 
 
@@ -100,7 +100,7 @@ def _by_scikit_fem(problem: Problem, pad: Pad, sides: str) -> tuple[Array, Array
     assert not failed
     hexes, clear = basis.mesh, _clear(basis.mesh)
     points = Basis(hexes, basis.elem, intorder=3, elements=np.flatnonzero(clear))
-    gradient = points.interpolate(solution).grad
+    gradient = np.asarray(points.interpolate(solution).grad)  # pyright: ignore
     layer = pad.transducer.photoelastic
     _, mu = lame_parameters(layer.youngs_modulus, layer.poissons_ratio)
     stress = 2 * mu * (gradient[0, 0] - gradient[1, 1])
@@ -108,8 +108,9 @@ def _by_scikit_fem(problem: Problem, pad: Pad, sides: str) -> tuple[Array, Array
     heights = np.ptp(hexes.p[2, hexes.t[:, clear]], axis=0)
     places = np.stack([x, y], axis=-1).reshape(-1, 2).round(9)
     columns, column = np.unique(places, axis=0, return_inverse=True)
+    at_x, at_y = columns.T
     share = stress * heights[:, None] / 2  # two points of a Gauss rule along z
-    return *columns.T, np.bincount(column.ravel(), share.ravel())
+    return at_x, at_y, np.bincount(column.ravel(), share.ravel()).astype(np.float64)
 
 
 def _integral(model: PadModel, x: Array, y: Array) -> Array:

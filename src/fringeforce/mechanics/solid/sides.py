@@ -101,7 +101,7 @@ def sided_influence(
     x: ArrayLike,
     y: ArrayLike,
     slices: int = 8,
-    mesh: BoxMesh | SideGrading = SideGrading(),  # noqa: B008
+    mesh: BoxMesh | SideGrading = SideGrading(),
     progress: Progress | None = None,
 ) -> SolidInfluence:
     """Stresses inside the photoelastic layer per unit force on every tactel, whatever the sides.
