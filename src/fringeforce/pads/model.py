@@ -67,6 +67,14 @@ class PadModel:
         columns, rows = self.sensor.camera.pixels
         return rows, columns
 
+    @property
+    def slice_heights(self) -> Array:
+        """Where the slices lie, shape (slices,) [m]; 0 is the loaded surface, -thickness the base.
+
+        They are those of a Gauss-Legendre rule, the one at the mirror first.
+        """
+        return block_of(self.sensor).depths(len(self.influence.profile))[0]
+
     @cached_property
     def pictures(self) -> tuple[Picture, ...]:
         """What the channels measure."""

@@ -46,7 +46,7 @@ class SideGrading:
     """
 
     order: int = 5
-    side: float = 0.14
+    side: float = 0.145
     base: float = 0.09
     growth: float = 2.0
     growth_up: float = 4.0
