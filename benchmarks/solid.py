@@ -1,14 +1,19 @@
 """What the mechanics of a planar pad costs, and how near it comes to finer elements.
 
-Section mechanics: time and peak memory of all unit loads of a pad against unknowns and tactels, one
-process each.  Section refinement: depth integrals of sigma_x - sigma_y and tau_xy on a smaller pad
-with free sides, against those of finer elements.  Section strip: the paper's strip in three
-dimensions against elements of a higher order.  Run with the names of sections; all by default.
+Section mechanics: all 363 unit loads of the shipped pad of 25 x 25 mm with 11 x 11 tactels and
+256 x 256 pixels, from the design to the model, one process each; and by how much psi changes from
+elements of one order less.  Section refinement: a smaller pad whose loads are
+as near to its sides, against finer elements of a higher order, for covers that are nearly
+incompressible.  Section strip: the paper's strip in three dimensions against elements of a higher
+order.  Errors are those of depth integrals of sigma_x - sigma_y and 2 tau_xy together, for the
+worst unit load: root mean square over the pad over its own, and largest over its own peak.  Run
+with the names of sections; all by default.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -22,91 +27,110 @@ from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
-from fringeforce.mechanics.solid.block import Block, Patches, Sides
-from fringeforce.mechanics.solid.influence import PAD, pad_influence
-from fringeforce.mechanics.solid.mesh import Grading, box_mesh
+from fringeforce.mechanics.solid.block import Block, Patches, Sides, SolidInfluence
+from fringeforce.mechanics.solid.influence import pad_influence
+from fringeforce.mechanics.solid.sides import SideGrading, sided_influence
 from fringeforce.mechanics.solid.strip import STRIP
+from fringeforce.pads.model import PadModel, block_of, characterize_pad
 from fringeforce.strip_width import strip_width
 
 Array = NDArray[np.float64]
 STRIP_DESIGN = ff.load_sensor("saad")
-SIDE, PITCH = 25e-3, 1e-3
-CASES: list[tuple[Sides, int, int]] = [
-    ("roller", 5, 4),
-    ("roller", 11, 4),
-    ("free", 5, 5),
-    ("free", 11, 5),
-]
-"""Sides, tactels along one side of the pad, and order of the elements."""
+PAD_DESIGN = ff.load_sensor("pad")
+DEFAULT = SideGrading()
+FINER = replace(DEFAULT, order=6, side=0.07)
+MESHES = {
+    "order 6, finer at the sides": FINER,
+    "order 3": replace(DEFAULT, order=3),
+    "order 4": replace(DEFAULT, order=4),
+    "order 5 (default)": DEFAULT,
+}
+REFINED: list[tuple[Sides, float]] = [("free", 0.49), ("free", 0.499), ("bonded", 0.49)]
+"""Sides, and Poisson's ratio of the cover."""
 
 
-def pad(sides: Sides, tactels: int, side: float = SIDE) -> tuple[Block, Patches]:
-    """The layers of the paper as a square pad under a square grid of touching tactels."""
-    strip = STRIP_DESIGN.transducer
-    line = np.arange(tactels, dtype=np.float64) * PITCH
-    line -= line.mean()
-    places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    return Block(side, side, strip.compliant, strip.photoelastic, sides), Patches(places, PITCH)
+def integrals(found: SolidInfluence) -> Array:
+    """Over the depth, of sigma_x - sigma_y and 2 tau_xy, shape (2, nx, ny, 3, n)."""
+    both = (found.difference, 1.0), (found.shear, 2.0)
+    return np.stack([scale * np.einsum("xyzcn,z->xycn", f, found.weights) for f, scale in both])
 
 
-def solved(
-    block: Block, patches: Patches, sizes: Grading, samples: int
-) -> tuple[list[Array], dict[str, float]]:
-    """Depth integrals of both stresses, and what they cost."""
-    borders = patches.places[..., None] + np.array([-0.5, 0.5]) * patches.size
-    mesh = box_mesh(block, borders[:, 0], borders[:, 1], sizes)
-    x = (np.arange(samples) + 0.5) / samples * block.length - block.length / 2
-    start = time.perf_counter()
-    found = pad_influence(block, patches, x, x, mesh=mesh)
-    cost = {"seconds": time.perf_counter() - start, "unknowns": mesh.unknowns}
-    fields = found.difference, found.shear
-    return [np.einsum("xyzcn,z->xycn", field, found.weights) for field in fields], cost
+def errors(found: Array, reference: Array) -> tuple[float, float]:
+    """Of the worst column: root mean square over its own, and largest over its own peak."""
+    apart, size = (np.linalg.norm(field, axis=0) for field in (found - reference, reference))
+    mean = np.linalg.norm(apart, axis=(0, 1)) / np.linalg.norm(size, axis=(0, 1))
+    return float(mean.max()), float((apart.max(axis=(0, 1)) / size.max(axis=(0, 1))).max())
 
 
-def measure(sides: Sides, tactels: int, order: int) -> None:
-    """Print one row as JSON; run in a process of its own."""
-    _, cost = solved(*pad(sides, tactels), replace(PAD, order=order), 64)
+def psi(model: PadModel) -> Array:
+    """Retardance per force at every fourth pixel, shape (2, pixels, 1, 3, n) [rad/N]."""
+    columns, rows = (places[1::4] for places in model.sensor.pixel_positions)
+    x, y = (grid.ravel() for grid in np.meshgrid(columns, rows))
+    total = 2 * model.influence.profile.sum(axis=0)
+    matrix = np.einsum("m,fmpn->fpn", total, model.influence.matrix(x, y))
+    return matrix.reshape(2, len(x), 1, -1, 3).swapaxes(-1, -2)
+
+
+def measure(sides: Sides) -> None:
+    """Print what one pad costs, and its error, as JSON; run in a process of its own."""
+    pad = PAD_DESIGN.replace(**{"transducer.sides": sides})
+    wall, used = time.perf_counter(), time.process_time()
+    model = ff.characterize(pad)
+    cost = {"seconds": time.perf_counter() - wall, "processors": time.process_time() - used}
     cost["GB"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    if sides != "roller":
+        patches = Patches(pad.tactels.places, pad.tactels.side)
+        x, y, less = model.influence.x, model.influence.y, replace(DEFAULT, order=4)
+        coarser = characterize_pad(pad, sided_influence(block_of(pad), patches, x, y, mesh=less))
+        cost["mean"], cost["peak"] = errors(psi(coarser), psi(model))
     print(json.dumps(cost))
 
 
 def mechanics(console: Console) -> None:
-    table = Table(title="All unit loads of a pad of 25 x 25 mm, 64 x 64 samples, 8 depths")
-    for head in ("sides", "tactels", "order", "unknowns of a quarter", "time", "peak memory"):
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "all")
+    table = Table(title=f"363 unit loads, from design to model; BLAS threads: {threads}")
+    for head in ("sides", "time", "of processors", "peak memory"):
         table.add_column(head, justify="right")
-    for sides, tactels, order in CASES:
-        command = [sys.executable, __file__, "measure", sides, str(tactels), str(order)]
-        run = subprocess.run(command, capture_output=True, text=True, check=True)
-        cost = json.loads(run.stdout.splitlines()[-1])
-        table.add_row(
-            sides, f"{tactels} x {tactels}", str(order), f"{cost['unknowns']:,}",
-            f"{cost['seconds']:.1f} s", f"{cost['GB']:.2f} GB",
-        )  # fmt: skip
+    table.add_column("psi of order 4 beside 5\nroot mean square", justify="right")
+    table.add_column("worst column\nlargest over peak", justify="right")
+    for sides in ("roller", "free", "bonded"):
+        run = subprocess.run(
+            [sys.executable, __file__, "measure", sides], capture_output=True, text=True, check=True
+        )
+        cost: dict[str, float] = json.loads(run.stdout.splitlines()[-1])
+        seconds = (f"{cost[name]:.1f} s" for name in ("seconds", "processors"))
+        change = [f"{cost[name]:.2%}" if name in cost else "exact" for name in ("mean", "peak")]
+        table.add_row(sides, *seconds, f"{cost['GB']:.2f} GB", *change)
     console.print(table)
 
 
 def refinement(console: Console) -> None:
-    block, patches = pad("free", 3, 9e-3)
-    families = {
-        "order 6, finer at the sides": replace(PAD, order=6, corner=0.3),
-        "order 3": replace(PAD, order=3),
-        "order 4": replace(PAD, order=4),
-        "order 5 (default)": PAD,
-    }
-    table = Table(title="3 x 3 tactels on 9 x 9 mm, free sides: worst relative L2 error of a load")
-    for head in ("elements", "unknowns", "difference", "shear", "time"):
-        table.add_column(head, justify="right")
-    reference: list[Array] = []
-    for name, sizes in families.items():
-        fields, cost = solved(block, patches, sizes, 45)
-        reference = reference or fields
-        errors = [
-            (np.linalg.norm(f - r, axis=(0, 1)) / np.linalg.norm(r, axis=(0, 1))).max()
-            for f, r in zip(fields, reference, strict=True)
-        ]
-        told = [f"{error:.2%}" if error else "reference" for error in errors]
-        table.add_row(name, f"{cost['unknowns']:,}", *told, f"{cost['seconds']:.1f} s")
-    console.print(table)
+    for sides, ratio in REFINED:
+        strip = STRIP_DESIGN.transducer
+        cover = strip.compliant.model_copy(update={"poissons_ratio": ratio})
+        block = Block(9e-3, 9e-3, cover, strip.photoelastic, sides)
+        line = np.array([-2e-3, 0.0, 2e-3])
+        places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        patches, x = Patches(places, 2e-3), ((np.arange(45) + 0.5) / 45 - 0.5) * 9e-3
+        title = f"3 x 3 tactels on 9 x 9 mm, {sides} sides, cover's nu = {ratio}: worst of 27 loads"
+        table = Table(title=title)
+        for head in ("elements", "root mean square", "largest over peak", "time of processors"):
+            table.add_column(head, justify="right")
+        reference: Array | None = None
+        solvers: dict[str, Callable[[], SolidInfluence]] = {
+            name: lambda m=mesh: sided_influence(block, patches, x, x, mesh=m)  # noqa: B023
+            for name, mesh in MESHES.items()
+        }
+        if (sides, ratio) == REFINED[0]:
+            solvers["order 5, elements for all"] = lambda: pad_influence(block, patches, x, x)  # noqa: B023
+        for name, solve in solvers.items():
+            start = time.process_time()
+            found = integrals(solve())
+            seconds = time.process_time() - start
+            reference = found if reference is None else reference
+            told = [f"{error:.2%}" if error else "reference" for error in errors(found, reference)]
+            table.add_row(name, *told, f"{seconds:.1f} s")
+        console.print(table)
 
 
 def strip(console: Console) -> None:
@@ -142,8 +166,7 @@ SECTIONS: dict[str, Callable[[Console], None]] = {
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["measure"]:
-        sides, tactels, order = sys.argv[2:]
-        measure(sides, int(tactels), int(order))  # type: ignore[arg-type]
+        measure(sys.argv[2])  # type: ignore[arg-type]
     else:
         for section in sys.argv[1:] or SECTIONS:
             SECTIONS[section](Console(width=110))

@@ -48,6 +48,8 @@ def save_pad(model: PadModel, path: PathLike) -> None:
         write(file, "x", influence.x, ("x",), "m", "samples along the pad")
         write(file, "y", influence.y, ("y",), "m", "samples across the pad")
         write(file, "slice", np.arange(slices), ("slice",), None, "from the mirror to the base")
+        heights = model.slice_heights
+        write(file, "height", heights, ("slice",), "m", "of slices; the loaded surface is 0")
         write(file, "mode", np.arange(modes), ("mode",), None, "number of the depth profile")
         write(file, "profile", influence.profile, ("slice", "mode"), "1", "depth profiles")
         for label, quarter in zip(LABELS, influence.quarters, strict=True):

@@ -15,7 +15,7 @@ from fringeforce.errors import InputError
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.mechanics.solid.fourier import stress_influence
-from fringeforce.mechanics.solid.influence import pad_influence
+from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.integrated import turn_modes, turn_modes_back
 from fringeforce.optics.photoelasticity import stress_optic_constant
@@ -66,6 +66,14 @@ class PadModel:
     def _image(self) -> tuple[int, int]:
         columns, rows = self.sensor.camera.pixels
         return rows, columns
+
+    @property
+    def slice_heights(self) -> Array:
+        """Where the slices lie, shape (slices,) [m]; 0 is the loaded surface, -thickness the base.
+
+        They are those of a Gauss-Legendre rule, the one at the mirror first.
+        """
+        return block_of(self.sensor).depths(len(self.influence.profile))[0]
 
     @cached_property
     def pictures(self) -> tuple[Picture, ...]:
@@ -235,7 +243,7 @@ def characterize_pad(
     slices: int = SLICES,
     progress: Progress | None = None,
 ) -> PadModel:
-    """Reduce a design to its influence: exactly for roller sides, else with finite elements.
+    """Reduce a design to its influence: an exact series, with elements where sides are not rollers.
 
     Parameters
     ----------
@@ -257,8 +265,8 @@ def characterize_pad(
             method = "double Fourier series"
             influence = stress_influence(block, patches, x, y, slices)
         else:
-            method = "finite elements, 3-D"
-            influence = pad_influence(block, patches, x, y, slices, progress=progress)
+            method = "double Fourier series, and finite elements for the sides"
+            influence = sided_influence(block, patches, x, y, slices, progress=progress)
     constant = stress_optic_constant(layer, pad.polariscope.wavelength)
     found, left_out, asymmetry = compressed(influence, pad.tactels.count, constant)
     provenance = {

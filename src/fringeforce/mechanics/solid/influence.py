@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
@@ -55,21 +57,59 @@ def pad_influence(
     SolidInfluence
         In single precision.
     """
-    loads = Loads(np.asarray(patches.places, dtype=float), (patches.size, patches.size))
+    loads = patch_loads(patches)
     if not isinstance(mesh, BoxMesh):
         borders = loads.places[..., None] + np.array([-0.5, 0.5]) * patches.size
         mesh = box_mesh(block, borders[:, 0], borders[:, 1], mesh)
     places = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    parts = symmetric_parts(block, loads, mesh, progress=progress)
+    return stresses_of(block, parts, loads, mesh, places, slices)
+
+
+def patch_loads(patches: Patches) -> Loads:
+    """The squares of a pad as loads of three components."""
+    return Loads(np.asarray(patches.places, dtype=float), (patches.size, patches.size))
+
+
+def stresses_of(
+    block: Block,
+    parts: Iterable[SymmetricPart],
+    loads: Loads,
+    mesh: BoxMesh,
+    places: tuple[Array, Array],
+    slices: int,
+) -> SolidInfluence:
+    """Stresses that light sees in the photoelastic layer, in single precision.
+
+    Parameters
+    ----------
+    block : Block
+        The layers.
+    parts : iterable of SymmetricPart
+        All classes of symmetry.
+    loads, mesh
+        That they belong to.
+    places : (ndarray, ndarray)
+        Samples along x and y, shape (nx,), (ny,) [m].
+    slices : int
+        Samples over the depth.
+    """
     z, weights = block.depths(slices)
     at_depth, _ = interpolation(mesh.order, mesh.z, z)
-    shape = (len(places[0]), len(places[1]), slices, 3, len(loads.places))
-    difference, shear = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    for part in symmetric_parts(block, loads, mesh, progress=progress):
+    # whole fields of one load after the other, which lie together in memory
+    shape = (3, len(loads.places), len(places[0]), len(places[1]), slices)
+    totals = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for part in parts:
         image, signs = loads.images(part.mirrors)
         for component in range(3):
             stresses = light_stresses(block, part, mesh, places, at_depth, component)
-            for total, stress in zip((difference, shear), stresses, strict=True):
-                total[:, :, :, component] += stress[..., image] * signs[component]
+            for total, stress in zip(totals, stresses, strict=True):
+                fields = np.moveaxis(stress, -1, 0).astype(np.float32, order="C")
+                for field, load, sign in zip(
+                    total[component], image, signs[component], strict=True
+                ):
+                    (np.add if sign > 0 else np.subtract)(field, fields[load], out=field)
+    difference, shear = (np.moveaxis(total, (0, 1), (-2, -1)) for total in totals)
     return SolidInfluence(*places, z, weights, difference, shear)
 
 
