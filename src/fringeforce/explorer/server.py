@@ -6,9 +6,9 @@ import asyncio
 import pickle
 import socket
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import uvicorn
 from starlette.applications import Starlette
@@ -24,8 +24,8 @@ from fringeforce.explorer.pads.session import PadSession
 from fringeforce.explorer.pads.workers import PadWorkers
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
-from fringeforce.explorer.session import Conversation, Send, Session, Start
-from fringeforce.explorer.workers import Workers
+from fringeforce.explorer.session import Conversation, Send, Start, StripSession
+from fringeforce.explorer.workers import StripWorkers, Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live, Source
@@ -107,11 +107,11 @@ def application(
     return Guard(Starlette(routes=routes, lifespan=lifespan), token)
 
 
-def _kind(start: Start) -> tuple[Any, str, Conversations]:
+def _kind(start: Start) -> tuple[Workers, str, Conversations]:
     """Who computes, the page's file, and its conversations, for a strip or for a pad."""
     if isinstance(start.sensor, Sensor):
-        strips = Workers()
-        return strips, "index.html", lambda send, live: Session(start, strips, send, live)
+        strips = StripWorkers()
+        return strips, "index.html", lambda send, live: StripSession(start, strips, send, live)
     pads = PadWorkers()
     return pads, "pad.html", lambda send, _: PadSession(start, pads, send)
 
@@ -167,4 +167,6 @@ def serve(
             ws_max_size=MAX_REQUEST,
             ws_per_message_deflate=False,
         )
-        uvicorn.Server(config).run(sockets=[listener])
+        # the server has ended in good order before it passes the interruption on
+        with suppress(KeyboardInterrupt):
+            uvicorn.Server(config).run(sockets=[listener])

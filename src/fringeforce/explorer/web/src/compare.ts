@@ -39,9 +39,14 @@ export class Compare {
     this.models[edges] = model;
   }
 
+  /** The one of both models that has a number. */
+  find(id: unknown): Model | undefined {
+    return Object.values(this.models).find((model) => model.id === id);
+  }
+
   draw(loads: number[], component: Component, mesh: boolean, width: number, theme: string): void {
     const [free, roller] = EDGES.map((edges) => this.models[edges]);
-    if (!free || !roller || free.blocks.moved.length % loads.length) return;
+    if (!free?.whole || !roller?.whole) return;
     if (free.tactels.length * 2 !== loads.length || roller.tactels.length * 2 !== loads.length) return;
     const half = width > 720 ? (width - GAP) / 2 : width;
     const limit = niceAbove(

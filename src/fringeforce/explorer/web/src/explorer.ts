@@ -8,7 +8,7 @@ import { byId, element } from "./dom";
 import { downloadMenu, PICTURES, saveFile } from "./download";
 import { showFigures } from "./figures";
 import { Live } from "./live";
-import { Model, type Reading, readingOf } from "./model";
+import { type Figure, Model, type Reading, readingOf } from "./model";
 import { Painting } from "./painting";
 import { presetLoads, refitted } from "./presets";
 import type { Message } from "./protocol";
@@ -22,6 +22,8 @@ const HASH_DELAY = 250;
 export class Explorer {
   private model: Model | null = null;
   private reading: Reading | null = null;
+  /** Of the design before, to tell what changed. */
+  private figures: Figure[] = [];
   private frame = 0;
   private loadChanged = true;
   private hashTimer = 0;
@@ -113,6 +115,7 @@ export class Explorer {
     if (message.type === "hello") this.greeted(header);
     else if (message.type === "live") this.live?.take(message);
     else if (message.type === "model") this.modelled(new Model(message), header.slot as string);
+    else if (message.type === "inside") this.completed(message);
     else if (message.type === "reading") this.read(readingOf(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
@@ -134,9 +137,9 @@ export class Explorer {
       this.live?.modelled(model);
       return;
     }
+    this.connection.want(`inside ${slot}`, () => ({ type: "inside", slot, design: model.id }));
     if (slot !== "main") {
       this.painting.compare.take(slot as Edges, model);
-      this.schedule();
       return;
     }
     this.notice("");
@@ -149,12 +152,24 @@ export class Explorer {
           : { normal: refitted(normal, n), tangential: refitted(tangential, n) },
       );
     }
-    showFigures(model, this.model);
     asDrawn(model);
     this.model = model;
     this.form.show(model.facts.values);
     byId<HTMLSelectElement>("start").value = this.store.state.start;
     this.wantReading();
+    this.schedule();
+  }
+
+  private completed(message: Message): void {
+    const { design } = message.header;
+    const main = design === this.model?.id;
+    const model = main ? this.model : this.painting.compare.find(design);
+    model?.complete(message);
+    if (main) {
+      const figures = message.header.figures as Figure[];
+      showFigures(figures, this.figures);
+      this.figures = figures;
+    }
     this.schedule();
   }
 

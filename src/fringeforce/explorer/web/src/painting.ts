@@ -65,7 +65,8 @@ export class Painting {
     this.model = model;
     this.phase = model.phase(loads);
     this.strip.draw(model, place);
-    if (this.shows("stress")) {
+    // until the new stresses come, those of the design before stay
+    if (model.whole && this.shows("stress")) {
       this.limit = drawStress(this.stress, model, loads, view.component, place, view.mesh);
       drawScale(this.scale, view.component, this.limit, width);
     }

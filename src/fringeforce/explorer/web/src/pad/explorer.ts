@@ -172,7 +172,7 @@ export class PadExplorer {
     view.replaceChildren(...model.facts.views.map(([key, name]) => element("option", { value: key }, name)));
     if (!model.facts.views.some(([key]) => key === store.view.seen)) store.view.seen = "white";
     view.value = store.view.seen;
-    showFigures(model, this.model);
+    showFigures(model.facts.figures, this.model?.facts.figures ?? []);
     this.model = model;
     this.form.show(model.facts.values);
     byId<HTMLSelectElement>("start").value = store.state.start;
