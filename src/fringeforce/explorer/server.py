@@ -6,7 +6,7 @@ import asyncio
 import pickle
 import socket
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,19 +62,19 @@ def application(
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
         nonlocal live
-        solved = await workers.solve(start.sensor, start.model)
-        if camera is not None:
-            # only a camera brings the reader's libraries into this process
-            from fringeforce.explorer.live import Live
+        with closing(workers):
+            solved = await workers.begin(start.sensor, start.model)
+            if camera is not None:
+                # only a camera brings the reader's libraries into this process
+                from fringeforce.explorer.live import Live
 
-            live = Live(pickle.loads(solved.model), camera)
-        warming = asyncio.ensure_future(workers.warm(start.sensor, start.model))
-        ready()
-        yield
-        warming.cancel()
-        if live is not None:
-            await asyncio.to_thread(live.close)
-        workers.close()
+                live = Live(pickle.loads(solved.model), camera)
+            warming = asyncio.ensure_future(workers.warm(solved))
+            ready()
+            yield
+            warming.cancel()
+            if live is not None:
+                await asyncio.to_thread(live.close)
 
     async def converse(websocket: WebSocket) -> None:
         if len(sessions) >= PAGES:

@@ -10,16 +10,17 @@ import signal
 from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from fringeforce.design import Sensor
 from fringeforce.explorer import tasks
-from fringeforce.lifeline import Lifeline, hold
+from fringeforce.parentage import end_with_parent
 
 
 class Worker:
@@ -30,45 +31,81 @@ class Worker:
     patient : bool
         Whether it leaves the processor to others who want it.
     folder : str, optional
-        What it removes should this process end without doing so.
+        What it removes if this process ends and cannot do so itself.
     """
 
     def __init__(self, patient: bool = False, folder: str | None = None) -> None:
         self._manner = patient, folder
-        self._running: tuple[ProcessPoolExecutor, Lifeline] | None = None
+        self._running: tuple[BaseProcess, Connection] | None = None
+        self._line = ThreadPoolExecutor(1)
+        """In which questions stand, and wait for their answers."""
+        self._closed = False
 
     async def run(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """The function's result, computed in the process; once more if the process dies."""
-        try:
-            return await self._submitted(function, *arguments)
-        except BrokenProcessPool:
-            self.close()
-            return await self._submitted(function, *arguments)
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._line, self._asked, function, arguments)
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
+        self._closed = True
         if self._running is not None:
-            pool, line = self._running
-            line.close()
-            pool.shutdown(cancel_futures=True)
-            self._running = None
+            self._running[0].kill()
+        self._line.shutdown(cancel_futures=True)
+        if self._running is not None:
+            self._ended(*self._running)
 
-    async def _submitted(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        if self._running is None:
-            # a fresh interpreter, because the server's own has threads that must not be forked
-            context, line = multiprocessing.get_context("spawn"), Lifeline()
-            manner = line.held, *self._manner
-            self._running = ProcessPoolExecutor(1, context, _begin, manner), line
-        return await asyncio.wrap_future(self._running[0].submit(function, *arguments))
+    def _asked(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        for _ in range(2):
+            if self._closed:
+                break
+            process, connection = self._running or self._started()
+            try:
+                connection.send((function, arguments))
+                found, error = connection.recv()
+            except (EOFError, OSError):
+                self._ended(process, connection)
+                continue
+            if error is not None:
+                raise error
+            return found
+        raise RuntimeError("the process that should have done it has ended")
+
+    def _started(self) -> tuple[BaseProcess, Connection]:
+        # a fresh interpreter, because the server's own has threads that must not be forked
+        context = multiprocessing.get_context("spawn")
+        connection, theirs = context.Pipe()
+        process = context.Process(target=_work, args=(theirs, *self._manner), daemon=True)
+        process.start()
+        # with the only other end in the process, this one tells when it has died
+        theirs.close()
+        self._running = process, connection
+        return self._running
+
+    def _ended(self, process: BaseProcess, connection: Connection) -> None:
+        connection.close()
+        process.join()
+        self._running = None
 
 
-def _begin(held: Connection, patient: bool, folder: str | None) -> None:
-    hold(held, partial(shutil.rmtree, folder, ignore_errors=True) if folder else bool)
+def _work(connection: Connection, patient: bool, folder: str | None) -> None:
+    """Answer one question after another."""
+    leave = partial(shutil.rmtree, folder, ignore_errors=True) if folder else bool
+    server = end_with_parent(leave)
     # Ctrl+C in a terminal reaches every process; the server decides when this one ends
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # not every system knows the word
     if patient and hasattr(os, "nice"):
         os.nice(10)
+    with suppress(EOFError, OSError):
+        while True:
+            function, arguments = connection.recv()
+            try:
+                answer = function(*arguments), None
+            except Exception as error:
+                answer = None, error
+            connection.send(answer)
+    server.join()
 
 
 class Workers(ABC):
@@ -113,8 +150,12 @@ class Workers(ABC):
     async def _solved(self, sensor: Any, model: bytes | None) -> tasks.Solved:
         """Solution of a design that nobody remembers."""
 
+    async def begin(self, sensor: Any, model: bytes | None) -> tasks.Solved:
+        """Solution of the first design, after which a picture of it can be had at once."""
+        return await self.solve(sensor, model)
+
     @abstractmethod
-    async def warm(self, sensor: Any, model: bytes | None) -> None:
+    async def warm(self, solved: tasks.Solved) -> None:
         """Let all workers load their libraries before anybody waits for them."""
 
     def close(self) -> None:
@@ -148,8 +189,7 @@ class StripWorkers(Workers):
         """Contents of a file to download."""
         return await self._readings.run(tasks.file, kind, solved.model, forces, seed)
 
-    async def warm(self, sensor: Sensor, model: bytes | None) -> None:
+    async def warm(self, solved: tasks.Solved) -> None:
         """Let all workers load their libraries before anybody waits for them."""
-        solved = await self.solve(sensor, model)
-        nothing = [[0.0] * sensor.tactels.count] * 2
+        nothing = [[0.0] * len(solved.blocks["tactels"])] * 2
         await asyncio.gather(self.inside(solved), self.shoot(solved, nothing, 0))

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from fringeforce.errors import InputError
-from fringeforce.lifeline import Lifeline, hold
+from fringeforce.parentage import end_with_parent
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -55,10 +55,10 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
     elif workers == 0:
         yield Inline()
     else:
-        spawn, line = multiprocessing.get_context("spawn"), Lifeline()
+        spawn = multiprocessing.get_context("spawn")
         with (
             _one_thread_each(),
-            ProcessPoolExecutor(workers, spawn, initializer=hold, initargs=(line.held,)) as pool,
+            ProcessPoolExecutor(workers, mp_context=spawn, initializer=end_with_parent) as pool,
         ):
             yield pool
 

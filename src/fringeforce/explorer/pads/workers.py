@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import tempfile
 import weakref
 from pathlib import Path
@@ -49,11 +50,16 @@ class PadWorkers(Workers):
         """Contents of a file to download."""
         return await self._readings.run(tasks.file, kind, solved.model, contacts, seed)
 
-    async def warm(self, sensor: Pad, model: bytes | None) -> None:
-        """Let all workers load their libraries before anybody waits for them."""
-        solved = await self.solve(sensor, model)
-        for fine in (False, True):
-            await self.press(solved, (), "white", fine, 0)
+    async def begin(self, sensor: Pad, model: bytes | None) -> Solved:
+        """Solution of the first design, after which a picture of it can be had at once."""
+        solving = asyncio.ensure_future(super().begin(sensor, model))
+        await self._pictures.run(tasks.prepare)
+        solved = await solving
+        await self.press(solved, (), "white", False, 0)
+        return solved
+
+    async def warm(self, solved: Solved) -> None:
+        """Let the reader load its libraries before anybody waits for it."""
         await self.read(solved, (), 0)
 
     def close(self) -> None:

@@ -61,8 +61,9 @@ export class Explorer {
 
   private changed(before: State): void {
     const { state } = this.store;
+    // the new design, once it is there, is read by itself
     if (before.start !== state.start || before.changes !== state.changes) this.wantDesign();
-    this.wantReading();
+    else this.wantReading();
     this.schedule();
   }
 

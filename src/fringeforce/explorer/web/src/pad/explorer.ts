@@ -23,6 +23,8 @@ const HASH_DELAY = 250;
 const REST = 120;
 /** Least time between two readings [ms]: a reading costs a core that pictures need. */
 const READ_PAUSE = 150;
+/** Pictures asked for before the first is there: the server draws the latest when it is free. */
+const AHEAD = 4;
 /** Least time between two changes of the contact's numbers while it is dragged [ms]. */
 const EDIT_PAUSE = 200;
 const PICTURES = { png: "Image (.png)" } as const;
@@ -49,7 +51,7 @@ export class PadExplorer {
   private readonly connection = new Connection(
     (message) => this.receive(message),
     (alive) => this.linked(alive),
-    READ_PAUSE,
+    { readPause: READ_PAUSE, ahead: { press: AHEAD } },
   );
 
   constructor() {
