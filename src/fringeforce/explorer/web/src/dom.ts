@@ -40,6 +40,11 @@ export function set(target: Element, attributes: Attributes): void {
   }
 }
 
+/** Set a text that has changed: a live region speaks whenever it is set. */
+export function write(target: HTMLElement, text: string): void {
+  if (target.textContent !== text) target.textContent = text;
+}
+
 /** Save bytes or text as a file. */
 export function save(name: string, content: BlobPart, type: string): void {
   const address = URL.createObjectURL(new Blob([content], { type }));

@@ -4,11 +4,12 @@ import { EDGES, type Edges } from "./compare";
 import { Connection } from "./connection";
 import { GROUPS } from "./controls";
 import { DesignForm } from "./design";
-import { byId, element } from "./dom";
+import { byId } from "./dom";
 import { downloadMenu, PICTURES, saveFile } from "./download";
 import { showFigures } from "./figures";
 import { Live } from "./live";
 import { type Figure, Model, type Reading, readingOf } from "./model";
+import { Page } from "./page";
 import { Painting } from "./painting";
 import { presetLoads, refitted } from "./presets";
 import type { Message } from "./protocol";
@@ -17,8 +18,6 @@ import { Toolbar } from "./toolbar";
 import { Tour } from "./tour";
 import { TypedForces } from "./typed";
 
-const HASH_DELAY = 250;
-
 export class Explorer {
   private model: Model | null = null;
   private reading: Reading | null = null;
@@ -26,9 +25,9 @@ export class Explorer {
   private figures: Figure[] = [];
   private frame = 0;
   private loadChanged = true;
-  private hashTimer = 0;
   private live: Live | null = null;
   private readonly store = new Store(location.hash, (before) => this.changed(before));
+  private readonly page = new Page(this.store, () => this.schedule());
   private readonly painting = new Painting(this.store, () => this.schedule());
   private readonly form = new DesignForm(this.store, GROUPS);
   private readonly typed = new TypedForces(this.store);
@@ -48,15 +47,6 @@ export class Explorer {
       (kind) => this.connection.want("download", () => this.question("download", { kind })),
       (kind) => this.painting.save(kind, this.reading),
     );
-    byId("start").addEventListener("change", (event) => {
-      const start = (event.target as HTMLSelectElement).value;
-      this.store.change({ start, changes: {} });
-    });
-    addEventListener("hashchange", () => {
-      if (location.hash !== this.store.hash) location.reload();
-    });
-    new ResizeObserver(() => this.schedule()).observe(byId("stage"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.schedule());
   }
 
   private changed(before: State): void {
@@ -123,10 +113,7 @@ export class Explorer {
   }
 
   private greeted(header: Record<string, unknown>): void {
-    const options = (header.designs as string[]).map((name) => element("option", { value: name }, name));
-    const start = byId<HTMLSelectElement>("start");
-    start.replaceChildren(element("option", { value: "" }, "as started"), ...options);
-    start.value = this.store.state.start;
+    this.page.offer(header.designs as string[], this.store.state.start);
     if (header.camera) {
       this.live ??= new Live(this.connection, () => this.schedule());
       this.live.greet();
@@ -143,7 +130,7 @@ export class Explorer {
       this.painting.compare.take(slot as Edges, model);
       return;
     }
-    this.notice("");
+    this.page.notice("");
     const n = model.tactels.length;
     const { normal, tangential, preset } = this.store.state;
     if (normal.length !== n) {
@@ -156,7 +143,7 @@ export class Explorer {
     asDrawn(model);
     this.model = model;
     this.form.show(model.facts.values);
-    byId<HTMLSelectElement>("start").value = this.store.state.start;
+    this.page.choose(this.store.state.start);
     this.wantReading();
     this.schedule();
   }
@@ -185,20 +172,13 @@ export class Explorer {
     const text = header.text as string;
     const aboutDesign = header.of === "design" && header.slot === "main";
     if (header.of !== "design" || aboutDesign) {
-      this.notice(aboutDesign ? this.form.refuse(text) : text);
+      this.page.notice(aboutDesign ? this.form.refuse(text) : text);
     }
   }
 
   private linked(alive: boolean): void {
-    byId("link").textContent = alive ? "" : "No answer from the server; trying again …";
-    document.body.classList.toggle("lost", !alive);
+    this.page.linked(alive);
     if (alive) this.wantDesign();
-  }
-
-  private notice(text: string): void {
-    const notice = byId("notice");
-    notice.textContent = text;
-    notice.hidden = text === "";
   }
 
   private schedule(loadChanged = true): void {
@@ -220,8 +200,7 @@ export class Explorer {
     }
     this.loadChanged = false;
     this.painting.paintReading(this.model, this.reading);
-    clearTimeout(this.hashTimer);
-    this.hashTimer = setTimeout(() => history.replaceState(null, "", this.store.hash), HASH_DELAY);
+    this.page.keep();
   }
 }
 

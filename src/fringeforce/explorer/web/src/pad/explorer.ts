@@ -6,6 +6,7 @@ import { DesignForm } from "../design";
 import { byId, element, save } from "../dom";
 import { downloadMenu, saveFile } from "../download";
 import { showFigures } from "../figures";
+import { Page } from "../page";
 import type { Message } from "../protocol";
 import { held, sent } from "./contacts";
 import { PAD_GROUPS } from "./controls";
@@ -18,7 +19,6 @@ import { PadStore, type State } from "./store";
 import { showSums, showUnread } from "./sums";
 import { Surface } from "./surface";
 
-const HASH_DELAY = 250;
 /** After which something that moved is at rest, and worth a fine picture [ms]. */
 const REST = 120;
 /** Least time between two readings [ms]: a reading costs a core that pictures need. */
@@ -40,9 +40,9 @@ export class PadExplorer {
   private frame = 0;
   private editedAt = 0;
   private stale = new Set(["picture", "map", "sums", "slices"]);
-  private hashTimer = 0;
   private restTimer = 0;
   private readonly store = new PadStore(location.hash, (before) => this.changed(before));
+  private readonly page = new Page(this.store, () => this.all());
   private readonly surface = new Surface(byId("pad"), this.store, () => this.schedule());
   private readonly map = new ForceMap(byId("map"), byId("scale"));
   private readonly stack = new SlicePictures(this.store, () => this.schedule("slices"));
@@ -73,14 +73,6 @@ export class PadExplorer {
       this.wantPicture(true);
       this.schedule();
     });
-    byId<HTMLSelectElement>("start").addEventListener("change", ({ target }) => {
-      this.store.change({ start: (target as HTMLSelectElement).value, changes: {} });
-    });
-    addEventListener("hashchange", () => {
-      if (location.hash !== this.store.hash) location.reload();
-    });
-    new ResizeObserver(() => this.all()).observe(byId("stage"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.all());
   }
 
   private changed(before: State): void {
@@ -138,7 +130,7 @@ export class PadExplorer {
   private receive(message: Message): void {
     const { header, blocks } = message;
     const own = header.design === this.model?.id;
-    if (message.type === "hello") this.greeted(header.designs as string[]);
+    if (message.type === "hello") this.page.offer(header.designs as string[], this.store.state.start);
     else if (message.type === "model") this.modelled(new PadModel(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
@@ -154,16 +146,9 @@ export class PadExplorer {
     }
   }
 
-  private greeted(designs: string[]): void {
-    const options = designs.map((name) => element("option", { value: name }, name));
-    const start = byId<HTMLSelectElement>("start");
-    start.replaceChildren(element("option", { value: "" }, "as started"), ...options);
-    start.value = this.store.state.start;
-  }
-
   private modelled(model: PadModel): void {
     const { store } = this;
-    this.notice("");
+    this.page.notice("");
     byId("solving").textContent = "";
     store.half = model.half;
     const { contacts, friction, preset } = store.state;
@@ -177,7 +162,7 @@ export class PadExplorer {
     showFigures(model.facts.figures, this.model?.facts.figures ?? []);
     this.model = model;
     this.form.show(model.facts.values);
-    byId<HTMLSelectElement>("start").value = store.state.start;
+    this.page.choose(store.state.start);
     this.wantPressed();
     this.all();
   }
@@ -192,19 +177,12 @@ export class PadExplorer {
     }
     const aboutDesign = header.of === "design";
     if (aboutDesign) byId("solving").textContent = "";
-    this.notice(aboutDesign ? this.form.refuse(header.text as string) : (header.text as string));
+    this.page.notice(aboutDesign ? this.form.refuse(header.text as string) : (header.text as string));
   }
 
   private linked(alive: boolean): void {
-    byId("link").textContent = alive ? "" : "No answer from the server; trying again …";
-    document.body.classList.toggle("lost", !alive);
+    this.page.linked(alive);
     if (alive) this.wantDesign();
-  }
-
-  private notice(text: string): void {
-    const notice = byId("notice");
-    notice.textContent = text;
-    notice.hidden = text === "";
   }
 
   private async saveImage(): Promise<void> {
@@ -244,7 +222,6 @@ export class PadExplorer {
       this.editedAt = performance.now();
       this.editor.show();
     }
-    clearTimeout(this.hashTimer);
-    this.hashTimer = setTimeout(() => history.replaceState(null, "", store.hash), HASH_DELAY);
+    this.page.keep();
   }
 }
