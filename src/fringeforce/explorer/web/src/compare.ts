@@ -1,6 +1,6 @@
 /** The same design with free and with roller edges, side by side under the same load. */
 
-import { byId, element } from "./dom";
+import { blankCanvas, byId, element } from "./dom";
 import { drawFringes } from "./fringes";
 import { layout } from "./layout";
 import { largest, type Model, niceAbove } from "./model";
@@ -15,7 +15,7 @@ const GAP = 24;
 
 export class Compare {
   private readonly models: Partial<Record<Edges, Model>> = {};
-  private readonly canvases = EDGES.map(() => [picture(), picture()]);
+  private readonly canvases = EDGES.map(() => [blankCanvas(), blankCanvas()]);
   private readonly note = element("p", { class: "aside" });
   private readonly plot: AlongStrip;
 
@@ -64,8 +64,4 @@ export class Compare {
     const x = free.x.map((value) => value * 1e3);
     if (roller.x.length === free.x.length) this.plot.draw(width, theme, [x, ...phases]);
   }
-}
-
-function picture(): HTMLCanvasElement {
-  return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
 }

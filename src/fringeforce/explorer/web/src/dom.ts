@@ -22,6 +22,11 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
+/** A canvas that has a name even before anything is drawn on it. */
+export function blankCanvas(): HTMLCanvasElement {
+  return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+}
+
 /** An SVG element with attributes and children. */
 export function shape<K extends keyof SVGElementTagNameMap>(
   name: K,

@@ -1,7 +1,7 @@
 /** Everything that is painted of one moment of a running sensor. */
 
 import { isDark } from "./colours";
-import { byId, element, write } from "./dom";
+import { blankCanvas, byId, element, write } from "./dom";
 import { drawFringes } from "./fringes";
 import { History } from "./history";
 import { type Layout, layout, Sight } from "./layout";
@@ -16,7 +16,7 @@ const TOLD = 6;
 const WORDS: Record<string, string> = { slip: "near slip", stick: "holds" };
 
 export class LivePictures {
-  private readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  private readonly canvas = blankCanvas();
   private readonly readings: Readings;
   private readonly slip: Slip;
   private readonly normal = new History(byId("watch-normal"), "normal force [N]");

@@ -2,7 +2,7 @@
 
 import { isDark } from "./colours";
 import { Compare } from "./compare";
-import { byId, element, save, write } from "./dom";
+import { blankCanvas, byId, save, write } from "./dom";
 import type { Picture } from "./download";
 import { figure, rastered } from "./figure";
 import { drawFringes, fringeCount } from "./fringes";
@@ -128,7 +128,7 @@ function theme(): string {
 }
 
 function canvasIn(id: string): HTMLCanvasElement {
-  const canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  const canvas = blankCanvas();
   byId(id).append(canvas);
   return canvas;
 }
