@@ -17,12 +17,13 @@ import shutil
 import socket
 import statistics
 import time
+from collections.abc import AsyncIterator, Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
-from playwright.async_api import Browser, Locator, Page, async_playwright
+from playwright.async_api import Browser, Locator, Page, ViewportSize, async_playwright
 from rich.console import Console
 from rich.table import Table
 
@@ -42,6 +43,11 @@ FLAGS = [
 TOKEN = "benchmark"
 ARROW = "Tactel 6, normal force"
 SECONDS, ACTIONS = 6.0, 200
+PATIENCE = 180_000
+"""Until the first reading, for which a new machine compiles the reader's loops [ms]."""
+VIEWPORT: ViewportSize = {"width": 1440, "height": 1000}
+Row = tuple[str, str, str]
+Rows = Callable[[Browser, str], AsyncIterator[Row]]
 WATCH = """() => {
   window.seen = { moved: [], delays: [], paints: 0 };
   const text = document.getElementById('fringe-count');
@@ -195,30 +201,28 @@ async def wander(page: Page) -> None:
     await page.wait_for_timeout(1500)
 
 
-async def pad(browser: Browser, address: str) -> list[tuple[str, str, str]]:
+async def pad(browser: Browser, address: str) -> AsyncIterator[Row]:
     """Rows of the pad's page."""
-    page = await browser.new_page(viewport={"width": 1440, "height": 1000})
+    page = await browser.new_page(viewport=VIEWPORT)
     await page.add_init_script(f"({ASKED})()")
     start = time.perf_counter()
     await page.goto(address)
     await page.wait_for_selector("body[data-painted]:not([data-painted=''])")
-    rows = [("pad: first picture", f"{time.perf_counter() - start:.2f} s", "2 s")]
-    await page.locator("#status[data-status=OK]").wait_for(timeout=180_000)
+    yield "first picture", f"{time.perf_counter() - start:.2f} s", "2 s"
+    await page.locator("#status[data-status=OK]").wait_for(timeout=PATIENCE)
     await page.evaluate(WATCH_PAD)
     for view in ("white", "light", "camera-0"):
         await page.get_by_label("seen in").select_option(view)
         await page.wait_for_timeout(3000)
         rate, median, late = await drag(page, page.locator(".centre"))
-        rows.append((f"pad: painted frames per second, dragging, {view}", f"{rate:.0f}", "30"))
-        text = f"{median:.0f} ({late:.0f}) ms"
-        rows.append((f"pad: input to paint, median (95 %), {view}", text, "50 ms"))
+        yield f"painted frames per second, dragging, {view}", f"{rate:.0f}", "30"
+        yield f"input to paint, median (95 %), {view}", f"{median:.0f} ({late:.0f}) ms", "50 ms"
     start = time.perf_counter()
     await page.get_by_role("button", name="Five fingers").click()
     await page.locator("#behind").wait_for(state="visible")
-    await page.locator("#behind").wait_for(state="hidden", timeout=180_000)
-    rows.append(("pad: five new fingers read", f"{time.perf_counter() - start:.1f} s", ""))
+    await page.locator("#behind").wait_for(state="hidden", timeout=PATIENCE)
+    yield "five new fingers read", f"{time.perf_counter() - start:.1f} s", ""
     await page.close()
-    return rows
 
 
 def started(design: str) -> tuple[BaseProcess, str, float]:
@@ -234,55 +238,65 @@ def started(design: str) -> tuple[BaseProcess, str, float]:
     return server, told.recv(), time.perf_counter() - start
 
 
-async def main() -> None:
-    server, address, ready = started("saad")
-    rows = [("server ready", f"{ready:.1f} s", "")]
+async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
+    """Rows of the strip's page."""
     errors: list[str] = []
     foreign: list[str] = []
+    own = address, "data:", "blob:"
+    page = await browser.new_page(viewport=VIEWPORT)
+    page.on("console", lambda message: errors.append(message.text))
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("request", lambda r: None if r.url.startswith(own) else foreign.append(r.url))
+    start = time.perf_counter()
+    await page.goto(address)
+    await page.get_by_role("button", name="Live").click()
+    await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
+    yield "first picture", f"{time.perf_counter() - start:.2f} s", "2 s"
+    await page.locator("#status[data-status=OK]").wait_for(timeout=PATIENCE)
+    await page.evaluate(WATCH)
+    for _ in range(2):
+        rate, median, late = await drag(page, page.get_by_role("slider", name=ARROW))
+        yield "painted frames per second, dragging", f"{rate:.0f}", "30"
+        yield "input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"
+    changes = await design_changes(page)
+    text = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
+    yield "thickness to new fringes, median (largest)", text, "300 ms"
+    await page.get_by_role("button", name="Live").click()
+    shown, counts = await watch(page)
+    yield f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"
+    await page.get_by_role("button", name="Live").click()
+    await wander(page)
+    await page.close()
+    yield f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"
+    yield "requests to other machines", f"{len(foreign)}", "0"
+    Console().print(*sorted({*errors, *foreign})[:5], sep="\n")
+
+
+async def measured(browser: Browser, design: str, rows: Rows) -> AsyncIterator[Row]:
+    """Rows of a design's page, on a server of its own that is ended, whatever happens."""
+    server, address, ready = started(design)
+    try:
+        yield f"{design}: server ready", f"{ready:.1f} s", ""
+        async for name, value, wanted in rows(browser, address):
+            yield f"{design}: {name}", value, wanted
+    finally:
+        server.terminate()
+        server.join()
+
+
+async def main() -> None:
+    table = Table("explorer", "measured", "wanted", "load average")
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=FLAGS
         )
-        page = await browser.new_page(viewport={"width": 1440, "height": 1000})
-        page.on("console", lambda message: errors.append(message.text))
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("request", lambda r: None if r.url.startswith(address) else foreign.append(r.url))
-        start = time.perf_counter()
-        await page.goto(address)
-        await page.get_by_role("button", name="Live").click()
-        await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
-        rows.append(("first picture", f"{time.perf_counter() - start:.2f} s", "2 s"))
-        await page.locator("#status[data-status=OK]").wait_for()
-        await page.evaluate(WATCH)
-        for _ in range(2):
-            rate, median, late = await drag(page, page.get_by_role("slider", name=ARROW))
-            rows.append(("painted frames per second, dragging", f"{rate:.0f}", "30"))
-            rows.append(("input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"))
-        changes = await design_changes(page)
-        text = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
-        rows.append(("thickness to new fringes, median (largest)", text, "300 ms"))
-        await page.get_by_role("button", name="Live").click()
-        shown, counts = await watch(page)
-        rows.append((f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"))
-        await page.get_by_role("button", name="Live").click()
-        await wander(page)
-        await page.close()
-        server.terminate()
-        server, address, ready = started("pad")
-        rows.append(("pad: server ready", f"{ready:.1f} s", ""))
-        rows += await pad(browser, address)
+        for design, rows in (("saad", strip), ("pad", pad)):
+            async for name, value, wanted in measured(browser, design, rows):
+                table.add_row(name, value, wanted, f"{os.getloadavg()[0]:.1f}")
         await browser.close()
-    server.terminate()
     size = sum(path.stat().st_size for path in Path(STATIC).iterdir())
-    foreign = [url for url in foreign if not url.startswith(("data:", "blob:"))]
-    rows.append(("load average of this machine", f"{os.getloadavg()[0]:.1f}", ""))
-    rows.append(("bundle", f"{size / 1e3:.0f} kB", "200 kB"))
-    rows.append((f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"))
-    rows.append(("requests to other machines", f"{len(foreign)}", "0"))
-    table = Table("explorer", "measured", "wanted")
-    for row in rows:
-        table.add_row(*row)
-    Console().print(table, *sorted(set(errors + foreign))[:5])
+    table.add_row("bundle", f"{size / 1e3:.0f} kB", "200 kB")
+    Console().print(table)
 
 
 if __name__ == "__main__":
