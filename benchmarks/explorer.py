@@ -62,8 +62,6 @@ WATCH = """() => {
     requestAnimationFrame(() => channel.port2.postMessage(0));
   }).observe(text, { childList: true, characterData: true, subtree: true });
 }"""
-
-
 LIVE = """(seconds) => new Promise((resolve) => {
   const [shown, counts] = ['moment', 'watch-counts'].map((id) => document.getElementById(id));
   const start = performance.now();
@@ -123,7 +121,8 @@ def _serve(port: int, ready: Connection, design: str) -> None:
 
 async def watch(page: Page) -> tuple[float, str]:
     """Painted frames per second while the camera runs, and what the page says of the camera."""
-    await page.wait_for_function("() => document.getElementById('moment').textContent !== ''")
+    shown = "() => document.getElementById('moment').textContent !== ''"
+    await page.wait_for_function(shown, timeout=PATIENCE)
     await page.wait_for_timeout(2000)
     return await page.evaluate(LIVE, SECONDS)
 
@@ -259,8 +258,8 @@ async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
         yield "painted frames per second, dragging", f"{rate:.0f}", "30"
         yield "input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"
     changes = await design_changes(page)
-    text = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
-    yield "thickness to new fringes, median (largest)", text, "300 ms"
+    slowest = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
+    yield "thickness to new fringes, median (largest)", slowest, "300 ms"
     await page.get_by_role("button", name="Live").click()
     shown, counts = await watch(page)
     yield f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"
