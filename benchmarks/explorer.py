@@ -110,12 +110,11 @@ def _pressed(times: np.ndarray) -> np.ndarray:
     return size[:, None, None] * polar(1.0, 10, n=11)
 
 
-def _camera(model: SensorModel) -> SimulatedCamera:
-    return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
-
-
 def _serve(port: int, ready: Connection, design: str) -> None:
-    camera = Source(_camera) if design == "saad" else None
+    def simulated(model: SensorModel) -> SimulatedCamera:
+        return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
+
+    camera = Source(simulated) if design == "saad" else None
     serve(Start(load_sensor(design)), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
@@ -258,8 +257,8 @@ async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
         yield "painted frames per second, dragging", f"{rate:.0f}", "30"
         yield "input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"
     changes = await design_changes(page)
-    slowest = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
-    yield "thickness to new fringes, median (largest)", slowest, "300 ms"
+    median, late = statistics.median(changes), max(changes)
+    yield "thickness to new fringes, median (largest)", f"{median:.0f} ({late:.0f}) ms", "300 ms"
     await page.get_by_role("button", name="Live").click()
     shown, counts = await watch(page)
     yield f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"
@@ -272,7 +271,7 @@ async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
 
 
 async def measured(browser: Browser, design: str, rows: Rows) -> AsyncIterator[Row]:
-    """Rows of a design's page, on a server of its own that is ended, whatever happens."""
+    """Rows of a design's page, on a server of its own."""
     server, address, ready = started(design)
     try:
         yield f"{design}: server ready", f"{ready:.1f} s", ""
@@ -280,7 +279,6 @@ async def measured(browser: Browser, design: str, rows: Rows) -> AsyncIterator[R
             yield f"{design}: {name}", value, wanted
     finally:
         server.terminate()
-        server.join()
 
 
 async def main() -> None:
