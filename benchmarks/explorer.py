@@ -20,12 +20,9 @@ import time
 from collections.abc import AsyncIterator, Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 
 import numpy as np
 from playwright.async_api import Browser, Locator, Page, ViewportSize, async_playwright
-from rich.console import Console
-from rich.table import Table
 
 from fringeforce.cameras.camera import Settings
 from fringeforce.cameras.simulator import SimulatedCamera
@@ -35,6 +32,7 @@ from fringeforce.explorer.server import STATIC, serve
 from fringeforce.explorer.session import Start
 from fringeforce.loads import polar
 from fringeforce.model import SensorModel
+from fringeforce.parentage import end_with_parent
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
@@ -114,6 +112,7 @@ def _serve(port: int, ready: Connection, design: str) -> None:
     def simulated(model: SensorModel) -> SimulatedCamera:
         return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
 
+    end_with_parent()
     camera = Source(simulated) if design == "saad" else None
     serve(Start(load_sensor(design)), TOKEN, "127.0.0.1", port, ready.send, camera)
 
@@ -220,7 +219,6 @@ async def pad(browser: Browser, address: str) -> AsyncIterator[Row]:
     await page.locator("#behind").wait_for(state="visible")
     await page.locator("#behind").wait_for(state="hidden", timeout=PATIENCE)
     yield "five new fingers read", f"{time.perf_counter() - start:.1f} s", ""
-    await page.close()
 
 
 def started(design: str) -> tuple[BaseProcess, str, float]:
@@ -264,10 +262,9 @@ async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
     yield f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"
     await page.get_by_role("button", name="Live").click()
     await wander(page)
-    await page.close()
     yield f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"
     yield "requests to other machines", f"{len(foreign)}", "0"
-    Console().print(*sorted({*errors, *foreign})[:5], sep="\n")
+    print(*sorted({*errors, *foreign})[:5], sep="\n", end="")
 
 
 async def measured(browser: Browser, design: str, rows: Rows) -> AsyncIterator[Row]:
@@ -281,19 +278,22 @@ async def measured(browser: Browser, design: str, rows: Rows) -> AsyncIterator[R
         server.terminate()
 
 
+def tell(name: str, value: str, wanted: str) -> None:
+    """Print what was measured and what is wanted, and the load average of this machine."""
+    row = value, wanted, f"load {os.getloadavg()[0]:.1f}"
+    print(f"{name:70}", *(f"{text:>14}" for text in row), flush=True)
+
+
 async def main() -> None:
-    table = Table("explorer", "measured", "wanted", "load average")
     async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=FLAGS
-        )
+        chromium = shutil.which("chromium")
+        browser = await playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         for design, rows in (("saad", strip), ("pad", pad)):
             async for name, value, wanted in measured(browser, design, rows):
-                table.add_row(name, value, wanted, f"{os.getloadavg()[0]:.1f}")
+                tell(name, value, wanted)
         await browser.close()
-    size = sum(path.stat().st_size for path in Path(STATIC).iterdir())
-    table.add_row("bundle", f"{size / 1e3:.0f} kB", "200 kB")
-    Console().print(table)
+    size = sum(path.stat().st_size for path in STATIC.iterdir())
+    tell("bundle", f"{size / 1e3:.0f} kB", "200 kB")
 
 
 if __name__ == "__main__":
