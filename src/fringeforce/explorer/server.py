@@ -81,7 +81,13 @@ def application(
             await websocket.close(1013, "Too many pages are open.")
             return
         await websocket.accept()
-        session = about(websocket.send_bytes, live)
+
+        async def send(frame: bytes) -> None:
+            # a page that has gone meanwhile needs no answer
+            with suppress(WebSocketDisconnect, RuntimeError):
+                await websocket.send_bytes(frame)
+
+        session = about(send, live)
         sessions.add(session)
         try:
             await session.greet()
