@@ -21,6 +21,8 @@ import { Surface } from "./surface";
 
 /** After which something that moved is at rest, and worth a fine picture [ms]. */
 const REST = 120;
+/** The same while a finger holds it: who only hesitates should not wait for a fine picture [ms]. */
+const HOLD = 400;
 /** Least time between two readings [ms]: a reading costs a core that pictures need. */
 const READ_PAUSE = 150;
 /** Pictures asked for before the first is there: the server draws the latest when it is free. */
@@ -112,7 +114,7 @@ export class PadExplorer {
     this.restTimer = setTimeout(() => {
       this.wantPicture(true);
       this.connection.want("slices", () => this.question("slices", {}));
-    }, REST);
+    }, this.surface.dragged ? HOLD : REST);
   }
 
   private wantPicture(fine: boolean): void {
