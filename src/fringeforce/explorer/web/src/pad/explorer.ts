@@ -36,8 +36,9 @@ export class PadExplorer {
   private picture: Picture | null = null;
   private reading: Reading | null = null;
   private slices: Slices | null = null;
-  /** What the last reading was asked of. */
+  /** What the last reading was asked of, and what the reading that is shown was. */
   private asked: State | null = null;
+  private told: State | null = null;
   private fine = true;
   private frame = 0;
   private editedAt = 0;
@@ -141,6 +142,7 @@ export class PadExplorer {
       this.schedule("picture", "map");
     } else if (message.type === "reading" && own) {
       this.reading = answer<Reading>(message);
+      this.told = this.asked;
       this.schedule("map", "sums");
     } else if (message.type === "slices" && own) {
       this.slices = answer<Slices>(message);
@@ -215,7 +217,7 @@ export class PadExplorer {
     }
     if (stale.has("map")) this.map.draw(model, this.picture?.forces ?? null, this.reading);
     if (stale.has("sums")) showSums(model, this.reading);
-    byId("behind").hidden = !this.reading || this.asked === store.state;
+    byId("behind").hidden = !this.reading || this.told === store.state;
     if (stale.has("slices")) this.stack.draw(this.slices);
     stale.clear();
     this.surface.place(model);
