@@ -17,14 +17,12 @@ import shutil
 import socket
 import statistics
 import time
+from collections.abc import AsyncIterator, Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 
 import numpy as np
-from playwright.async_api import Browser, Locator, Page, async_playwright
-from rich.console import Console
-from rich.table import Table
+from playwright.async_api import Browser, Locator, Page, ViewportSize, async_playwright
 
 from fringeforce.cameras.camera import Settings
 from fringeforce.cameras.simulator import SimulatedCamera
@@ -34,6 +32,7 @@ from fringeforce.explorer.server import STATIC, serve
 from fringeforce.explorer.session import Start
 from fringeforce.loads import polar
 from fringeforce.model import SensorModel
+from fringeforce.parentage import end_with_parent
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
@@ -42,6 +41,11 @@ FLAGS = [
 TOKEN = "benchmark"
 ARROW = "Tactel 6, normal force"
 SECONDS, ACTIONS = 6.0, 200
+PATIENCE = 180_000
+"""Until the first reading, for which a new machine compiles the reader's loops [ms]."""
+VIEWPORT: ViewportSize = {"width": 1440, "height": 1000}
+Row = tuple[str, str, str]
+Rows = Callable[[Browser, str], AsyncIterator[Row]]
 WATCH = """() => {
   window.seen = { moved: [], delays: [], paints: 0 };
   const text = document.getElementById('fringe-count');
@@ -56,8 +60,6 @@ WATCH = """() => {
     requestAnimationFrame(() => channel.port2.postMessage(0));
   }).observe(text, { childList: true, characterData: true, subtree: true });
 }"""
-
-
 LIVE = """(seconds) => new Promise((resolve) => {
   const [shown, counts] = ['moment', 'watch-counts'].map((id) => document.getElementById(id));
   const start = performance.now();
@@ -106,18 +108,19 @@ def _pressed(times: np.ndarray) -> np.ndarray:
     return size[:, None, None] * polar(1.0, 10, n=11)
 
 
-def _camera(model: SensorModel) -> SimulatedCamera:
-    return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
-
-
 def _serve(port: int, ready: Connection, design: str) -> None:
-    camera = Source(_camera) if design == "saad" else None
+    def simulated(model: SensorModel) -> SimulatedCamera:
+        return SimulatedCamera(model, Settings(1000, None, 16), script=_pressed)
+
+    end_with_parent()
+    camera = Source(simulated) if design == "saad" else None
     serve(Start(load_sensor(design)), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 async def watch(page: Page) -> tuple[float, str]:
     """Painted frames per second while the camera runs, and what the page says of the camera."""
-    await page.wait_for_function("() => document.getElementById('moment').textContent !== ''")
+    shown = "() => document.getElementById('moment').textContent !== ''"
+    await page.wait_for_function(shown, timeout=PATIENCE)
     await page.wait_for_timeout(2000)
     return await page.evaluate(LIVE, SECONDS)
 
@@ -195,30 +198,27 @@ async def wander(page: Page) -> None:
     await page.wait_for_timeout(1500)
 
 
-async def pad(browser: Browser, address: str) -> list[tuple[str, str, str]]:
+async def pad(browser: Browser, address: str) -> AsyncIterator[Row]:
     """Rows of the pad's page."""
-    page = await browser.new_page(viewport={"width": 1440, "height": 1000})
+    page = await browser.new_page(viewport=VIEWPORT)
     await page.add_init_script(f"({ASKED})()")
     start = time.perf_counter()
     await page.goto(address)
     await page.wait_for_selector("body[data-painted]:not([data-painted=''])")
-    rows = [("pad: first picture", f"{time.perf_counter() - start:.2f} s", "2 s")]
-    await page.locator("#status[data-status=OK]").wait_for(timeout=180_000)
+    yield "first picture", f"{time.perf_counter() - start:.2f} s", "2 s"
+    await page.locator("#status[data-status=OK]").wait_for(timeout=PATIENCE)
     await page.evaluate(WATCH_PAD)
     for view in ("white", "light", "camera-0"):
         await page.get_by_label("seen in").select_option(view)
         await page.wait_for_timeout(3000)
         rate, median, late = await drag(page, page.locator(".centre"))
-        rows.append((f"pad: painted frames per second, dragging, {view}", f"{rate:.0f}", "30"))
-        text = f"{median:.0f} ({late:.0f}) ms"
-        rows.append((f"pad: input to paint, median (95 %), {view}", text, "50 ms"))
+        yield f"painted frames per second, dragging, {view}", f"{rate:.0f}", "30"
+        yield f"input to paint, median (95 %), {view}", f"{median:.0f} ({late:.0f}) ms", "50 ms"
     start = time.perf_counter()
     await page.get_by_role("button", name="Five fingers").click()
     await page.locator("#behind").wait_for(state="visible")
-    await page.locator("#behind").wait_for(state="hidden", timeout=180_000)
-    rows.append(("pad: five new fingers read", f"{time.perf_counter() - start:.1f} s", ""))
-    await page.close()
-    return rows
+    await page.locator("#behind").wait_for(state="hidden", timeout=PATIENCE)
+    yield "five new fingers read", f"{time.perf_counter() - start:.1f} s", ""
 
 
 def started(design: str) -> tuple[BaseProcess, str, float]:
@@ -234,55 +234,66 @@ def started(design: str) -> tuple[BaseProcess, str, float]:
     return server, told.recv(), time.perf_counter() - start
 
 
-async def main() -> None:
-    server, address, ready = started("saad")
-    rows = [("server ready", f"{ready:.1f} s", "")]
+async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
+    """Rows of the strip's page."""
     errors: list[str] = []
     foreign: list[str] = []
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=FLAGS
-        )
-        page = await browser.new_page(viewport={"width": 1440, "height": 1000})
-        page.on("console", lambda message: errors.append(message.text))
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("request", lambda r: None if r.url.startswith(address) else foreign.append(r.url))
-        start = time.perf_counter()
-        await page.goto(address)
-        await page.get_by_role("button", name="Live").click()
-        await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
-        rows.append(("first picture", f"{time.perf_counter() - start:.2f} s", "2 s"))
-        await page.locator("#status[data-status=OK]").wait_for()
-        await page.evaluate(WATCH)
-        for _ in range(2):
-            rate, median, late = await drag(page, page.get_by_role("slider", name=ARROW))
-            rows.append(("painted frames per second, dragging", f"{rate:.0f}", "30"))
-            rows.append(("input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"))
-        changes = await design_changes(page)
-        text = f"{statistics.median(changes):.0f} ({max(changes):.0f}) ms"
-        rows.append(("thickness to new fringes, median (largest)", text, "300 ms"))
-        await page.get_by_role("button", name="Live").click()
-        shown, counts = await watch(page)
-        rows.append((f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"))
-        await page.get_by_role("button", name="Live").click()
-        await wander(page)
-        await page.close()
+    own = address, "data:", "blob:"
+    page = await browser.new_page(viewport=VIEWPORT)
+    page.on("console", lambda message: errors.append(message.text))
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("request", lambda r: None if r.url.startswith(own) else foreign.append(r.url))
+    start = time.perf_counter()
+    await page.goto(address)
+    await page.get_by_role("button", name="Live").click()
+    await page.wait_for_selector("#fringes canvas[aria-label^=Fringes]")
+    yield "first picture", f"{time.perf_counter() - start:.2f} s", "2 s"
+    await page.locator("#status[data-status=OK]").wait_for(timeout=PATIENCE)
+    await page.evaluate(WATCH)
+    for _ in range(2):
+        rate, median, late = await drag(page, page.get_by_role("slider", name=ARROW))
+        yield "painted frames per second, dragging", f"{rate:.0f}", "30"
+        yield "input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"
+    changes = await design_changes(page)
+    median, late = statistics.median(changes), max(changes)
+    yield "thickness to new fringes, median (largest)", f"{median:.0f} ({late:.0f}) ms", "300 ms"
+    await page.get_by_role("button", name="Live").click()
+    shown, counts = await watch(page)
+    yield f"painted frames per second, live ({counts})", f"{shown:.0f}", "20"
+    await page.get_by_role("button", name="Live").click()
+    await wander(page)
+    yield f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"
+    yield "requests to other machines", f"{len(foreign)}", "0"
+    print(*sorted({*errors, *foreign})[:5], sep="\n", end="")
+
+
+async def measured(browser: Browser, design: str, rows: Rows) -> AsyncIterator[Row]:
+    """Rows of a design's page, on a server of its own."""
+    server, address, ready = started(design)
+    try:
+        yield f"{design}: server ready", f"{ready:.1f} s", ""
+        async for name, value, wanted in rows(browser, address):
+            yield f"{design}: {name}", value, wanted
+    finally:
         server.terminate()
-        server, address, ready = started("pad")
-        rows.append(("pad: server ready", f"{ready:.1f} s", ""))
-        rows += await pad(browser, address)
+
+
+def tell(name: str, value: str, wanted: str) -> None:
+    """Print what was measured and what is wanted, and the load average of this machine."""
+    row = value, wanted, f"load {os.getloadavg()[0]:.1f}"
+    print(f"{name:70}", *(f"{text:>14}" for text in row), flush=True)
+
+
+async def main() -> None:
+    async with async_playwright() as playwright:
+        chromium = shutil.which("chromium")
+        browser = await playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        for design, rows in (("saad", strip), ("pad", pad)):
+            async for name, value, wanted in measured(browser, design, rows):
+                tell(name, value, wanted)
         await browser.close()
-    server.terminate()
-    size = sum(path.stat().st_size for path in Path(STATIC).iterdir())
-    foreign = [url for url in foreign if not url.startswith(("data:", "blob:"))]
-    rows.append(("load average of this machine", f"{os.getloadavg()[0]:.1f}", ""))
-    rows.append(("bundle", f"{size / 1e3:.0f} kB", "200 kB"))
-    rows.append((f"console messages in {ACTIONS} random actions", f"{len(errors)}", "0"))
-    rows.append(("requests to other machines", f"{len(foreign)}", "0"))
-    table = Table("explorer", "measured", "wanted")
-    for row in rows:
-        table.add_row(*row)
-    Console().print(table, *sorted(set(errors + foreign))[:5])
+    size = sum(path.stat().st_size for path in STATIC.iterdir())
+    tell("bundle", f"{size / 1e3:.0f} kB", "200 kB")
 
 
 if __name__ == "__main__":

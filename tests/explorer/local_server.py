@@ -11,6 +11,7 @@ from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
 from fringeforce.explorer.session import Start
 from fringeforce.pads.design import Pad
+from fringeforce.parentage import end_with_parent
 
 TOKEN = "token-of-the-tests"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -27,6 +28,7 @@ def free_port() -> int:
 
 
 def _serve(port: int, ready: Connection, sensor: Sensor | Pad, camera: Source | None) -> None:
+    end_with_parent()
     serve(Start(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 

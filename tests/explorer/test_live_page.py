@@ -4,18 +4,14 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from local_server import CHROMIUM, LocalServer
+from local_server import LocalServer
+from pages import COMPILED, needs_browser, watched_page
 from playwright.sync_api import Browser, Page, expect
 from pressed_camera import simulated
 
 from fringeforce.explorer.live import Source
 
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
-)
-WAIT = 20_000
-COMPILED = 180_000
-"""Until the first reading, for which a new machine compiles the reader's loops [ms]."""
+pytestmark = needs_browser
 SPELLED = re.compile(r"normal (-?[\d.]+), tangential")
 
 
@@ -29,18 +25,11 @@ def watched() -> Iterator[LocalServer]:
 
 @pytest.fixture
 def page(browser: Browser, watched: LocalServer) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
-    found = context.new_page()
-    found.set_default_timeout(WAIT)
-    complaints: list[str] = []
-    found.on("console", lambda message: complaints.append(message.text))
-    found.on("pageerror", lambda error: complaints.append(str(error)))
-    found.goto(watched.address)
-    forces = found.locator("#watch-forces svg")
-    expect(forces).to_have_attribute("aria-label", SPELLED, timeout=COMPILED)
-    yield found
-    context.close()
-    assert complaints == []
+    with watched_page(browser, watched) as found:
+        found.goto(watched.address)
+        forces = found.locator("#watch-forces svg")
+        expect(forces).to_have_attribute("aria-label", SPELLED, timeout=COMPILED)
+        yield found
 
 
 def normal_forces(page: Page) -> list[float]:

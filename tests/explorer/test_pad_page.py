@@ -4,16 +4,22 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from local_server import CHROMIUM, LocalServer
+from local_server import LocalServer
+from pages import (
+    COMPILED,
+    WAIT,
+    expect_accessible,
+    expect_accessible_before_any_answer,
+    expect_downloads,
+    middle,
+    needs_browser,
+    sized_page,
+    watched_page,
+)
 from playwright.sync_api import Browser, Locator, Page, expect
 from small_pad import small_pad
 
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
-)
-WAIT = 20_000
-COMPILED = 180_000
-"""Until the first reading, for which a new machine compiles the reader's loops [ms]."""
+pytestmark = needs_browser
 
 
 @pytest.fixture(scope="module")
@@ -26,21 +32,8 @@ def pad_server() -> Iterator[LocalServer]:
 
 @pytest.fixture
 def page(browser: Browser, pad_server: LocalServer) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
-    found = context.new_page()
-    found.set_default_timeout(WAIT)
-    complaints: list[str] = []
-    found.on("console", lambda message: complaints.append(message.text))
-    found.on("pageerror", lambda error: complaints.append(str(error)))
-
-    def foreign(url: str) -> None:
-        if not url.startswith((pad_server.address, "data:", "blob:")):
-            complaints.append(url)
-
-    found.on("request", lambda request: foreign(request.url))
-    yield found
-    context.close()
-    assert complaints == []
+    with watched_page(browser, pad_server) as found:
+        yield found
 
 
 def opened(page: Page, server: LocalServer, fragment: str = "") -> Page:
@@ -117,9 +110,7 @@ def test_a_contact_is_moved_by_its_dot_and_pressed_by_the_wheel(
     page: Page, pad_server: LocalServer
 ) -> None:
     opened(page, pad_server, "#c=0,0,4,10,0,0,0")
-    box = contact(page, 1).locator(".centre").bounding_box()
-    assert box is not None
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    x, y = middle(contact(page, 1).locator(".centre"))
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 40, y + 20, steps=3)
@@ -199,11 +190,7 @@ def test_files_can_be_taken_away(page: Page, pad_server: LocalServer) -> None:
         "design": b"kind", "model": b"\x89HDF", "forces": b"tactel,x_m", "reading": b"tactel,x_m",
         "png": b"\x89PNG",
     }  # fmt: skip
-    for kind, start in starts.items():
-        page.locator("#download summary").click()
-        with page.expect_download() as download:
-            page.locator(f"[data-file={kind}]").click()
-        assert download.value.path().read_bytes().startswith(start)
+    expect_downloads(page, starts)
 
 
 def test_every_preset_is_read(page: Page, pad_server: LocalServer) -> None:
@@ -222,19 +209,11 @@ def test_every_preset_is_read(page: Page, pad_server: LocalServer) -> None:
 def test_axe_finds_nothing_serious_and_nothing_overflows(
     browser: Browser, pad_server: LocalServer, scheme: str, width: int
 ) -> None:
-    from axe_playwright_python.sync_playwright import Axe
+    with sized_page(browser, scheme, width) as page:
+        expect_accessible(opened(page, pad_server, "#touch=five&stress=size"))
 
-    context = browser.new_context(
-        viewport={"width": width, "height": 900},
-        color_scheme="dark" if scheme == "dark" else "light",
-    )
-    page = opened(context.new_page(), pad_server, "#touch=five&stress=size")
-    found = Axe().run(page).response["violations"]
-    grave = [
-        (rule["id"], rule["nodes"][0]["html"][:200], rule["nodes"][0]["failureSummary"])
-        for rule in found
-        if rule["impact"] in ("serious", "critical")
-    ]
-    assert grave == []
-    assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
-    context.close()
+
+def test_all_pictures_have_names_before_anything_is_known(
+    page: Page, pad_server: LocalServer
+) -> None:
+    expect_accessible_before_any_answer(page, pad_server)

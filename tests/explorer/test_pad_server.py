@@ -10,7 +10,9 @@ from starlette.testclient import TestClient
 
 import fringeforce as ff
 from fringeforce.explorer.pads.contacts import Contact, tactel_forces
-from fringeforce.explorer.pads.pictures import FINE
+from fringeforce.explorer.pads.pictures import COARSE, FINE, coarse
+from fringeforce.explorer.pads.sketch import Sketch
+from fringeforce.explorer.pads.solution import facts, solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import Start
@@ -119,6 +121,31 @@ def test_a_picture_is_coarse_while_something_moves(ask: Ask) -> None:
     assert np.abs(apart).mean() < 4
 
 
+@pytest.mark.parametrize("contacts", [[], [FINGER], [FINGER, {**FINGER, "x": -4e-3, "shear_x": 0}]])
+@pytest.mark.parametrize("sides", [{}, {"transducer.width": "20 mm", "tactels.count": [5, 4]}])
+def test_a_sketch_is_the_library_s_retardance_on_its_pixels(
+    sides: dict[str, Any], contacts: list[dict[str, float]]
+) -> None:
+    model = characterize_pad(small_pad().replace(**sides), samples=32)
+    seen = coarse(model, COARSE)
+    sketch, forces = Sketch.of(seen), truth(model, *contacts)
+    expected = seen.modes(forces)
+    assert sketch.modes(forces).shape == expected.shape
+    bound = 1e-5 * np.abs(expected).max()
+    np.testing.assert_allclose(sketch.modes(forces), expected, atol=bound)
+    np.testing.assert_allclose(sketch.slices(forces), seen.slices(forces), atol=5 * bound)
+
+
+def test_while_something_moves_the_camera_has_fewer_pixels_of_the_same_kind(
+    ask: Ask, model: PadModel
+) -> None:
+    image = pressed(ask, "camera-0", fine=False, seed=3)["image"]
+    camera = model.sensor.replace(camera={"pixels": [COARSE, COARSE]})
+    frame = PadModel(camera, model.influence).expose(truth(model, FINGER), rng=3)
+    # single precision may round a level the other way
+    assert np.abs(image[..., 0].astype(int) - frame).max() <= 1
+
+
 def test_slices_add_up_to_the_retardance(ask: Ask, model: PadModel) -> None:
     header, blocks = ask(type="slices", id=3, design=1, contacts=[FINGER])
     assert header["shape"] == list(blocks["slices"].shape)
@@ -165,7 +192,7 @@ def test_light_and_camera_change_without_solving_again_and_rightly(ask: Ask) -> 
         ({"tactels.count": "many"}, "two whole numbers"),
         ({"camera.pixels": [4096, 4096]}, "must be 512 or less"),
         ({"transducer.length": "9 m"}, "times the pad's thickness"),
-        ({"transducer.sides": "free"}, "finite elements"),
+        ({"transducer.sides": "free"}, "fringeforce characterize DESIGN -o model.h5"),
         ({"camera.bits": 6}, "lower the amplitude"),
     ],
 )
@@ -175,6 +202,13 @@ def test_bad_designs_are_refused_in_the_library_s_words(
     header, _ = ask(type="design", id=1, changes=changes)
     assert header["type"] == "refused"
     assert words in header["text"]
+
+
+def test_free_sides_that_are_solved_already_can_be_explored(model: PadModel) -> None:
+    free = model.sensor.replace(**{"transducer.sides": "free"})
+    known = PadModel(free, model.influence)
+    assert solved(free, known) is known
+    assert facts(known)["values"]["transducer.sides"] == "free"
 
 
 @pytest.mark.parametrize(

@@ -112,6 +112,7 @@ def test_the_page_gets_the_library_s_numbers(ask: Ask, model: ff.SensorModel) ->
     assert header["values"]["transducer.compliant.thickness"] == "0.5 mm"
     psi = model.pixel_influence.reshape(len(model.pixel_influence), -1)
     np.testing.assert_allclose(blocks["psi"].T, psi, rtol=1e-6, atol=1e-6)
+    header, _ = ask(type="inside", id=2, design=1)
     figures = {figure["key"]: figure["value"] for figure in header["figures"]}
     phase = model.phase(ff.polar(1.0, 10, n=11))
     assert figures["peak"] == pytest.approx(np.abs(phase).max(), rel=1e-12)
@@ -120,7 +121,8 @@ def test_the_page_gets_the_library_s_numbers(ask: Ask, model: ff.SensorModel) ->
 
 def test_depth_integrated_picture_of_stress_is_the_phase(ask: Ask, model: ff.SensorModel) -> None:
     """Eq. (1): the cells of sigma_x, summed through the clear layer, are the influence matrix."""
-    header, blocks = ask(type="design", id=1)
+    header, _ = ask(type="design", id=1)
+    _, blocks = ask(type="inside", id=2, design=1)
     constant = 6.409e-3  # K_t of the paper [rad/(Pa m)]
     stress = blocks["stress_clear"][:, 0]  # loads, rows, columns
     integral = 2 * constant * stress.sum(axis=1) * header["layers"][1] / stress.shape[1]
@@ -131,10 +133,11 @@ def test_depth_integrated_picture_of_stress_is_the_phase(ask: Ask, model: ff.Sen
 
 
 def test_the_skin_sinks_where_it_is_pressed_and_the_base_stays(ask: Ask) -> None:
-    _, blocks = ask(type="design", id=1)
+    tactels = ask(type="design", id=1)[1]["tactels"]
+    _, blocks = ask(type="inside", id=2, design=1)
     moved = blocks["moved"]  # loads, (u, w), columns, rows
     assert (moved[:, :, :, 0] == 0).all()
-    for tactel, x in enumerate(blocks["tactels"]):
+    for tactel, x in enumerate(tactels):
         column = np.abs(blocks["mesh_x"] - x).argmin()
         assert moved[tactel, 1, column, -1] == moved[tactel, 1].min() < 0
         assert moved[11 + tactel, 0, column, -1] == moved[11 + tactel, 0].max() > 0
@@ -190,6 +193,23 @@ def test_forces_that_do_not_fit_and_designs_that_are_gone_are_refused(ask: Ask) 
     assert "do not fit this sensor" in header["text"]
     header, _ = ask(type="read", id=3, design=9, forces=[[1.0] * 11] * 2)
     assert header["stale"]
+    assert ask(type="inside", id=4, design=9)[0]["stale"]
+
+
+def test_designs_that_stand_side_by_side_are_both_looked_into(socket: WebSocketTestSession) -> None:
+    for number, edges in enumerate(("free", "roller")):
+        changes = {"transducer.edges": edges}
+        wish = {"type": "design", "id": number, "slot": edges, "changes": changes}
+        socket.send_bytes(encoded(wish))
+    shown = {decoded(socket.receive_bytes())[0]["id"] for _ in range(2)}
+    assert shown == {0, 1}
+    for number, edges in enumerate(("free", "roller")):
+        wish = {"type": "inside", "id": 2 + number, "slot": edges, "design": number}
+        socket.send_bytes(encoded(wish))
+    answers = [decoded(socket.receive_bytes()) for _ in range(2)]
+    moved = {header["design"]: blocks["moved"] for header, blocks in answers}
+    # rollers hold the ends where free ones give way
+    assert np.abs(moved[1][:, 0, 0]).max() == 0 < np.abs(moved[0][:, 0, 0]).max()
 
 
 def test_downloads_read_back_to_what_was_shown(ask: Ask, tmp_path: Any) -> None:

@@ -88,6 +88,20 @@ def test_displacements_are_those_of_scikit_fem_on_the_same_mesh(
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("edges", ["free", "roller"])
+@pytest.mark.parametrize("loads", [[0.0], [-3e-3, 3e-3], [-6e-3, -3e-3, 0.0, 3e-3, 6e-3]])
+@pytest.mark.parametrize("order", [1, 2, 5])
+def test_a_strip_that_is_solved_by_halves_is_that_of_scikit_fem_too(
+    sensor: ff.Sensor, order: int, loads: list[float], edges: str
+) -> None:
+    sides = np.array([-12.5, -9.0, -6.0, -3.0, -1.0, 0.0, 1.0, 3.0, 6.0, 9.0, 12.5]) * 1e-3
+    strip, mesh = _strip(sensor, edges, "stress"), Mesh(sides, Z, order)
+    x, z = np.random.default_rng(order).uniform([[-12.5e-3], [-3.5e-3]], [[12.5e-3], [0]], (2, 60))
+    found = _values(unit_displacements(strip, loads, mesh), x, z)
+    expected = _by_scikit_fem(strip, mesh, np.array(loads), x, z)
+    np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize(
     ("order", "factors"), [(1, (8, 16)), (2, (6, 12)), (3, (3, 6)), (4, (3, 6))]
 )

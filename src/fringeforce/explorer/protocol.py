@@ -25,6 +25,9 @@ _DTYPES = {"f4": "<f4", "u1": "<u1", "u2": "<u2", "i4": "<i4"}
 
 Pair = Annotated[list[int], Field(min_length=2, max_length=2)]
 Value = Annotated[str, Field(max_length=200)] | int | float | bool | Pair
+Slot = Literal["main", "free", "roller", "camera"]
+File = Literal["design", "model", "forces", "reading"]
+Seed = Annotated[int, Field(ge=0, lt=2**32)]
 Force = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
 Forces = Annotated[
     list[Annotated[list[Force], Field(max_length=64)]], Field(min_length=2, max_length=2)
@@ -38,35 +41,64 @@ class Request(BaseModel):
     type: Any
     id: Annotated[int, Field(ge=0)]
 
+    @property
+    def topic(self) -> str:
+        """Of wishes about the same, only the last is answered."""
+        return self.type
+
+
+class AboutDesign(Request):
+    """About a design that was asked for before, by that wish's number."""
+
+    design: int
+
 
 class DesignRequest(Request):
     """Characterise a design: one that the server knows by name, with changes by dotted path."""
 
     type: Literal["design"]
-    slot: Literal["main", "free", "roller", "camera"] = "main"
+    slot: Slot = "main"
     start: Annotated[str, Field(max_length=200)] = ""
     changes: Annotated[
         dict[Annotated[str, Field(max_length=100)], Value], Field(max_length=40)
     ] = {}
 
+    @property
+    def topic(self) -> str:
+        """A design replaces the one before it in its slot."""
+        return self.slot
 
-class ReadRequest(Request):
-    """Expose one noisy camera line under these forces [N] and read it."""
+
+class InsideRequest(AboutDesign):
+    """Figures of a design, and what is inside it."""
+
+    type: Literal["inside"]
+    slot: Slot = "main"
+
+    @property
+    def topic(self) -> str:
+        """As the design's own."""
+        return f"{self.type} {self.slot}"
+
+
+class LoadedRequest(AboutDesign):
+    """About a strip under forces [N]."""
+
+    forces: Forces
+    seed: Seed = 0
+
+
+class ReadRequest(LoadedRequest):
+    """Expose one noisy camera line and read it."""
 
     type: Literal["read"]
-    design: int
-    forces: Forces
-    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
 
 
-class DownloadRequest(Request):
+class DownloadRequest(LoadedRequest):
     """A file of the design, the model, the forces or the reading."""
 
     type: Literal["download"]
-    kind: Literal["design", "model", "forces", "reading"]
-    design: int
-    forces: Forces
-    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+    kind: File
 
 
 class LiveRequest(Request):
@@ -77,7 +109,7 @@ class LiveRequest(Request):
     again: bool = False
 
 
-_Wish = DesignRequest | ReadRequest | DownloadRequest | LiveRequest
+_Wish = DesignRequest | InsideRequest | ReadRequest | DownloadRequest | LiveRequest
 STRIP: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])
 """What the page of a strip may ask."""
 

@@ -6,9 +6,9 @@ import asyncio
 import pickle
 import socket
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, closing, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import uvicorn
 from starlette.applications import Starlette
@@ -24,8 +24,8 @@ from fringeforce.explorer.pads.session import PadSession
 from fringeforce.explorer.pads.workers import PadWorkers
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
-from fringeforce.explorer.session import Conversation, Send, Session, Start
-from fringeforce.explorer.workers import Workers
+from fringeforce.explorer.session import Conversation, Send, Start, StripSession
+from fringeforce.explorer.workers import StripWorkers, Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live, Source
@@ -62,26 +62,32 @@ def application(
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
         nonlocal live
-        solved = await workers.solve(start.sensor, start.model)
-        if camera is not None:
-            # only a camera brings the reader's libraries into this process
-            from fringeforce.explorer.live import Live
+        with closing(workers):
+            solved = await workers.begin(start.sensor, start.model)
+            if camera is not None:
+                # only a camera brings the reader's libraries into this process
+                from fringeforce.explorer.live import Live
 
-            live = Live(pickle.loads(solved.model), camera)
-        warming = asyncio.ensure_future(workers.warm(start.sensor, start.model))
-        ready()
-        yield
-        warming.cancel()
-        if live is not None:
-            await asyncio.to_thread(live.close)
-        workers.close()
+                live = Live(pickle.loads(solved.model), camera)
+            warming = asyncio.ensure_future(workers.warm(solved))
+            ready()
+            yield
+            warming.cancel()
+            if live is not None:
+                await asyncio.to_thread(live.close)
 
     async def converse(websocket: WebSocket) -> None:
         if len(sessions) >= PAGES:
             await websocket.close(1013, "Too many pages are open.")
             return
         await websocket.accept()
-        session = about(websocket.send_bytes, live)
+
+        async def send(frame: bytes) -> None:
+            # a page that has gone meanwhile needs no answer
+            with suppress(WebSocketDisconnect, RuntimeError):
+                await websocket.send_bytes(frame)
+
+        session = about(send, live)
         sessions.add(session)
         try:
             await session.greet()
@@ -107,11 +113,11 @@ def application(
     return Guard(Starlette(routes=routes, lifespan=lifespan), token)
 
 
-def _kind(start: Start) -> tuple[Any, str, Conversations]:
+def _kind(start: Start) -> tuple[Workers, str, Conversations]:
     """Who computes, the page's file, and its conversations, for a strip or for a pad."""
     if isinstance(start.sensor, Sensor):
-        strips = Workers()
-        return strips, "index.html", lambda send, live: Session(start, strips, send, live)
+        strips = StripWorkers()
+        return strips, "index.html", lambda send, live: StripSession(start, strips, send, live)
     pads = PadWorkers()
     return pads, "pad.html", lambda send, _: PadSession(start, pads, send)
 
@@ -167,4 +173,6 @@ def serve(
             ws_max_size=MAX_REQUEST,
             ws_per_message_deflate=False,
         )
-        uvicorn.Server(config).run(sockets=[listener])
+        # the server has ended in good order before it passes the interruption on
+        with suppress(KeyboardInterrupt):
+            uvicorn.Server(config).run(sockets=[listener])

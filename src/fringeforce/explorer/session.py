@@ -1,10 +1,10 @@
-"""One page's conversation with the server: the latest wish of each kind wins."""
+"""One page's conversation with the server: the latest wish of each topic wins."""
 
 from __future__ import annotations
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -12,20 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from fringeforce.design import load_strip, shipped_designs
+from fringeforce.design import load_sensor, shipped_designs
 from fringeforce.errors import FringeforceError, InputError
 from fringeforce.explorer.protocol import (
     STRIP,
+    AboutDesign,
     DesignRequest,
     DownloadRequest,
+    InsideRequest,
     LiveRequest,
     ReadRequest,
     Request,
     encoded,
     request,
 )
-from fringeforce.explorer.tasks import Solved
-from fringeforce.explorer.workers import Workers
+from fringeforce.explorer.tasks import Answer, Solved
+from fringeforce.explorer.workers import StripWorkers, Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live
@@ -48,29 +50,29 @@ class Start:
 
 @dataclass
 class LatestWins:
-    """Runs one wish of a kind at a time; of those that arrive meanwhile only the last is kept."""
+    """Runs one wish of a topic at a time; of those that arrive meanwhile only the last is kept."""
 
     answer: Callable[[Request], Awaitable[None]]
     waiting: dict[str, Request] = field(default_factory=dict)
     running: dict[str, asyncio.Task[None]] = field(default_factory=dict)
 
-    def put(self, kind: str, wish: Request) -> None:
+    def put(self, wish: Request) -> None:
         """Take a wish in."""
-        self.waiting[kind] = wish
-        if kind not in self.running:
-            self.running[kind] = asyncio.ensure_future(self._run(kind))
+        self.waiting[wish.topic] = wish
+        if wish.topic not in self.running:
+            self.running[wish.topic] = asyncio.ensure_future(self._run(wish.topic))
 
     def close(self) -> None:
         """Forget everything."""
         for task in self.running.values():
             task.cancel()
 
-    async def _run(self, kind: str) -> None:
+    async def _run(self, topic: str) -> None:
         try:
-            while kind in self.waiting:
-                await self.answer(self.waiting.pop(kind))
+            while topic in self.waiting:
+                await self.answer(self.waiting.pop(topic))
         finally:
-            del self.running[kind]
+            del self.running[topic]
 
 
 class Conversation(ABC):
@@ -78,20 +80,31 @@ class Conversation(ABC):
 
     Parameters
     ----------
+    start : Start
+        The design that the server was started with.
+    workers : Workers
+        Who computes.
     send : coroutine function
         Takes one frame to the page.
+    shipped : collection of str
+        Names of the designs that there are to start from.
     """
 
-    understood: ClassVar[TypeAdapter[Request]] = STRIP
+    understood: ClassVar[TypeAdapter[Request]]
     """What the page may ask."""
 
-    def __init__(self, send: Send) -> None:
-        self.send = send
+    def __init__(
+        self, start: Start, workers: Workers, send: Send, shipped: Collection[str]
+    ) -> None:
+        self.start, self.shipped = start, shipped
+        self._solver, self._send = workers, send
         self.wishes = LatestWins(self._answer)
+        self.designs: dict[str, tuple[int, Solved]] = {}
+        """The last one of each slot, by the number of its wish."""
 
-    @abstractmethod
-    async def greet(self) -> None:
+    async def greet(self, **more: Any) -> None:
         """Say what there is."""
+        await self._say({"type": "hello", "designs": list(self.shipped), **more})
 
     async def receive(self, frame: bytes) -> None:
         """Take in one message of the page."""
@@ -100,7 +113,7 @@ class Conversation(ABC):
         except InputError as error:
             await self._refuse(None, error)
             return
-        self.wishes.put(wish.slot if isinstance(wish, DesignRequest) else wish.type, wish)
+        self.wishes.put(wish)
 
     def close(self) -> None:
         """The page has gone."""
@@ -108,11 +121,28 @@ class Conversation(ABC):
 
     @abstractmethod
     async def _fulfil(self, wish: Request) -> None:
-        """Answer a request."""
+        """Answer a request that is not about another design."""
+
+    async def _design(self, wish: DesignRequest) -> None:
+        base = Start(load_sensor(wish.start)) if wish.start in self.shipped else self.start
+        sensor = base.sensor.replace(**wish.changes)
+        model = base.model if sensor == base.sensor else None
+        solved = await self._solver.solve(sensor, model)
+        self.designs[wish.slot] = wish.id, solved
+        header = {"type": "model", "id": wish.id, "slot": wish.slot, **solved.facts}
+        header["as_drawn"] = base.model is not None and model is None
+        await self._say(header, solved.blocks)
+
+    def _solved(self, design: int) -> Solved:
+        """A design that the page still shows, by the number of its wish."""
+        for number, solved in self.designs.values():
+            if number == design:
+                return solved
+        raise StaleDesignError("This design is no longer the current one; ask again.")
 
     async def _answer(self, wish: Request) -> None:
         try:
-            await self._fulfil(wish)
+            await (self._design(wish) if isinstance(wish, DesignRequest) else self._fulfil(wish))
         except FringeforceError as error:
             await self._refuse(wish, error)
         except (ArithmeticError, ValueError, RuntimeError, MemoryError) as error:
@@ -128,80 +158,62 @@ class Conversation(ABC):
             header["slot"] = wish.slot
         await self._say(header)
 
+    async def _tell(self, kind: str, wish: AboutDesign, answer: Answer) -> None:
+        """Answer a question about a design."""
+        facts, blocks = answer
+        await self._say({"type": kind, "id": wish.id, "design": wish.design, **facts}, blocks)
+
+    async def _hand(self, kind: str, wish: Request, content: bytes) -> None:
+        """Answer with a file."""
+        octets = np.frombuffer(content, np.uint8)
+        name = f"{kind}.{ENDINGS[kind]}"
+        await self._say({"type": "file", "id": wish.id, "name": name}, {"content": octets})
+
     async def _say(
         self, header: Mapping[str, Any], blocks: Mapping[str, NDArray[Any]] | None = None
     ) -> None:
-        await self.send(encoded(header, blocks))
+        await self._send(encoded(header, blocks))
 
 
-class Session(Conversation):
+class StripSession(Conversation):
     """What one page of a strip asked for last.
 
     Parameters
     ----------
-    start : Start
-        The design that the server was started with.
-    workers : Workers
-        Who computes.
-    send : coroutine function
-        Takes one frame to the page.
+    start, workers, send
+        As for every conversation.
     live : Live, optional
         The camera, if there is one.
     """
 
+    understood = STRIP
+
     def __init__(
-        self, start: Start, workers: Workers, send: Send, live: Live | None = None
+        self, start: Start, workers: StripWorkers, send: Send, live: Live | None = None
     ) -> None:
-        super().__init__(send)
-        self.start, self.workers = start, workers
-        self.current: tuple[int, Solved] | None = None
+        super().__init__(start, workers, send, shipped_designs())
+        self.workers = workers
         self.watcher = None if live is None else live.watcher()
 
-    async def greet(self) -> None:
-        """Say which designs there are to start from, and whether there is a camera."""
-        camera = self.watcher is not None
-        await self._say({"type": "hello", "designs": list(shipped_designs()), "camera": camera})
+    async def greet(self, **more: Any) -> None:
+        """Say what there is, and whether there is a camera."""
+        await super().greet(camera=self.watcher is not None, **more)
 
     async def _fulfil(self, wish: Request) -> None:
-        if isinstance(wish, DesignRequest):
-            await self._design(wish)
+        workers = self.workers
+        if isinstance(wish, InsideRequest):
+            await self._tell("inside", wish, await workers.inside(self._solved(wish.design)))
         elif isinstance(wish, ReadRequest):
-            await self._read(wish)
+            loaded = self._solved(wish.design), wish.forces, wish.seed
+            await self._tell("reading", wish, await workers.shoot(*loaded))
+        elif isinstance(wish, DownloadRequest):
+            loaded = self._solved(wish.design), wish.forces, wish.seed
+            await self._hand(wish.kind, wish, await workers.file(wish.kind, *loaded))
         elif isinstance(wish, LiveRequest):
             await self._look(wish)
-        elif isinstance(wish, DownloadRequest):
-            await self._download(wish)
-
-    async def _design(self, wish: DesignRequest) -> None:
-        base = Start(load_strip(wish.start)) if wish.start in shipped_designs() else self.start
-        sensor = base.sensor.replace(**wish.changes)
-        model = base.model if sensor == base.sensor else None
-        solved = await self.workers.solve(sensor, model)
-        if wish.slot == "main":
-            self.current = wish.id, solved
-        header = {"type": "model", "id": wish.id, "slot": wish.slot, **solved.facts}
-        header["as_drawn"] = base.model is not None and model is None
-        await self._say(header, solved.blocks)
-
-    async def _read(self, wish: ReadRequest) -> None:
-        model = self._model(wish)
-        facts, blocks = await self.workers.shoot(model, wish.forces, wish.seed)
-        await self._say({"type": "reading", "id": wish.id, "design": wish.design, **facts}, blocks)
 
     async def _look(self, wish: LiveRequest) -> None:
         if self.watcher is None:
             raise InputError("There is no camera; start the explorer with --camera.")
         facts, blocks = await self.watcher.next(wish.friction, wish.again)
         await self._say({"type": "live", "id": wish.id, **facts}, blocks)
-
-    async def _download(self, wish: DownloadRequest) -> None:
-        model = self._model(wish)
-        content = await self.workers.file(wish.kind, model, wish.forces, wish.seed)
-        name = f"{wish.kind}.{ENDINGS[wish.kind]}"
-        octets = np.frombuffer(content, np.uint8)
-        await self._say({"type": "file", "id": wish.id, "name": name}, {"content": octets})
-
-    def _model(self, wish: ReadRequest | DownloadRequest) -> bytes:
-        if self.current is None or self.current[0] != wish.design:
-            raise StaleDesignError("This design is no longer the current one; ask again.")
-        return self.current[1].model

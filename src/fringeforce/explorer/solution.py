@@ -29,7 +29,7 @@ COLUMNS, COVER_ROWS, CLEAR_ROWS = 160, 8, 24
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A characterised design and its unit fields, ready to be sent.
+    """A characterised design, ready to be sent.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Solution:
     facts : mapping
         Everything that is not an array, as JSON values.
     blocks : mapping of str to ndarray
-        Influence matrix, unit stresses and unit displacements, loads first, float32.
+        Places and the influence matrix, loads first, float32.
     """
 
     model: SensorModel
@@ -47,7 +47,7 @@ class Solution:
 
 
 def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
-    """Characterise a design and look inside it.
+    """Characterise a design: all that its fringes need.
 
     Parameters
     ----------
@@ -62,21 +62,15 @@ def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
         If the design cannot be explored.
     """
     check(sensor)
-    # frozen parts of a design are hashable, which pydantic does not tell the type checker
-    displacement = _displacement(sensor.transducer, sensor.tactels)  # type: ignore[arg-type]
-    model = reduced(sensor, displacement) if known is None else known
-    reader = SingleFrameReader(model)
+    model = reduced(sensor, _displacement(sensor)) if known is None else known
     blocks = {
         "x": model.pixel_positions,
         "tactels": sensor.tactels.positions,
-        "psi": reader.influence.T,
-        **_stresses(displacement),
-        **_movement(displacement),
+        "psi": SingleFrameReader(model).influence.T,
     }
     facts = {
         "name": sensor.name,
         "values": flat_values(sensor),
-        "figures": [asdict(figure) for figure in design_figures(reader)],
         "light": light_colour(sensor.polariscope.wavelength).tolist(),
         "strip": sensor.transducer.model_dump(include={"length", "width", "edges", "plane"}),
         "layers": [
@@ -89,15 +83,42 @@ def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
         },
         "calibrated": model.calibration is not None,
     }
+    return Solution(model, facts, _single(blocks))
+
+
+def inside(reader: SingleFrameReader) -> tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]:
+    """Figures of a design, and its unit stresses and unit displacements, loads first, float32.
+
+    Parameters
+    ----------
+    reader : SingleFrameReader
+        Of its model; the elements are not solved again if that was done here.
+
+    Raises
+    ------
+    InputError
+        If the fields are beyond single precision.
+    """
+    displacement = _displacement(reader.model.sensor)
+    figures = [asdict(figure) for figure in design_figures(reader)]
+    return {"figures": figures}, _single({**_stresses(displacement), **_movement(displacement)})
+
+
+def _single(blocks: Mapping[str, Array]) -> dict[str, NDArray[np.float32]]:
     with np.errstate(over="ignore"):
         small = {name: np.asarray(block, np.float32) for name, block in blocks.items()}
     if not all(np.isfinite(block).all() for block in small.values()):
         raise InputError("The fields of this design exceed what single precision can hold.")
-    return Solution(model, facts, small)
+    return small
+
+
+def _displacement(sensor: Sensor) -> Displacement:
+    # frozen parts of a design are hashable, which pydantic does not tell the type checker
+    return _solved(sensor.transducer, sensor.tactels)  # type: ignore[arg-type]
 
 
 @lru_cache(maxsize=8)
-def _displacement(strip: Transducer, tactels: Tactels) -> Displacement:
+def _solved(strip: Transducer, tactels: Tactels) -> Displacement:
     """Unit displacements of a strip; light and camera may change without solving again."""
     positions = tactels.positions
     return unit_displacements(strip, positions, strip_mesh(strip, positions))

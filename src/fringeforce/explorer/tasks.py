@@ -30,21 +30,21 @@ class Solved:
 
     Attributes
     ----------
-    model : bytes
-        Pickled, as the reading worker takes it.
+    model
+        As the workers take it: pickled, or its file, which lasts as long as this.
     facts : mapping
         JSON values for the page.
     blocks : mapping of str to ndarray
         Numbers for the page.
     """
 
-    model: bytes
+    model: Any
     facts: Mapping[str, Any]
     blocks: Mapping[str, NDArray[Any]]
 
 
 def solve(sensor: Sensor, known: bytes | None) -> Solved:
-    """Characterise a design and look inside it.
+    """Characterise a design.
 
     Parameters
     ----------
@@ -57,6 +57,19 @@ def solve(sensor: Sensor, known: bytes | None) -> Solved:
 
     solution = solve(sensor, None if known is None else pickle.loads(known))
     return Solved(pickle.dumps(solution.model), solution.facts, solution.blocks)
+
+
+def inside(model: bytes) -> Answer:
+    """Figures of a design that was characterised here, and what is inside it.
+
+    Parameters
+    ----------
+    model : bytes
+        A pickled SensorModel.
+    """
+    from fringeforce.explorer.solution import inside
+
+    return inside(_reader(model))
 
 
 def shoot(model: bytes, forces: Loads, seed: int) -> Answer:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +11,7 @@ from fringeforce.design import Layer, Transducer
 from fringeforce.errors import InputError
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
-from fringeforce.mechanics.substructure import factorise
+from fringeforce.mechanics.substructure import TensorSystem, factorise
 
 Array = NDArray[np.float64]
 
@@ -62,16 +62,79 @@ def unit_displacements(transducer: Transducer, positions: ArrayLike, mesh: Mesh)
     Displacement
         For a normal force of 1 N (towards -z) and a tangential one (towards +x) on each tactel.
     """
+    tactels = np.asarray(positions, dtype=float)
+    # a mirror plane on a mesh line, as evenly spaced tactels have it, halves the strip
+    halved = len(mesh.x) % 2 == 1 and _mirrored(mesh.x) and _mirrored(tactels)
+    solve = _by_halves if halved else _as_a_whole
+    return Displacement(transducer, mesh, solve(transducer, tactels, mesh))
+
+
+def _mirrored(places: Array) -> bool:
+    return bool(np.abs(places + places[::-1]).max(initial=0.0) <= 1e-12 * np.ptp(places))
+
+
+def _as_a_whole(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
+    """Coefficients of all unit loads, shape (2, along x, along z, 2, n)."""
+    held = _held(transducer, mesh)
+    return _coefficients(_factorised(transducer, mesh, held), transducer, positions, mesh)
+
+
+def _by_halves(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
+    """The same from the left half, once with u and once with w held at zero in the mirror.
+
+    What a load and its mirror image do together is even, what they do against each other is odd;
+    half of the sum is what the load alone does.  The mirror turns u and tangential forces around.
+    """
+    middle, n = len(mesh.x) // 2, len(positions)
+    half, left = replace(mesh, x=mesh.x[: middle + 1]), positions[: (n + 1) // 2]
+    held = _held(transducer, half)
+    held[-1, 0] = True
+    even = _factorised(transducer, half, held)
+    pair = even.columns[even.kind[-1]].stiffness
+    lines = even.lines.held_last(pair, np.repeat([False, True], held.shape[2]))
+    both = [
+        _coefficients(system, transducer, left, half)
+        for system in (even, replace(even, lines=lines))
+    ]
+    near, far = (both[0] + both[1]) / 2, (both[0] - both[1]) / 2
+    upright = np.array([[1.0], [-1.0]])
+    image, sign = _mirror_image(mesh.order, middle)
+    turned = np.array([-1.0, 1.0])[:, None, None, None, None] * upright * sign[:, None, None, None]
+    columns, right = near.shape[1], np.arange(n // 2)[::-1]
+    whole = np.empty((2, 2 * columns - 1, *near.shape[2:4], n))
+    whole[:, :columns, ..., : len(left)] = near
+    whole[:, columns - 1 :, ..., : len(left)] = turned * upright * far[:, image]
+    whole[:, :columns, ..., len(left) :] = upright * far[..., right]
+    whole[:, columns - 1 :, ..., len(left) :] = (turned * near[:, image])[..., right]
+    return whole
+
+
+def _mirror_image(order: int, elements: int) -> tuple[NDArray[np.intp], Array]:
+    """Which coefficient along a line stands in the mirror for which, and with what sign.
+
+    A bubble stays in its element; those of odd degree change their sign.
+    """
+    element, within = np.divmod(np.arange(order * elements + 1), order)
+    vertex = within == 0
+    image = order * (elements - element - np.where(vertex, 0, 1)) + within
+    return image, np.where(vertex | (within % 2 == 1), 1.0, -1.0)
+
+
+def _held(transducer: Transducer, mesh: Mesh) -> NDArray[np.bool_]:
+    """Which unknowns of the mesh lines are zero, shape (lines, 2, unknowns along z)."""
+    held = np.zeros((len(mesh.x), 2, mesh.order * (len(mesh.z) - 1)), dtype=bool)
+    if transducer.edges == "roller":
+        held[np.abs(mesh.x) > (1 - 1e-9) * transducer.length / 2, 0] = True
+    return held
+
+
+def _factorised(transducer: Transducer, mesh: Mesh, held: NDArray[np.bool_]) -> TensorSystem:
     in_cover = mesh.z[:-1] >= -transducer.compliant.thickness * (1 + 1e-9)
     moduli = [
         plane_moduli(transducer.compliant if cover else transducer.photoelastic, transducer.plane)
         for cover in in_cover
     ]
-    lines, height = len(mesh.x), mesh.order * (len(mesh.z) - 1)
-    held = np.zeros((lines, 2, height), dtype=bool)
-    if transducer.edges == "roller":
-        held[[0, -1], 0] = True
-    system = factorise(
+    return factorise(
         mesh.order,
         np.diff(mesh.x),
         np.diff(mesh.z),
@@ -79,9 +142,14 @@ def unit_displacements(transducer: Transducer, positions: ArrayLike, mesh: Mesh)
         np.array([m.c12 for m in moduli]),
         held,
     )
-    loads = _unit_loads(mesh, np.asarray(positions, dtype=float)) / transducer.width
-    coefficients = system.solve(loads.reshape(lines, 2, height, -1))
-    return Displacement(transducer, mesh, coefficients.reshape(*coefficients.shape[:3], 2, -1))
+
+
+def _coefficients(
+    system: TensorSystem, transducer: Transducer, positions: Array, mesh: Mesh
+) -> Array:
+    loads = _unit_loads(mesh, positions) / transducer.width
+    solved = system.solve(loads.reshape(*loads.shape[:3], -1))
+    return solved.reshape(*solved.shape[:3], 2, -1)
 
 
 def _unit_loads(mesh: Mesh, positions: Array) -> Array:

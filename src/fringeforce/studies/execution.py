@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from fringeforce.errors import InputError
+from fringeforce.parentage import end_with_parent
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -58,7 +58,7 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
         spawn = multiprocessing.get_context("spawn")
         with (
             _one_thread_each(),
-            ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_parent) as pool,
+            ProcessPoolExecutor(workers, mp_context=spawn, initializer=end_with_parent) as pool,
         ):
             yield pool
 
@@ -92,18 +92,6 @@ def _one_thread_each() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-def _end_with_parent() -> None:
-    """Let a worker end when the process that started it is killed and cannot tell it to."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_wait_and_end, args=(parent,), daemon=True).start()
-
-
-def _wait_and_end(parent: Any) -> None:
-    parent.join()
-    os._exit(1)
 
 
 def completed(

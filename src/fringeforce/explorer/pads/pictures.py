@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design_optics import Plates
+from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.arrangement import arranged
 from fringeforce.optics.colour import encoded, light_colour, white_light
 from fringeforce.optics.integrated import turn
-from fringeforce.pads.design import Pad
+from fringeforce.pads.design import Pad, PadPolariscope
 from fringeforce.pads.imaging import MOSAIC, Picture, measure
 from fringeforce.pads.model import PadModel
 
-Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Octets = NDArray[np.uint8]
 
@@ -52,11 +52,20 @@ def views(pad: Pad) -> list[tuple[str, str]]:
 
 def eye(model: PadModel, longest: int) -> PadModel:
     """The same pad seen on fewer pixels by a perfect lens."""
-    sides = np.array([model.sensor.transducer.length, model.sensor.transducer.width])
-    count = np.maximum(np.round(longest * sides / sides.max()), 2).astype(int).tolist()
-    camera = {"pixels": count, "blur": None, "kind": "ordinary"}
     light = {"channels": ()}
+    camera = {"pixels": _pixels(model.sensor, longest), "blur": None, "kind": "ordinary"}
     return replace(model, sensor=model.sensor.replace(camera=camera, polariscope=light))
+
+
+def coarse(model: PadModel, longest: int) -> PadModel:
+    """The same pad and lens before a camera of fewer pixels."""
+    camera = {"pixels": _pixels(model.sensor, longest)}
+    return replace(model, sensor=model.sensor.replace(camera=camera))
+
+
+def _pixels(pad: Pad, longest: int) -> list[int]:
+    sides = np.array([pad.transducer.length, pad.transducer.width])
+    return (2 * np.maximum(np.round(longest / 2 * sides / sides.max()), 1)).astype(int).tolist()
 
 
 def seen(model: PadModel, view: str, slices: Single) -> Octets:
@@ -73,17 +82,34 @@ def seen(model: PadModel, view: str, slices: Single) -> Octets:
     """
     light = model.sensor.polariscope
     if view == "white":
-        share = np.stack([_dark_field(model, slices, w) for w in WAVELENGTHS], axis=-1)
+        pictures = [_dark_picture(light, wavelength) for wavelength in WAVELENGTHS]
+        share = np.stack([_intensity(slices, one) for one in pictures], axis=-1)
         return encoded(share @ white_light(WAVELENGTHS).astype(np.float32))
-    if view == "light":
-        colour, share = light.wavelength, _dark_field(model, slices, light.wavelength)
-    else:
+    colour, picture = light.wavelength, _dark_picture(light, light.wavelength)
+    if view != "light":
         number, kind = (int(part) for part in view.split("-")[1:])
-        picture = model.pictures[number]
-        one = Picture(picture.dispersion, picture.forms[kind : kind + 1])
-        colour = light.pictures[number].wavelength or light.wavelength
-        share = _intensity(slices, one)
-    return encoded(share[..., None] * light_colour(colour).astype(np.float32))
+        several = model.pictures[number]
+        picture = Picture(several.dispersion, several.forms[kind : kind + 1])
+        colour = light.pictures[number].wavelength or colour
+    return encoded(_intensity(slices, picture)[..., None] * light_colour(colour).astype(np.float32))
+
+
+def exposed(model: PadModel, view: str, modes: Single, seed: int) -> NDArray[np.unsignedinteger]:
+    """One channel of the camera alone, shape (rows, columns).
+
+    Parameters
+    ----------
+    model : PadModel
+        Of a pad before the camera.
+    view : str
+        The camera's key.
+    modes : ndarray, shape (2, modes, rows, columns)
+        Its single-pass retardance at the polariscope's wavelength [rad].
+    seed : int
+        Of the camera's noise.
+    """
+    share, _ = model.picture(modes, model.pictures[int(view.split("-")[1])])
+    return camera_optics.expose(model.sensor.camera, share.reshape(modes.shape[2:]), seed)
 
 
 def camera_picture(model: PadModel, view: str, frame: NDArray[Any]) -> Octets:
@@ -93,16 +119,19 @@ def camera_picture(model: PadModel, view: str, frame: NDArray[Any]) -> Octets:
     return np.round(levels[..., None] * scale).astype(np.uint8)
 
 
-def _dark_field(model: PadModel, slices: Single, wavelength: float) -> Single:
-    """Share of the light that a circular dark field lets through."""
-    light = model.sensor.polariscope
+def seen_through(slices: Single) -> Single:
+    """Share of the light that an ideal circular dark field lets through slices."""
+    return _intensity(slices, _dark(None, 1.0))
+
+
+def _dark_picture(light: PadPolariscope, wavelength: float) -> Picture:
+    """A circular dark field."""
     # frozen parts of a design are hashable, which pydantic does not tell the type checker
-    picture = _dark_picture(light.plates, light.wavelength / wavelength)  # type: ignore[arg-type]
-    return _intensity(slices, picture)
+    return _dark(light.plates, light.wavelength / wavelength)  # type: ignore[arg-type]
 
 
 @lru_cache(maxsize=64)
-def _dark_picture(plates: Plates | None, dispersion: float) -> Picture:
+def _dark(plates: Plates | None, dispersion: float) -> Picture:
     return Picture(dispersion, arranged("dark field", 0.0, plates, dispersion)[None])
 
 

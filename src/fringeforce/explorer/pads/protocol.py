@@ -7,12 +7,11 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from fringeforce.explorer.pads.contacts import Contact
-from fringeforce.explorer.protocol import DesignRequest, Force, Request
+from fringeforce.explorer.protocol import AboutDesign, DesignRequest, File, Force, Request, Seed
 
 MOST = 12
 """Contacts at a time."""
 Place = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
-Seed = Annotated[int, Field(ge=0, lt=2**32)]
 
 
 class Touch(BaseModel):
@@ -33,10 +32,9 @@ class Touch(BaseModel):
         return Contact(**self.model_dump())
 
 
-class PressedRequest(Request):
+class PressedRequest(AboutDesign):
     """About a design that is pressed."""
 
-    design: int
     contacts: Annotated[list[Touch], Field(max_length=MOST)]
     seed: Seed = 0
 
@@ -65,7 +63,7 @@ class PadDownloadRequest(PressedRequest):
     """A file of the design, the model, the forces or the reading."""
 
     type: Literal["download"]
-    kind: Literal["design", "model", "forces", "reading"]
+    kind: File
 
 
 _Wish = DesignRequest | PressRequest | SlicesRequest | PadReadRequest | PadDownloadRequest

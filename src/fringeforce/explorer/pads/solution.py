@@ -30,8 +30,8 @@ FINGER = Contact(0.0, 0.0, 4e-3, 10.0, shear_x=3.0)
 """By which designs are compared: 10 N with 3 N of shear, on a patch of 8 mm."""
 
 
-def check(pad: Pad) -> None:
-    """Refuse a design that is too large, or of a shape that takes too long.
+def check(pad: Pad, solved: bool = False) -> None:
+    """Refuse a design that is too large, or that takes too long unless it is solved already.
 
     Raises
     ------
@@ -48,10 +48,11 @@ def check(pad: Pad) -> None:
         problems.append(
             f"camera.pixels = {list(pad.camera.pixels)}: must be {PIXELS} or less here."
         )
-    if block.sides != "roller":
+    if block.sides != "roller" and not solved:
         problems.append(
-            f'transducer.sides = "{block.sides}" takes finite elements and minutes; only "roller" '
-            "can be explored."
+            f'transducer.sides = "{block.sides}" takes finite elements and minutes. Solve it once '
+            "with  fringeforce characterize DESIGN -o model.h5  and explore model.h5, or take "
+            '"roller" here.'
         )
     thickness = block.compliant.thickness + block.photoelastic.thickness
     for name in ("length", "width"):
@@ -80,7 +81,7 @@ def solved(pad: Pad, known: PadModel | None = None) -> PadModel:
     InputError
         If the design cannot be explored.
     """
-    check(pad)
+    check(pad, solved=known is not None)
     if known is not None:
         return known
     # frozen parts of a design are hashable, which pydantic does not tell the type checker

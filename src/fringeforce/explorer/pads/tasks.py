@@ -21,6 +21,7 @@ from fringeforce.errors import InputError
 from fringeforce.explorer.pads.contacts import Contact
 
 if TYPE_CHECKING:
+    from fringeforce.explorer.pads.sketch import Sketch
     from fringeforce.pads.design import Pad
     from fringeforce.pads.model import PadModel
     from fringeforce.pads.reading import PadReading
@@ -50,6 +51,13 @@ def solve(pad: Pad, known: bytes | None, folder: str) -> tuple[Mapping[str, Any]
     return facts(model), path
 
 
+def prepare() -> None:
+    """Load what pictures need, while there is nothing yet to be drawn."""
+    from fringeforce.explorer.pads.pictures import seen_through
+
+    seen_through(np.zeros((1, 2, 1, 1), dtype=np.float32))
+
+
 def press(path: str, contacts: Contacts, view: str, fine: bool, seed: int) -> Answer:
     """Forces of the tactels and the picture of a view.
 
@@ -71,17 +79,22 @@ def press(path: str, contacts: Contacts, view: str, fine: bool, seed: int) -> An
     InputError
         If there is no such view.
     """
+    from fringeforce.explorer.pads import pictures
     from fringeforce.explorer.pads.contacts import tactel_forces
-    from fringeforce.explorer.pads.pictures import COARSE, FINE, camera_picture, seen, views
 
     model = _model(path)
-    if view not in dict(views(model.sensor)):
+    if view not in dict(pictures.views(model.sensor)):
         raise InputError(f"This pad has no view {view!r}.")
     forces = tactel_forces(model.sensor.tactels, contacts)
     if view.startswith("camera"):
-        image = camera_picture(model, view, model.expose(forces, rng=seed))
+        if fine:
+            frame = model.expose(forces, rng=seed)
+        else:
+            frame = pictures.exposed(_coarse(path), view, _sketch(path).modes(forces), seed)
+        image = pictures.camera_picture(model, view, frame)
     else:
-        image = seen(model, view, _eye(path, FINE if fine else COARSE).slices(forces))
+        sight = _eye(path, pictures.FINE) if fine else _sketch(path)
+        image = pictures.seen(model, view, sight.slices(forces))
     return {"shape": image.shape}, {"image": image, "forces": forces}
 
 
@@ -151,6 +164,20 @@ def _eye(path: str, longest: int) -> PadModel:
     from fringeforce.explorer.pads.pictures import eye
 
     return eye(_model(path), longest)
+
+
+@lru_cache(maxsize=2)
+def _coarse(path: str) -> PadModel:
+    from fringeforce.explorer.pads.pictures import COARSE, coarse
+
+    return coarse(_model(path), COARSE)
+
+
+@lru_cache(maxsize=2)
+def _sketch(path: str) -> Sketch:
+    from fringeforce.explorer.pads.sketch import Sketch
+
+    return Sketch.of(_coarse(path))
 
 
 class Follower:

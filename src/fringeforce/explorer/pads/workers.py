@@ -2,102 +2,67 @@
 
 from __future__ import annotations
 
+import asyncio
 import tempfile
 import weakref
-from collections import OrderedDict
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fringeforce.explorer.pads import tasks
-from fringeforce.explorer.workers import Worker
+from fringeforce.explorer.tasks import Solved
+from fringeforce.explorer.workers import Worker, Workers
 
 if TYPE_CHECKING:
     from fringeforce.pads.design import Pad
 
-REMEMBERED = 4
-"""Designs whose models are kept: undo comes at once."""
 
-
-@dataclass(frozen=True, eq=False)
-class SolvedPad:
-    """A design that was characterised.
-
-    Attributes
-    ----------
-    path : str
-        File of its model, which lasts as long as this.
-    facts : mapping
-        JSON values for the page.
-    """
-
-    path: str
-    facts: Mapping[str, Any]
-
-
-class PadWorkers:
-    """The processes, the files between them, and what they found for the designs asked last."""
+class PadWorkers(Workers):
+    """The processes, and the files between them."""
 
     def __init__(self) -> None:
-        self._designs, self._pictures = Worker(), Worker()
-        self._readings = Worker(patient=True)
         self._folder = tempfile.TemporaryDirectory(prefix="fringeforce-")
-        self._known: OrderedDict[str, SolvedPad] = OrderedDict()
+        self._designs, self._pictures = Worker(folder=self._folder.name), Worker()
+        self._readings = Worker(patient=True)
+        super().__init__(self._designs, self._pictures, self._readings, remembered=4)
 
-    async def solve(self, sensor: Pad, model: bytes | None) -> SolvedPad:
-        """Model of a design, remembered or new.
-
-        Parameters
-        ----------
-        sensor : Pad
-            The design.
-        model : bytes, optional
-            Its pickled model, where there is one already.
-
-        Raises
-        ------
-        InputError
-            If the design cannot be explored.
-        """
-        key = f"{sensor.model_dump_json()} {model is not None}"
-        if key not in self._known:
-            facts, path = await self._designs.run(tasks.solve, sensor, model, self._folder.name)
-            self._known[key] = SolvedPad(path, facts)
-            # a page may still press on a design that is no longer remembered
-            weakref.finalize(self._known[key], Path(path).unlink, missing_ok=True)
-        self._known.move_to_end(key)
-        while len(self._known) > REMEMBERED:
-            self._known.popitem(last=False)
-        return self._known[key]
+    async def _solved(self, sensor: Pad, model: bytes | None) -> Solved:
+        facts, path = await self._designs.run(tasks.solve, sensor, model, self._folder.name)
+        solved = Solved(path, facts, {})
+        # a page may still press on a design that is no longer remembered
+        weakref.finalize(solved, Path(path).unlink, missing_ok=True)
+        return solved
 
     async def press(
-        self, model: SolvedPad, contacts: tasks.Contacts, view: str, fine: bool, seed: int
+        self, solved: Solved, contacts: tasks.Contacts, view: str, fine: bool, seed: int
     ) -> tasks.Answer:
         """Forces of the tactels and a picture."""
-        return await self._pictures.run(tasks.press, model.path, contacts, view, fine, seed)
+        return await self._pictures.run(tasks.press, solved.model, contacts, view, fine, seed)
 
-    async def slices(self, model: SolvedPad, contacts: tasks.Contacts) -> tasks.Answer:
+    async def slices(self, solved: Solved, contacts: tasks.Contacts) -> tasks.Answer:
         """Retardance of every slice."""
-        return await self._pictures.run(tasks.slices, model.path, contacts)
+        return await self._pictures.run(tasks.slices, solved.model, contacts)
 
-    async def read(self, model: SolvedPad, contacts: tasks.Contacts, seed: int) -> tasks.Answer:
+    async def read(self, solved: Solved, contacts: tasks.Contacts, seed: int) -> tasks.Answer:
         """One noisy frame's reading."""
-        return await self._readings.run(tasks.read, model.path, contacts, seed)
+        return await self._readings.run(tasks.read, solved.model, contacts, seed)
 
-    async def file(self, kind: str, model: SolvedPad, contacts: tasks.Contacts, seed: int) -> bytes:
+    async def file(self, kind: str, solved: Solved, contacts: tasks.Contacts, seed: int) -> bytes:
         """Contents of a file to download."""
-        return await self._readings.run(tasks.file, kind, model.path, contacts, seed)
+        return await self._readings.run(tasks.file, kind, solved.model, contacts, seed)
 
-    async def warm(self, sensor: Pad, model: bytes | None) -> None:
-        """Let pictures and readings load their libraries before anybody waits for them."""
-        solved = await self.solve(sensor, model)
-        for fine in (False, True):
-            await self.press(solved, (), "white", fine, 0)
+    async def begin(self, sensor: Pad, model: bytes | None) -> Solved:
+        """Solution of the first design, after which a picture of it can be had at once."""
+        solving = asyncio.ensure_future(super().begin(sensor, model))
+        await self._pictures.run(tasks.prepare)
+        solved = await solving
+        await self.press(solved, (), "white", False, 0)
+        return solved
+
+    async def warm(self, solved: Solved) -> None:
+        """Let the reader load its libraries before anybody waits for it."""
         await self.read(solved, (), 0)
 
     def close(self) -> None:
         """End the processes and remove their files."""
-        for worker in (self._designs, self._pictures, self._readings):
-            worker.close()
+        super().close()
         self._folder.cleanup()

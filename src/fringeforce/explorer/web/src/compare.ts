@@ -1,6 +1,6 @@
 /** The same design with free and with roller edges, side by side under the same load. */
 
-import { byId, element } from "./dom";
+import { blankCanvas, byId, element } from "./dom";
 import { drawFringes } from "./fringes";
 import { layout } from "./layout";
 import { largest, type Model, niceAbove } from "./model";
@@ -15,7 +15,7 @@ const GAP = 24;
 
 export class Compare {
   private readonly models: Partial<Record<Edges, Model>> = {};
-  private readonly canvases = EDGES.map(() => [picture(), picture()]);
+  private readonly canvases = EDGES.map(() => [blankCanvas(), blankCanvas()]);
   private readonly note = element("p", { class: "aside" });
   private readonly plot: AlongStrip;
 
@@ -39,9 +39,14 @@ export class Compare {
     this.models[edges] = model;
   }
 
+  /** The one of both models that has a number. */
+  find(id: unknown): Model | undefined {
+    return Object.values(this.models).find((model) => model.id === id);
+  }
+
   draw(loads: number[], component: Component, mesh: boolean, width: number, theme: string): void {
     const [free, roller] = EDGES.map((edges) => this.models[edges]);
-    if (!free || !roller || free.blocks.moved.length % loads.length) return;
+    if (!free?.whole || !roller?.whole) return;
     if (free.tactels.length * 2 !== loads.length || roller.tactels.length * 2 !== loads.length) return;
     const half = width > 720 ? (width - GAP) / 2 : width;
     const limit = niceAbove(
@@ -59,8 +64,4 @@ export class Compare {
     const x = free.x.map((value) => value * 1e3);
     if (roller.x.length === free.x.length) this.plot.draw(width, theme, [x, ...phases]);
   }
-}
-
-function picture(): HTMLCanvasElement {
-  return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
 }

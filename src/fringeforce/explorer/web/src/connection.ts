@@ -1,4 +1,4 @@
-/** The one WebSocket: it comes back by itself, and holds one request of a kind in flight. */
+/** The one WebSocket: it comes back by itself, and holds few requests of a kind in flight. */
 
 import { decode, encode, type Message } from "./protocol";
 
@@ -9,19 +9,26 @@ const READ_PAUSE = 40;
 
 type Wish = () => Record<string, unknown> | null;
 
+interface Pace {
+  /** Least time between two requests for a reading [ms]. */
+  readPause?: number;
+  /** Requests of a kind that may be in flight where it is not one: the server takes up the latest. */
+  ahead?: Record<string, number>;
+}
+
 export class Connection {
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;
   private number = 0;
   private readAt = 0;
   private timer = 0;
-  private readonly flying = new Map<string, number>();
+  private readonly flying = new Map<string, number[]>();
   private readonly wishes = new Map<string, Wish>();
 
   constructor(
     private readonly onMessage: (message: Message) => void,
     private readonly onLink: (alive: boolean) => void,
-    private readonly readPause = READ_PAUSE,
+    private readonly pace: Pace = {},
   ) {
     this.open();
   }
@@ -30,7 +37,7 @@ export class Connection {
     return this.socket?.readyState === WebSocket.OPEN;
   }
 
-  /** Ask for something; while an earlier request of the kind is away, the latest wish waits. */
+  /** Ask for something; while earlier requests of the kind are away, the latest wish waits. */
   want(kind: string, wish: Wish): void {
     this.wishes.set(kind, wish);
     this.send(kind);
@@ -38,20 +45,21 @@ export class Connection {
 
   private send(kind: string): void {
     const wish = this.wishes.get(kind);
-    if (!wish || !this.alive || this.flying.has(kind)) return;
+    const flying = this.flying.get(kind) ?? [];
+    if (!wish || !this.alive || flying.length >= (this.pace.ahead?.[kind] ?? 1)) return;
     if (kind === "read" && this.resting()) return;
     this.wishes.delete(kind);
     const request = wish();
     if (!request) return;
     this.number += 1;
-    this.flying.set(kind, this.number);
+    this.flying.set(kind, [...flying, this.number]);
     this.socket?.send(encode({ ...request, id: this.number }));
   }
 
   /** Whether the last reading was asked for only just now; then it is asked for again later. */
   private resting(): boolean {
     const now = performance.now();
-    const left = this.readAt + this.readPause - now;
+    const left = this.readAt + (this.pace.readPause ?? READ_PAUSE) - now;
     if (left <= 0) {
       this.readAt = now;
       return false;
@@ -79,9 +87,10 @@ export class Connection {
   }
 
   private receive(message: Message): void {
-    const id = message.header.id;
-    const kind = [...this.flying].find(([, number]) => number === id)?.[0];
-    if (kind) this.flying.delete(kind);
+    const id = message.header.id as number;
+    const [kind, flying] = [...this.flying].find(([, numbers]) => numbers.includes(id)) ?? [];
+    // those before it, if they have no answer yet, were passed over
+    if (kind && flying) this.flying.set(kind, flying.filter((number) => number > id));
     this.onMessage(message);
     if (kind) this.send(kind);
   }

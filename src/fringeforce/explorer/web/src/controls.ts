@@ -16,7 +16,7 @@ export interface Group {
   controls: Control[];
 }
 
-export const thickness = (part: string, range: [number, number]): Control => ({
+const thickness = (part: string, range: [number, number]): Control => ({
   path: `transducer.${part}.thickness`,
   name: "Thickness",
   unit: "mm",
@@ -24,7 +24,7 @@ export const thickness = (part: string, range: [number, number]): Control => ({
   logarithmic: true,
 });
 
-export const stiffness = (part: string, range: [number, number]): Control => ({
+const stiffness = (part: string, range: [number, number]): Control => ({
   path: `transducer.${part}.youngs_modulus`,
   name: "Young's modulus",
   unit: "MPa",
@@ -32,10 +32,50 @@ export const stiffness = (part: string, range: [number, number]): Control => ({
   logarithmic: true,
 });
 
-export const poisson = (part: string): Control => ({
+const poisson = (part: string): Control => ({
   path: `transducer.${part}.poissons_ratio`,
   name: "Poisson's ratio",
   range: [0.1, 0.499],
+});
+
+/** Cover and clear layer, as soft as given [MPa]. */
+export const layers = (cover: number, clear: number): Group[] => [
+  {
+    name: "Cover",
+    controls: [thickness("compliant", [0.1, 3]), stiffness("compliant", [cover, 1000]), poisson("compliant")],
+  },
+  {
+    name: "Clear layer",
+    controls: [
+      thickness("photoelastic", [0.5, 10]),
+      stiffness("photoelastic", [clear, 5000]),
+      poisson("photoelastic"),
+      {
+        path: "transducer.photoelastic.strain_optic_coefficient",
+        name: "Strain-optic coefficient",
+        range: [0.005, 0.2],
+        logarithmic: true,
+      },
+    ],
+  },
+];
+
+/** Light and camera, where what tells one camera from another stands between. */
+export const imaging = (...kinds: Control[]): Group => ({
+  name: "Light and camera",
+  controls: [
+    { path: "polariscope.wavelength", name: "Wavelength", unit: "nm", range: [400, 700] },
+    ...kinds,
+    { path: "camera.bits", name: "Bits", range: [4, 16], whole: true },
+    { path: "camera.amplitude", name: "Amplitude", range: [10, 245] },
+    { path: "camera.offset", name: "Offset", range: [0, 60] },
+    { path: "camera.noise", name: "Noise", title: "grey levels", range: [0, 40] },
+    {
+      path: "camera.noise_model",
+      name: "Noise is",
+      choices: [["uniform", "uniform"], ["gaussian", "Gaussian"]],
+    },
+  ],
 });
 
 export const GROUPS: Group[] = [
@@ -56,24 +96,7 @@ export const GROUPS: Group[] = [
       { path: "transducer.width", name: "Width", unit: "mm", range: [0.5, 30], logarithmic: true },
     ],
   },
-  {
-    name: "Cover",
-    controls: [thickness("compliant", [0.1, 3]), stiffness("compliant", [1, 1000]), poisson("compliant")],
-  },
-  {
-    name: "Clear layer",
-    controls: [
-      thickness("photoelastic", [0.5, 10]),
-      stiffness("photoelastic", [10, 5000]),
-      poisson("photoelastic"),
-      {
-        path: "transducer.photoelastic.strain_optic_coefficient",
-        name: "Strain-optic coefficient",
-        range: [0.005, 0.2],
-        logarithmic: true,
-      },
-    ],
-  },
+  ...layers(1, 10),
   {
     name: "Tactels",
     controls: [
@@ -81,22 +104,7 @@ export const GROUPS: Group[] = [
       { path: "tactels.pitch", name: "Pitch", unit: "mm", range: [0.25, 3] },
     ],
   },
-  {
-    name: "Light and camera",
-    controls: [
-      { path: "polariscope.wavelength", name: "Wavelength", unit: "nm", range: [400, 700] },
-      { path: "camera.pixels", name: "Pixels", range: [256, 4096], logarithmic: true, whole: true },
-      { path: "camera.bits", name: "Bits", range: [4, 16], whole: true },
-      { path: "camera.amplitude", name: "Amplitude", range: [10, 245] },
-      { path: "camera.offset", name: "Offset", range: [0, 60] },
-      { path: "camera.noise", name: "Noise", title: "grey levels", range: [0, 40] },
-      {
-        path: "camera.noise_model",
-        name: "Noise is",
-        choices: [["uniform", "uniform"], ["gaussian", "Gaussian"]],
-      },
-    ],
-  },
+  imaging({ path: "camera.pixels", name: "Pixels", range: [256, 4096], logarithmic: true, whole: true }),
 ];
 
 const QUANTITIES = new Set(

@@ -22,6 +22,11 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
+/** A canvas that has a name even before anything is drawn on it. */
+export function blankCanvas(): HTMLCanvasElement {
+  return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+}
+
 /** An SVG element with attributes and children. */
 export function shape<K extends keyof SVGElementTagNameMap>(
   name: K,
@@ -38,6 +43,11 @@ export function set(target: Element, attributes: Attributes): void {
   for (const [name, value] of Object.entries(attributes)) {
     if (target.getAttribute(name) !== `${value}`) target.setAttribute(name, `${value}`);
   }
+}
+
+/** Set a text that has changed: a live region speaks whenever it is set. */
+export function write(target: HTMLElement, text: string): void {
+  if (target.textContent !== text) target.textContent = text;
 }
 
 /** Save bytes or text as a file. */

@@ -4,11 +4,12 @@ import { EDGES, type Edges } from "./compare";
 import { Connection } from "./connection";
 import { GROUPS } from "./controls";
 import { DesignForm } from "./design";
-import { byId, element } from "./dom";
+import { byId } from "./dom";
 import { downloadMenu, PICTURES, saveFile } from "./download";
 import { showFigures } from "./figures";
 import { Live } from "./live";
-import { Model, type Reading, readingOf } from "./model";
+import { type Figure, Model, type Reading, readingOf } from "./model";
+import { Page } from "./page";
 import { Painting } from "./painting";
 import { presetLoads, refitted } from "./presets";
 import type { Message } from "./protocol";
@@ -17,16 +18,16 @@ import { Toolbar } from "./toolbar";
 import { Tour } from "./tour";
 import { TypedForces } from "./typed";
 
-const HASH_DELAY = 250;
-
 export class Explorer {
   private model: Model | null = null;
   private reading: Reading | null = null;
+  /** Of the design before, to tell what changed. */
+  private figures: Figure[] = [];
   private frame = 0;
   private loadChanged = true;
-  private hashTimer = 0;
   private live: Live | null = null;
   private readonly store = new Store(location.hash, (before) => this.changed(before));
+  private readonly page = new Page(this.store, () => this.schedule());
   private readonly painting = new Painting(this.store, () => this.schedule());
   private readonly form = new DesignForm(this.store, GROUPS);
   private readonly typed = new TypedForces(this.store);
@@ -46,21 +47,13 @@ export class Explorer {
       (kind) => this.connection.want("download", () => this.question("download", { kind })),
       (kind) => this.painting.save(kind, this.reading),
     );
-    byId("start").addEventListener("change", (event) => {
-      const start = (event.target as HTMLSelectElement).value;
-      this.store.change({ start, changes: {} });
-    });
-    addEventListener("hashchange", () => {
-      if (location.hash !== this.store.hash) location.reload();
-    });
-    new ResizeObserver(() => this.schedule()).observe(byId("stage"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.schedule());
   }
 
   private changed(before: State): void {
     const { state } = this.store;
+    // the new design, once it is there, is read by itself
     if (before.start !== state.start || before.changes !== state.changes) this.wantDesign();
-    this.wantReading();
+    else this.wantReading();
     this.schedule();
   }
 
@@ -113,16 +106,14 @@ export class Explorer {
     if (message.type === "hello") this.greeted(header);
     else if (message.type === "live") this.live?.take(message);
     else if (message.type === "model") this.modelled(new Model(message), header.slot as string);
+    else if (message.type === "inside") this.completed(message);
     else if (message.type === "reading") this.read(readingOf(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
   }
 
   private greeted(header: Record<string, unknown>): void {
-    const options = (header.designs as string[]).map((name) => element("option", { value: name }, name));
-    const start = byId<HTMLSelectElement>("start");
-    start.replaceChildren(element("option", { value: "" }, "as started"), ...options);
-    start.value = this.store.state.start;
+    this.page.offer(header.designs as string[], this.store.state.start);
     if (header.camera) {
       this.live ??= new Live(this.connection, () => this.schedule());
       this.live.greet();
@@ -134,12 +125,12 @@ export class Explorer {
       this.live?.modelled(model);
       return;
     }
+    this.connection.want(`inside ${slot}`, () => ({ type: "inside", slot, design: model.id }));
     if (slot !== "main") {
       this.painting.compare.take(slot as Edges, model);
-      this.schedule();
       return;
     }
-    this.notice("");
+    this.page.notice("");
     const n = model.tactels.length;
     const { normal, tangential, preset } = this.store.state;
     if (normal.length !== n) {
@@ -149,12 +140,24 @@ export class Explorer {
           : { normal: refitted(normal, n), tangential: refitted(tangential, n) },
       );
     }
-    showFigures(model, this.model);
     asDrawn(model);
     this.model = model;
     this.form.show(model.facts.values);
-    byId<HTMLSelectElement>("start").value = this.store.state.start;
+    this.page.choose(this.store.state.start);
     this.wantReading();
+    this.schedule();
+  }
+
+  private completed(message: Message): void {
+    const { design } = message.header;
+    const main = design === this.model?.id;
+    const model = main ? this.model : this.painting.compare.find(design);
+    model?.complete(message);
+    if (main) {
+      const figures = message.header.figures as Figure[];
+      showFigures(figures, this.figures);
+      this.figures = figures;
+    }
     this.schedule();
   }
 
@@ -169,20 +172,13 @@ export class Explorer {
     const text = header.text as string;
     const aboutDesign = header.of === "design" && header.slot === "main";
     if (header.of !== "design" || aboutDesign) {
-      this.notice(aboutDesign ? this.form.refuse(text) : text);
+      this.page.notice(aboutDesign ? this.form.refuse(text) : text);
     }
   }
 
   private linked(alive: boolean): void {
-    byId("link").textContent = alive ? "" : "No answer from the server; trying again …";
-    document.body.classList.toggle("lost", !alive);
+    this.page.linked(alive);
     if (alive) this.wantDesign();
-  }
-
-  private notice(text: string): void {
-    const notice = byId("notice");
-    notice.textContent = text;
-    notice.hidden = text === "";
   }
 
   private schedule(loadChanged = true): void {
@@ -204,8 +200,7 @@ export class Explorer {
     }
     this.loadChanged = false;
     this.painting.paintReading(this.model, this.reading);
-    clearTimeout(this.hashTimer);
-    this.hashTimer = setTimeout(() => history.replaceState(null, "", this.store.hash), HASH_DELAY);
+    this.page.keep();
   }
 }
 

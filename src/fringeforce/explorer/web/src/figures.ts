@@ -3,16 +3,12 @@
 import { byId, element } from "./dom";
 import type { Figure } from "./model";
 
-interface Told {
-  facts: { figures: Figure[] };
+export function showFigures(figures: Figure[], before: Figure[]): void {
+  byId("figures").replaceChildren(...figures.map((figure) => tile(figure, before)));
 }
 
-export function showFigures(model: Told, before: Told | null): void {
-  byId("figures").replaceChildren(...model.facts.figures.map((figure) => tile(figure, before)));
-}
-
-function tile(figure: Figure, before: Told | null): HTMLElement {
-  const old = before?.facts.figures.find(({ key }) => key === figure.key)?.value;
+function tile(figure: Figure, before: Figure[]): HTMLElement {
+  const old = before.find(({ key }) => key === figure.key)?.value;
   const name = element("dt", {}, figure.name);
   const value = element("dd", { class: "value", "data-key": figure.key }, spelled(figure.value));
   if (figure.unit) value.append(element("span", { class: "unit" }, ` ${figure.unit}`));

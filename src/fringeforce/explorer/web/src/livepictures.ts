@@ -1,7 +1,7 @@
 /** Everything that is painted of one moment of a running sensor. */
 
 import { isDark } from "./colours";
-import { byId, element } from "./dom";
+import { blankCanvas, byId, element, write } from "./dom";
 import { drawFringes } from "./fringes";
 import { History } from "./history";
 import { type Layout, layout, Sight } from "./layout";
@@ -16,7 +16,7 @@ const TOLD = 6;
 const WORDS: Record<string, string> = { slip: "near slip", stick: "holds" };
 
 export class LivePictures {
-  private readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  private readonly canvas = blankCanvas();
   private readonly readings: Readings;
   private readonly slip: Slip;
   private readonly normal = new History(byId("watch-normal"), "normal force [N]");
@@ -52,10 +52,10 @@ export class LivePictures {
   counts(header: Record<string, unknown>): void {
     const rate = Math.round(header.rate as number);
     const [lines, dropped] = [header.lines as number, header.dropped as number];
-    write("watch-title", (header.camera as string) || "Live");
-    write("watch-counts", `${rate} lines/s read, ${lines} lines, ${dropped} dropped`);
+    write(byId("watch-title"), (header.camera as string) || "Live");
+    write(byId("watch-counts"), `${rate} lines/s read, ${lines} lines, ${dropped} dropped`);
     const trouble = (header.ended as string) || (header.trouble as string);
-    write("watch-trouble", trouble);
+    write(byId("watch-trouble"), trouble);
     byId("watch-trouble").hidden = !trouble;
   }
 
@@ -72,9 +72,9 @@ export class LivePictures {
       this.slip.draw(model, moment, place, friction);
       this.events(ring.until(number, 2 * SPAN));
     }
-    write("watch-status", moment.status.replaceAll("_", " "));
+    write(byId("watch-status"), moment.status.replaceAll("_", " "));
     byId("watch-status").dataset.status = moment.status;
-    write("watch-advice", moment.advice);
+    write(byId("watch-advice"), moment.advice);
   }
 
   private along(model: Model, moment: Moment, place: Layout): void {
@@ -122,9 +122,4 @@ function panel(name: string): HTMLElement {
 
 function theme(): string {
   return isDark() ? "dark" : "light";
-}
-
-function write(id: string, text: string): void {
-  const target = byId(id);
-  if (target.textContent !== text) target.textContent = text;
 }

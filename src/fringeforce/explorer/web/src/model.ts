@@ -14,7 +14,6 @@ export interface Figure {
 export interface Facts {
   name: string;
   values: Record<string, Value>;
-  figures: Figure[];
   light: [number, number, number];
   strip: { length: number; width: number; edges: "free" | "roller"; plane: string };
   layers: [cover: number, clear: number];
@@ -31,10 +30,20 @@ export class Model {
   readonly facts: Facts;
   readonly blocks: Record<string, Float32Array>;
 
-  constructor(message: Message) {
-    this.id = message.header.id as number;
-    this.facts = message.header as unknown as Facts;
-    this.blocks = message.blocks as Record<string, Float32Array>;
+  constructor({ header, blocks }: Message) {
+    this.id = header.id as number;
+    this.facts = header as unknown as Facts;
+    this.blocks = blocks as Record<string, Float32Array>;
+  }
+
+  /** What is inside comes after what its fringes need. */
+  complete({ blocks }: Message): void {
+    Object.assign(this.blocks, blocks);
+  }
+
+  /** Whether what is inside has come. */
+  get whole(): boolean {
+    return "moved" in this.blocks;
   }
 
   get tactels(): Float32Array {

@@ -2,12 +2,13 @@
 
 import { isDark } from "./colours";
 import { Compare } from "./compare";
-import { byId, element, save } from "./dom";
+import { blankCanvas, byId, save, write } from "./dom";
 import type { Picture } from "./download";
 import { figure, rastered } from "./figure";
 import { drawFringes, fringeCount } from "./fringes";
 import { LEFT, layout, type Layout, RIGHT, Sight } from "./layout";
 import { intensity, type Model, type Reading } from "./model";
+import { showVerdict } from "./page";
 import { AlongStrip } from "./plots";
 import { Readings } from "./readings";
 import { drawScale, drawStress, megapascals, NAMES } from "./stress";
@@ -65,7 +66,8 @@ export class Painting {
     this.model = model;
     this.phase = model.phase(loads);
     this.strip.draw(model, place);
-    if (this.shows("stress")) {
+    // until the new stresses come, those of the design before stay
+    if (model.whole && this.shows("stress")) {
       this.limit = drawStress(this.stress, model, loads, view.component, place, view.mesh);
       drawScale(this.scale, view.component, this.limit, width);
     }
@@ -81,7 +83,7 @@ export class Painting {
     const place = layout(byId("strip").clientWidth, model.facts.strip.length);
     this.curves(model, reading, place);
     this.readings.draw(model, this.store.state, reading, place);
-    verdict(reading);
+    showVerdict(reading);
   }
 
   private shows(id: string): boolean {
@@ -121,27 +123,12 @@ export class Painting {
   }
 }
 
-function verdict(reading: Reading | null): void {
-  const status = byId("status");
-  const text = reading ? reading.status.replaceAll("_", " ") : "Reading …";
-  const chi2 = reading?.chi2 ? ` Reduced chi-square ${reading.chi2.toFixed(2)}.` : "";
-  const advice = reading ? reading.advice + chi2 : "The reader warms up once.";
-  write(status, text);
-  write(byId("advice"), advice);
-  status.dataset.status = reading?.status ?? "";
-}
-
-/** Set a text that has changed: a live region speaks whenever it is set. */
-function write(target: HTMLElement, text: string): void {
-  if (target.textContent !== text) target.textContent = text;
-}
-
 function theme(): string {
   return isDark() ? "dark" : "light";
 }
 
 function canvasIn(id: string): HTMLCanvasElement {
-  const canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  const canvas = blankCanvas();
   byId(id).append(canvas);
   return canvas;
 }

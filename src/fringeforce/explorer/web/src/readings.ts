@@ -18,7 +18,7 @@ interface Marks {
 }
 
 export class Readings {
-  private readonly svg = shape("svg", { class: "readings", role: "img" });
+  private readonly svg = shape("svg", { class: "readings", role: "img", "aria-label": "No reading yet." });
   private readonly frame = shape("g");
   private readonly marks = shape("g");
   private pairs: [Marks, Marks][] = [];

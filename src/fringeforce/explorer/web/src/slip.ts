@@ -10,7 +10,7 @@ const TOP = 10;
 const BOTTOM = 24;
 
 export class Slip {
-  private readonly svg = shape("svg", { class: "slip", role: "img" });
+  private readonly svg = shape("svg", { class: "slip", role: "img", "aria-label": "Nothing read yet." });
   private readonly ground = shape("g");
   private readonly limit = shape("line", { class: "limit" });
   private readonly bars = shape("g");

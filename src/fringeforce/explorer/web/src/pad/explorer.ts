@@ -6,6 +6,7 @@ import { DesignForm } from "../design";
 import { byId, element, save } from "../dom";
 import { downloadMenu, saveFile } from "../download";
 import { showFigures } from "../figures";
+import { Page } from "../page";
 import type { Message } from "../protocol";
 import { held, sent } from "./contacts";
 import { PAD_GROUPS } from "./controls";
@@ -18,11 +19,14 @@ import { PadStore, type State } from "./store";
 import { showSums, showUnread } from "./sums";
 import { Surface } from "./surface";
 
-const HASH_DELAY = 250;
 /** After which something that moved is at rest, and worth a fine picture [ms]. */
 const REST = 120;
+/** The same while a finger holds it: who only hesitates should not wait for a fine picture [ms]. */
+const HOLD = 400;
 /** Least time between two readings [ms]: a reading costs a core that pictures need. */
 const READ_PAUSE = 150;
+/** Pictures asked for before the first is there: the server draws the latest when it is free. */
+const AHEAD = 4;
 /** Least time between two changes of the contact's numbers while it is dragged [ms]. */
 const EDIT_PAUSE = 200;
 const PICTURES = { png: "Image (.png)" } as const;
@@ -32,15 +36,16 @@ export class PadExplorer {
   private picture: Picture | null = null;
   private reading: Reading | null = null;
   private slices: Slices | null = null;
-  /** What the last reading was asked of. */
+  /** What the last reading was asked of, and what the reading that is shown was. */
   private asked: State | null = null;
+  private told: State | null = null;
   private fine = true;
   private frame = 0;
   private editedAt = 0;
   private stale = new Set(["picture", "map", "sums", "slices"]);
-  private hashTimer = 0;
   private restTimer = 0;
   private readonly store = new PadStore(location.hash, (before) => this.changed(before));
+  private readonly page = new Page(this.store, () => this.all());
   private readonly surface = new Surface(byId("pad"), this.store, () => this.schedule());
   private readonly map = new ForceMap(byId("map"), byId("scale"));
   private readonly stack = new SlicePictures(this.store, () => this.schedule("slices"));
@@ -49,7 +54,7 @@ export class PadExplorer {
   private readonly connection = new Connection(
     (message) => this.receive(message),
     (alive) => this.linked(alive),
-    READ_PAUSE,
+    { readPause: READ_PAUSE, ahead: { press: AHEAD } },
   );
 
   constructor() {
@@ -71,14 +76,6 @@ export class PadExplorer {
       this.wantPicture(true);
       this.schedule();
     });
-    byId<HTMLSelectElement>("start").addEventListener("change", ({ target }) => {
-      this.store.change({ start: (target as HTMLSelectElement).value, changes: {} });
-    });
-    addEventListener("hashchange", () => {
-      if (location.hash !== this.store.hash) location.reload();
-    });
-    new ResizeObserver(() => this.all()).observe(byId("stage"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.all());
   }
 
   private changed(before: State): void {
@@ -118,7 +115,7 @@ export class PadExplorer {
     this.restTimer = setTimeout(() => {
       this.wantPicture(true);
       this.connection.want("slices", () => this.question("slices", {}));
-    }, REST);
+    }, this.surface.dragged ? HOLD : REST);
   }
 
   private wantPicture(fine: boolean): void {
@@ -136,7 +133,7 @@ export class PadExplorer {
   private receive(message: Message): void {
     const { header, blocks } = message;
     const own = header.design === this.model?.id;
-    if (message.type === "hello") this.greeted(header.designs as string[]);
+    if (message.type === "hello") this.page.offer(header.designs as string[], this.store.state.start);
     else if (message.type === "model") this.modelled(new PadModel(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
@@ -145,6 +142,7 @@ export class PadExplorer {
       this.schedule("picture", "map");
     } else if (message.type === "reading" && own) {
       this.reading = answer<Reading>(message);
+      this.told = this.asked;
       this.schedule("map", "sums");
     } else if (message.type === "slices" && own) {
       this.slices = answer<Slices>(message);
@@ -152,16 +150,9 @@ export class PadExplorer {
     }
   }
 
-  private greeted(designs: string[]): void {
-    const options = designs.map((name) => element("option", { value: name }, name));
-    const start = byId<HTMLSelectElement>("start");
-    start.replaceChildren(element("option", { value: "" }, "as started"), ...options);
-    start.value = this.store.state.start;
-  }
-
   private modelled(model: PadModel): void {
     const { store } = this;
-    this.notice("");
+    this.page.notice("");
     byId("solving").textContent = "";
     store.half = model.half;
     const { contacts, friction, preset } = store.state;
@@ -172,10 +163,10 @@ export class PadExplorer {
     view.replaceChildren(...model.facts.views.map(([key, name]) => element("option", { value: key }, name)));
     if (!model.facts.views.some(([key]) => key === store.view.seen)) store.view.seen = "white";
     view.value = store.view.seen;
-    showFigures(model, this.model);
+    showFigures(model.facts.figures, this.model?.facts.figures ?? []);
     this.model = model;
     this.form.show(model.facts.values);
-    byId<HTMLSelectElement>("start").value = store.state.start;
+    this.page.choose(store.state.start);
     this.wantPressed();
     this.all();
   }
@@ -190,19 +181,12 @@ export class PadExplorer {
     }
     const aboutDesign = header.of === "design";
     if (aboutDesign) byId("solving").textContent = "";
-    this.notice(aboutDesign ? this.form.refuse(header.text as string) : (header.text as string));
+    this.page.notice(aboutDesign ? this.form.refuse(header.text as string) : (header.text as string));
   }
 
   private linked(alive: boolean): void {
-    byId("link").textContent = alive ? "" : "No answer from the server; trying again …";
-    document.body.classList.toggle("lost", !alive);
+    this.page.linked(alive);
     if (alive) this.wantDesign();
-  }
-
-  private notice(text: string): void {
-    const notice = byId("notice");
-    notice.textContent = text;
-    notice.hidden = text === "";
   }
 
   private async saveImage(): Promise<void> {
@@ -233,7 +217,7 @@ export class PadExplorer {
     }
     if (stale.has("map")) this.map.draw(model, this.picture?.forces ?? null, this.reading);
     if (stale.has("sums")) showSums(model, this.reading);
-    byId("behind").hidden = !this.reading || this.asked === store.state;
+    byId("behind").hidden = !this.reading || this.told === store.state;
     if (stale.has("slices")) this.stack.draw(this.slices);
     stale.clear();
     this.surface.place(model);
@@ -242,7 +226,6 @@ export class PadExplorer {
       this.editedAt = performance.now();
       this.editor.show();
     }
-    clearTimeout(this.hashTimer);
-    this.hashTimer = setTimeout(() => history.replaceState(null, "", store.hash), HASH_DELAY);
+    this.page.keep();
   }
 }

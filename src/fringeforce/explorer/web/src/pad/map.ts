@@ -1,7 +1,7 @@
 /** Forces of the tactels from above: discs as large as normal forces, arrows as long as shear. */
 
 import { inked } from "../colours";
-import { element, set } from "../dom";
+import { blankCanvas, set } from "../dom";
 import { prepared } from "../layout";
 import type { PadModel, Reading } from "./model";
 
@@ -15,7 +15,7 @@ interface Scale {
 }
 
 export class ForceMap {
-  private readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  private readonly canvas = blankCanvas();
 
   constructor(
     private readonly container: HTMLElement,

@@ -2,7 +2,7 @@
 
 import { CIVIDIS, diverging, painted } from "../colours";
 import { press, pressed } from "../commands";
-import { byId, element } from "../dom";
+import { blankCanvas, byId, element } from "../dom";
 import { prepared } from "../layout";
 import { largest, niceAbove } from "../model";
 import type { Slices } from "./model";
@@ -15,8 +15,8 @@ const BAR = 12;
 
 export class SlicePictures {
   private readonly strip = element("div", { class: "stack" });
-  private readonly large = element("canvas", { role: "img" });
-  private readonly bar = element("canvas", { role: "img" });
+  private readonly large = blankCanvas();
+  private readonly bar = blankCanvas();
   private readonly scale = element("p", { class: "aside" });
   private readonly depth = element("input", { type: "range", min: 1, step: 1, "aria-label": "Slice shown large" });
   private readonly buttons = new Map<Part, HTMLButtonElement>();
@@ -68,7 +68,7 @@ export class SlicePictures {
   private build(count: number): void {
     const figures = Array.from({ length: count }, (_, k) => {
       const name = k === 0 ? "mirror" : k === count - 1 ? "base" : `${k + 1}`;
-      return element("figure", {}, element("canvas", { role: "img" }), element("figcaption", {}, name));
+      return element("figure", {}, blankCanvas(), element("figcaption", {}, name));
     });
     this.strip.replaceChildren(...figures);
   }

@@ -1,6 +1,7 @@
 /** What was read in all and of each contact, beside what is true; and the reader's verdict. */
 
-import { byId, element } from "../dom";
+import { byId, element, write } from "../dom";
+import { showVerdict } from "../page";
 import type { PadModel, Reading } from "./model";
 
 const QUANTITIES: [name: string, unit: string, factor: number][] = [
@@ -14,7 +15,7 @@ const QUANTITIES: [name: string, unit: string, factor: number][] = [
 const COUNT = QUANTITIES.length;
 
 export function showSums(model: PadModel | null, reading: Reading | null): void {
-  verdict(reading);
+  showVerdict(reading);
   const region = byId("sums");
   if (!model || !reading) return;
   const heads = QUANTITIES.map(([name, unit]) => {
@@ -57,17 +58,4 @@ function cell(truth: number, value: number, spread: number): HTMLElement {
 function number(value: number, digits: number): string {
   if (!Number.isFinite(value)) return "–";
   return (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits).replace("-", "−");
-}
-
-function verdict(reading: Reading | null): void {
-  const status = byId("status");
-  const chi2 = reading?.chi2 ? ` Reduced chi-square ${reading.chi2.toFixed(2)}.` : "";
-  write(status, reading ? reading.status.replaceAll("_", " ") : "Reading …");
-  write(byId("advice"), reading ? reading.advice + chi2 : "The reader warms up once.");
-  status.dataset.status = reading?.status ?? "";
-}
-
-/** Set a text that has changed: a live region speaks whenever it is set. */
-function write(target: HTMLElement, text: string): void {
-  if (target.textContent !== text) target.textContent = text;
 }

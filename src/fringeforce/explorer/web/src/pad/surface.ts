@@ -1,6 +1,6 @@
 /** The pad as the eye sees it, and the contacts on it, to be pressed, dragged and moved. */
 
-import { element, set, shape } from "../dom";
+import { blankCanvas, set, shape } from "../dom";
 import { type Contact, FINGER, LIMITS, worded } from "./contacts";
 import type { PadModel, Picture } from "./model";
 import type { PadStore } from "./store";
@@ -29,7 +29,7 @@ interface Drag {
 }
 
 export class Surface {
-  readonly canvas = element("canvas", { role: "img", "aria-label": "Not drawn yet." });
+  readonly canvas = blankCanvas();
   private readonly svg = shape("svg", { class: "touch" });
   private marks: Marks[] = [];
   private drag: Drag | null = null;
