@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.pads.design import PadTactels
+from fringeforce.tables import PAD, PAD_READING
 
 Array = NDArray[np.float64]
-FORCES = ("normal_N", "shear_x_N", "shear_y_N")
 
 
 def forces_text(tactels: PadTactels, forces: Array, std: Array | None = None) -> str:
@@ -24,11 +24,11 @@ def forces_text(tactels: PadTactels, forces: Array, std: Array | None = None) ->
     forces, std : ndarray, shape (n, 3)
         N, T_x, T_y [N].
     """
-    spread = [name.replace("_N", "_std_N") for name in FORCES] if std is not None else []
+    names = PAD if std is None else PAD_READING
     numbers = np.hstack([tactels.places, forces, *([] if std is None else [std])])
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["tactel", "x_m", "y_m", *FORCES, *spread])
+    writer.writerow(["tactel", "x_m", "y_m", *names])
     for number, row in enumerate(numbers.tolist(), 1):
         writer.writerow([number, *row])
     return out.getvalue()
