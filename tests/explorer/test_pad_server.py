@@ -149,6 +149,10 @@ def test_while_something_moves_the_camera_has_fewer_pixels_of_the_same_kind(
 def test_slices_add_up_to_the_retardance(ask: Ask, model: PadModel) -> None:
     header, blocks = ask(type="slices", id=3, design=1, contacts=[FINGER])
     assert header["shape"] == list(blocks["slices"].shape)
+    block = model.sensor.transducer
+    cover, heights = block.compliant.thickness, -np.array(header["heights"])
+    assert (np.diff(heights) > 0).all()
+    assert cover < heights[0] < heights[-1] < cover + block.photoelastic.thickness
     side = blocks["slices"].shape[-1]
     pad = model.sensor.replace(camera={"pixels": [side, side]})
     expected = PadModel(pad, model.influence).retardance(truth(model, FINGER))

@@ -105,7 +105,7 @@ def slices(path: str, contacts: Contacts) -> Answer:
 
     seen = _eye(path, SLICE)
     found = seen.slices(tactel_forces(seen.sensor.tactels, contacts))
-    return {"shape": found.shape}, {"slices": found}
+    return {"shape": found.shape, "heights": seen.slice_heights.tolist()}, {"slices": found}
 
 
 def read(path: str, contacts: Contacts, seed: int) -> Answer:

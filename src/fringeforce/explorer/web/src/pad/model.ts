@@ -64,6 +64,8 @@ export interface Reading {
 export interface Slices {
   design: number;
   shape: [slices: number, parts: number, rows: number, columns: number];
+  /** Where they lie [m]; 0 is the loaded surface. */
+  heights: number[];
   slices: Float32Array;
 }
 

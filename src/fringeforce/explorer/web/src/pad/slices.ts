@@ -2,7 +2,7 @@
 
 import { CIVIDIS, diverging, painted } from "../colours";
 import { press, pressed } from "../commands";
-import { blankCanvas, byId, element } from "../dom";
+import { blankCanvas, byId, element, write } from "../dom";
 import { prepared } from "../layout";
 import { largest, niceAbove } from "../model";
 import type { Slices } from "./model";
@@ -53,23 +53,26 @@ export class SlicePictures {
     const shown = Math.min(view.depth, count - 1);
     this.depth.max = `${count}`;
     if (document.activeElement !== this.depth) this.depth.value = `${shown + 1}`;
-    this.depth.setAttribute("aria-valuetext", named(shown, count));
-    if (this.strip.childElementCount !== count) this.build(count);
+    this.depth.setAttribute("aria-valuetext", named(shown, found.heights));
+    this.build(found.heights);
     const pictures = [...this.strip.querySelectorAll("canvas")];
     fields.forEach((field, k) => {
-      const label = `${named(k, count)}: largest ${largest(field).toPrecision(2)} radians`;
+      const label = `${named(k, found.heights)}: largest ${largest(field).toPrecision(2)} radians`;
       this.show(pictures[k], field, columns, rows, SMALL, limit, label);
       this.strip.children[k].classList.toggle("chosen", k === shown);
     });
-    this.show(this.large, fields[shown], columns, rows, LARGE, limit, `${NAMES[view.part]}, ${named(shown, count)}`);
-    this.gauge(limit, named(shown, count));
+    this.show(this.large, fields[shown], columns, rows, LARGE, limit, `${NAMES[view.part]}, ${named(shown, found.heights)}`);
+    this.gauge(limit, named(shown, found.heights));
   }
 
-  private build(count: number): void {
-    const figures = Array.from({ length: count }, (_, k) => {
-      const name = k === 0 ? "mirror" : k === count - 1 ? "base" : `${k + 1}`;
-      return element("figure", {}, blankCanvas(), element("figcaption", {}, name));
-    });
+  private build(heights: number[]): void {
+    const names = heights.map(deep);
+    const captions = [...this.strip.querySelectorAll("figcaption")];
+    if (captions.length === names.length) {
+      captions.forEach((caption, k) => write(caption, names[k]));
+      return;
+    }
+    const figures = names.map((name) => element("figure", {}, blankCanvas(), element("figcaption", {}, name)));
     this.strip.replaceChildren(...figures);
   }
 
@@ -103,9 +106,14 @@ export class SlicePictures {
   }
 }
 
-function named(slice: number, count: number): string {
-  const end = slice === 0 ? ", at the mirror" : slice === count - 1 ? ", at the base" : "";
-  return `slice ${slice + 1} of ${count}${end}`;
+function named(slice: number, heights: number[]): string {
+  const end = slice === 0 ? ", at the mirror" : slice === heights.length - 1 ? ", at the base" : "";
+  return `slice ${deep(heights[slice])} deep${end}`;
+}
+
+/** How far a slice lies below the loaded surface. */
+function deep(height: number): string {
+  return `${(-1e3 * height).toPrecision(3)} mm`;
 }
 
 function picked(found: Slices, slice: number, part: Part): Float32Array {
