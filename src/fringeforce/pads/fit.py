@@ -19,6 +19,7 @@ from fringeforce.pads.sampling import Sampling
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 CLOSE = 0.2
 """Gain of the loss that a step promises, per load, below which it is not evaluated any more.
@@ -87,16 +88,19 @@ class Fit:
         Of the pad.
     response : Response
         Of its camera.
-    samplings : sequence of Sampling
-        Some pixels of every channel, for the matrix.
+    sampling : Sampling
+        Some pixels, for the matrix.
     frame : ndarray, shape (channels * P,)
         Grey levels.
+    used : ndarray of bool, shape (channels * P,), optional
+        Pixels that count; all if not given.
     """
 
     model: PadModel
     response: Response
-    samplings: Sequence[Sampling]
+    sampling: Sampling
     frame: Array
+    used: Mask | None = None
 
     def at(self, forces: Array) -> Place:
         """Evaluate at forces, shape (3 n,)."""
@@ -107,8 +111,13 @@ class Fit:
         return Place(forces, modes, [light for _, light in seen], level)
 
     def misfit(self, place: Place) -> Misfit:
-        """What a place leaves of the frame."""
-        return misfit(self.frame, place.level, self.response)
+        """What a place leaves of the frame; nothing at pixels that do not count."""
+        if self.used is None:
+            return misfit(self.frame, place.level, self.response)
+        few = misfit(self.frame[self.used], place.level[self.used], self.response)
+        slope, weight = np.zeros((2, len(self.frame)))
+        slope[self.used], weight[self.used] = few.slope, few.weight
+        return Misfit(few.loss, slope, weight)
 
     def gradient(self, place: Place, left: Misfit) -> Array:
         """Half the derivative of the loss, shape (3 n,), exact."""
@@ -120,15 +129,15 @@ class Fit:
         )
         return self.model.modes_adjoint(np.asarray(by_modes, dtype=np.float32)).ravel()
 
-    def information(self, forces: Array) -> Array:
+    def information(self, place: Place) -> Array:
         """Half the expected second derivative of the loss, shape (3 n, 3 n), from some pixels."""
-        size = len(forces)
-        total = np.zeros((size, size))
-        scale = float(np.asarray(self.response.amplitude**2 / self.response.variance))
-        for sampling in self.samplings:
-            share = scale * (len(self.frame) / len(self.samplings)) / len(sampling.pixels)
-            total += share * sampling.information(forces)
-        total[np.diag_indices(size)] += RIDGE * np.trace(total) / size
+        pixels = len(self.frame) // len(place.lights)
+        scale = pixels * float(np.asarray(self.response.amplitude**2 / self.response.variance))
+        total = np.zeros((len(place.forces), len(place.forces)))
+        for k, (picture, light) in enumerate(zip(self.model.pictures, place.lights, strict=True)):
+            used = None if self.used is None else self.used[k * pixels : (k + 1) * pixels]
+            total += scale * self.sampling.information(place.modes, picture, light, used)
+        total[np.diag_indices(len(total))] += RIDGE * np.trace(total) / len(total)
         return total
 
     def climb(self, start: Array, steps: int = 20) -> Top:
@@ -141,8 +150,9 @@ class Fit:
         steps : int
             Largest number of steps.
         """
-        here, information = self.at(start), self.information(start)
-        left, damping, promised = self.misfit(here), 0.0, np.inf
+        here = self.at(start)
+        left, information = self.misfit(here), self.information(here)
+        damping, promised = 0.0, np.inf
         for _ in range(steps):
             gradient, before, fresh = self.gradient(here, left), promised, promised == np.inf
             step = _step(information, gradient, damping)
@@ -150,7 +160,7 @@ class Fit:
             if promised < CLOSE * len(step):
                 return Top(here.forces + step, information, here, left)
             if promised > SLOW * before and not fresh:
-                information, fresh = self.information(here.forces), True
+                information, fresh = self.information(here), True
                 step = _step(information, gradient, damping)
             there = self.at(here.forces + step)
             beyond = self.misfit(there)
