@@ -25,7 +25,7 @@ CLOSE = 0.2
 """Gain of the loss that a step promises, per load, below which it is not evaluated any more.
 
 Noise itself moves the top by a gain of one for each load."""
-NEAR = 10.0
+NEAR = 3.0
 """The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
 below which it is the last."""
 SLOW = 0.1
@@ -35,8 +35,8 @@ RIDGE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Forces, and the light that they cause.
+class Start:
+    """Forces, and the retardance that they cause.
 
     Attributes
     ----------
@@ -44,14 +44,30 @@ class Place:
         N, T_x, T_y of tactel after tactel [N].
     modes : ndarray, shape (2, modes, rows, columns)
         Retardance [rad].
+    """
+
+    forces: Array
+    modes: Single
+
+    def plus(self, share: float, other: Start) -> Start:
+        """The sum with a share of another, for retardance follows forces."""
+        modes = np.float32(share) * other.modes
+        modes += self.modes
+        return Start(self.forces + share * other.forces, modes)
+
+
+@dataclass(frozen=True, eq=False)
+class Place(Start):
+    """Forces, and the light that they cause.
+
+    Attributes
+    ----------
     lights : list of ndarray, shape (3, P)
         Light of every channel.
     level : ndarray, shape (channels * P,)
         Expected grey levels.
     """
 
-    forces: Array
-    modes: Single
     lights: Sequence[Single]
     level: Array
 
@@ -104,11 +120,15 @@ class Fit:
 
     def at(self, forces: Array) -> Place:
         """Evaluate at forces, shape (3 n,)."""
-        modes = self.model.modes(forces.reshape(-1, 3))
+        return self.place(Start(forces, self.model.modes(forces.reshape(-1, 3))))
+
+    def place(self, start: Start) -> Place:
+        """Evaluate where the retardance is known."""
+        modes = start.modes
         seen = [self.model.picture(modes, picture) for picture in self.model.pictures]
         intensity = np.concatenate([one for one, _ in seen]).astype(float)
         level = np.asarray(self.response.amplitude * intensity + self.response.offset)
-        return Place(forces, modes, [light for _, light in seen], level)
+        return Place(start.forces, modes, [light for _, light in seen], level)
 
     def misfit(self, place: Place) -> Misfit:
         """What a place leaves of the frame; nothing at pixels that do not count."""
@@ -140,17 +160,17 @@ class Fit:
         total[np.diag_indices(len(total))] += RIDGE * np.trace(total) / len(total)
         return total
 
-    def climb(self, start: Array, steps: int = 20) -> Top:
+    def climb(self, start: Array | Start, steps: int = 20) -> Top:
         """Climb from forces that are nearly right.
 
         Parameters
         ----------
-        start : ndarray, shape (3 n,)
-            Forces [N].
+        start : ndarray, shape (3 n,), or Start
+            Forces [N], or with their retardance.
         steps : int
             Largest number of steps.
         """
-        here = self.at(start)
+        here = self.place(start) if isinstance(start, Start) else self.at(start)
         left, information = self.misfit(here), self.information(here)
         damping, promised = 0.0, np.inf
         for _ in range(steps):

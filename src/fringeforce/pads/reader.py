@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
 from fringeforce.optics.arrangement import signed
 from fringeforce.pads.batch import PadBatch
-from fringeforce.pads.fit import Fit, Top
+from fringeforce.pads.fit import Fit, Start, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
 from fringeforce.pads.sampling import Sampling, lattice
@@ -28,6 +28,7 @@ FOLLOWED, STEPPED, STATED = 32, 48, 64
 """Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
+_FOLLOWED = Status.OK, Status.NO_CONTACT
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +112,12 @@ class PadReader:
         levels = judge.checked(frame)
         if isinstance(levels, PadReading):
             return levels
+        return self._searched(levels, start, judge)[0]
+
+    def _searched(
+        self, levels: Array, start: ArrayLike | None, judge: Judge
+    ) -> tuple[PadReading, Top]:
+        """Reading of a frame without an earlier state, or from a start, and where it is."""
         if start is not None:
             starts = iter([self.model.checked(start, single=True).ravel()])
         else:
@@ -125,7 +132,7 @@ class PadReader:
                 break
         assert best is not None
         fine = self._fit(levels, self._stating, judge).information(best.place)
-        return judge.reading(levels, best, fine, tracked=False)
+        return judge.reading(levels, best, fine, tracked=False), best
 
     def follow(
         self, frame: ArrayLike, last: PadReading, mask: ArrayLike | None = None
@@ -141,19 +148,23 @@ class PadReader:
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out, where true.
         """
-        if last.status not in (Status.OK, Status.NO_CONTACT):
+        if last.status not in _FOLLOWED:
             return self.read(frame, mask=mask)
         judge = self._judge(mask)
         levels = judge.checked(frame)
         if isinstance(levels, PadReading):
             return levels
-        start = (last.forces + last.trend).ravel()
-        top = self._fit(levels, self._following, judge).climb(start, steps=6)
-        if not judge.explained(top):
-            return self.read(frame, mask=mask)
-        reading = judge.reading(levels, top, top.information, tracked=True)
-        # a steady motion goes on; noise, which a difference doubles, counts less
-        return replace(reading, trend=KEPT * (reading.forces - last.forces))
+        return self._followed(levels, last.forces.ravel(), judge)[0]
+
+    def _followed(
+        self, levels: Array, start: Array | Start, judge: Judge
+    ) -> tuple[PadReading, Top]:
+        """Reading of a frame from a start, or searched, and where it was followed to."""
+        fit = self._fit(levels, self._following, judge)
+        top = fit.climb(start, steps=6)
+        if judge.explained(top):
+            return judge.reading(levels, top, top.information, tracked=True), top
+        return self._searched(levels, None, judge)
 
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading of one frame can have, shape (n, 3) [N].
@@ -174,10 +185,23 @@ class PadReader:
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
     ) -> Iterator[PadReading]:
         """Readings of frames one after the other, each followed from the last."""
-        last: PadReading | None = None
+        judge, here = self._judge(mask), None
+        ahead: Start | None = None
         for frame in frames:
-            last = self.follow(frame, last, mask) if last else self.read(frame, mask=mask)
-            yield last
+            levels = judge.checked(frame)
+            if isinstance(levels, PadReading):
+                yield levels
+                continue
+            if ahead is None:
+                reading, top = self._searched(levels, None, judge)
+            else:
+                reading, top = self._followed(levels, ahead, judge)
+            before, here = here, top.place if reading.status in _FOLLOWED else None
+            ahead = here
+            if here is not None and before is not None and reading.tracked:
+                # a steady motion goes on; noise, which a difference doubles, counts less
+                ahead = here.plus(KEPT, here.plus(-1.0, before))
+            yield reading
 
     def read_batch(
         self,

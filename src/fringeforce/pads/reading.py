@@ -31,8 +31,6 @@ class PadReading:
         What exactly is the matter, where there is more to say than the advice.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
-    trend : ndarray, shape (n, 3), or float
-        Change of the forces to expect until the next frame [N].
     """
 
     forces: Array
@@ -41,7 +39,6 @@ class PadReading:
     status: Status
     detail: str = ""
     tracked: bool = False
-    trend: Array | float = 0.0
 
     @cached_property
     def covariance(self) -> Array:

@@ -70,9 +70,9 @@ class Sampling:
         size = self.influence.shape[3]
         shares = np.ones(len(self.pixels), np.float32) if used is None else self._shares(used)
         stacked = [np.sqrt(shares) * slope for slope in self._slopes(modes, picture, light)]
-        rows = np.empty((len(stacked), len(shares), size), dtype=np.float32)
-        for part, slope in zip(rows, stacked, strict=True):
-            _combine(self.influence.reshape(-1, *part.shape), slope.reshape(-1, len(part)), part)
+        weights = np.stack(stacked).reshape(len(stacked), -1, len(shares))
+        rows = np.empty((len(shares), len(stacked), size), dtype=np.float32)
+        _combine(self.influence.reshape(-1, len(shares), size), weights, rows)
         flat = rows.reshape(-1, size)
         return (flat.T @ flat).astype(float) / len(shares)
 
@@ -144,11 +144,15 @@ def _roots(light: Single, forms: Array) -> list[Single]:
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
 def _combine(influence, weights, rows) -> None:
-    """Sum influences, shape (f, m, n), with the weights of every row, shape (f, m)."""
+    """Sum influences, shape (f, m, n), with the weights of every row, shape (k, f, m)."""
     for i in range(len(rows)):
-        row = rows[i]
-        row[:] = row.dtype.type(0)
+        rows[i] = 0
         for f in range(len(influence)):
-            weight, part = weights[f, i], influence[f, i]
-            for j in range(len(row)):
-                row[j] += weight * part[j]
+            for k in range(len(weights)):
+                _add(rows[i, k], weights[k, f, i], influence[f, i])
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def _add(target, share, source) -> None:
+    for j in range(len(target)):
+        target[j] += share * source[j]
