@@ -17,6 +17,7 @@ from fringeforce.pads.batch import PadBatch
 from fringeforce.pads.fit import Fit, Start, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
+from fringeforce.pads.rivals import Mirror, Verdict, weighed
 from fringeforce.pads.sampling import Sampling, lattice
 from fringeforce.pads.search import Search
 from fringeforce.pads.verdict import Judge
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 
 FOLLOWED, STEPPED, STATED = 32, 48, 64
 """Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
+PROMISING = 0.5
+"""Mean square by which a mirror image may be worse than what it is an image of, to be tried."""
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
 _FOLLOWED = Status.OK, Status.NO_CONTACT
@@ -83,6 +86,11 @@ class PadReader:
             )
         return Search(self.model, self.response)
 
+    @cached_property
+    def _mirror(self) -> Mirror:
+        waves = {picture.dispersion for picture in self.model.pictures}
+        return Mirror(self._search.places, tuple(sorted(waves)))
+
     def read(
         self, frame: ArrayLike, start: ArrayLike | None = None, mask: ArrayLike | None = None
     ) -> PadReading:
@@ -118,21 +126,35 @@ class PadReader:
         self, levels: Array, start: ArrayLike | None, judge: Judge
     ) -> tuple[PadReading, Top]:
         """Reading of a frame without an earlier state, or from a start, and where it is."""
-        if start is not None:
-            starts = iter([self.model.checked(start, single=True).ravel()])
-        else:
-            starts = self._search.attempts(levels, judge.used)
         fit = self._fit(levels, self._stepping, judge)
-        best: Top | None = None
-        for forces in starts:
-            top = fit.climb(forces)
-            if best is None or top.misfit.loss < best.misfit.loss:
-                best = top
-            if judge.explained(best):
+        if start is not None:
+            tops = [fit.climb(self.model.checked(start, single=True).ravel())]
+        else:
+            tops = self._explanations(fit, judge)
+        fine = self._fit(levels, self._stating, judge).information(tops[0].place)
+        if not judge.explained(tops[0]):
+            return judge.unexplained(levels, tops[0], fine), tops[0]
+        verdict = weighed([top for top in tops if judge.explained(top)], fine)
+        return judge.reading(levels, tops[0], verdict, tracked=False), tops[0]
+
+    def _explanations(self, fit: Fit, judge: Judge) -> list[Top]:
+        """Where a search, and mirror images of what it finds, lead; the likeliest first."""
+        tops: list[Top] = []
+        for forces in self._search.attempts(fit.frame, judge.used):
+            tops.append(fit.climb(forces))
+            if judge.explained(tops[-1]) and judge.sure(fit.frame, tops[-1]):
                 break
-        assert best is not None
-        fine = self._fit(levels, self._stating, judge).information(best.place)
-        return judge.reading(levels, best, fine, tracked=False), best
+        tops.sort(key=lambda top: top.misfit.loss)
+        if judge.explained(tops[0]):
+            likeliest = tops[0].misfit.loss
+            shown = None
+            if judge.used is not None:
+                shown = judge.used.reshape(len(self.model.pictures), -1).any(axis=0)
+            for forces in self._mirror.images(tops[0].forces, shown):
+                start = fit.at(forces)
+                if fit.misfit(start).loss < likeliest + PROMISING * self._pixels:
+                    tops.append(fit.climb(start))
+        return sorted(tops, key=lambda top: top.misfit.loss)
 
     def follow(
         self, frame: ArrayLike, last: PadReading, mask: ArrayLike | None = None
@@ -163,7 +185,8 @@ class PadReader:
         fit = self._fit(levels, self._following, judge)
         top = fit.climb(start, steps=6)
         if judge.explained(top):
-            return judge.reading(levels, top, top.information, tracked=True), top
+            verdict = Verdict(top.forces, top.information, np.empty((0, len(top.forces))))
+            return judge.reading(levels, top, verdict, tracked=True), top
         return self._searched(levels, None, judge)
 
     def bound(self, forces: ArrayLike) -> Array:

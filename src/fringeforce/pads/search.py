@@ -36,6 +36,8 @@ SIDE = 40
 """Rows and columns of places."""
 START = 0.4
 """Sine of the retardance below which, within two covers, a place is believed at first."""
+CALM = 0.06
+"""Noise of a sine of the retardance that averages over one more pixel on either side keep small."""
 BELIEVED = 0.5
 """Deviation of a predicted retardance below which a place is believed [rad]."""
 SLACK = 0.05
@@ -77,16 +79,19 @@ class Search:
         reach = 2.4 * self.model.sensor.transducer.compliant.thickness
         seen = []
         for vectors in stress_vectors(self.model, self.response, frame, used):
-            sines = np.sqrt((vectors.values**2).sum(axis=0))
+            # averaged until noise alone is far from what tells a place to be believed
+            calm = uniform_filter(vectors.values, (1, *2 * [2 * int(vectors.noise / CALM) + 1]))
+            sines = np.sqrt((calm**2).sum(axis=0))
             sines[~vectors.known] = np.inf
             neighbours = [2 * int(reach / pitch) + 1 for pitch in self._pitch]
             low = maximum_filter(sines, neighbours) < START
-            seen.append((vectors.at(self._places.rows, self._places.columns), self._few(low)))
+            seen.append((vectors.at(self.places.rows, self.places.columns), self._few(low)))
         for plausible, contact in ATTEMPTS:
             yield self._grown(seen, plausible / self._strongest, contact)
 
     @cached_property
-    def _places(self) -> Sampling:
+    def places(self) -> Sampling:
+        """Where retardance is looked at."""
         return lattice(self.model, SIDE)
 
     @property
@@ -96,13 +101,13 @@ class Search:
         return float(y[1] - y[0]), float(x[1] - x[0])
 
     def _few(self, image: Mask) -> Mask:
-        return image[self._places.rows[:, None], self._places.columns].ravel()
+        return image[self.places.rows[:, None], self.places.columns].ravel()
 
     @cached_property
     def _whole(self) -> Single:
         """Retardance of both passes per force, shape (2, m, 3 n)."""
         profile = 2 * self.model.profile.sum(axis=0)
-        return np.ascontiguousarray(np.einsum("k,fkmn->fmn", profile, self._places.influence))
+        return np.ascontiguousarray(np.einsum("k,fkmn->fmn", profile, self.places.influence))
 
     @cached_property
     def _strongest(self) -> float:
@@ -143,7 +148,7 @@ class Search:
 
     def _sines(self, forces: Array, dispersion: float) -> Single:
         """Sine of the retardance with its direction, shape (2, m)."""
-        modes = np.float32(dispersion) * self._places.modes(forces)
+        modes = np.float32(dispersion) * self.places.modes(forces)
         slices = np.einsum("sk,fkm->sfm", self.model.profile, modes)
         light = np.empty((3, modes.shape[2]), dtype=np.float32)
         turn(np.ascontiguousarray(slices), light)
@@ -151,7 +156,7 @@ class Search:
 
     def _agrees(self, left: Array, vectors: StressVectors, deviation: Array) -> Mask:
         """Where what is seen around a place is what is believed, within a deviation of it."""
-        shape = len(self._places.rows), len(self._places.columns)
+        shape = len(self.places.rows), len(self.places.columns)
         square = np.where(vectors.known, (left**2).sum(axis=0), 0.0).reshape(shape)
         size = np.sqrt(uniform_filter(square, 3)).ravel()
         return size < WRONG + 2 * vectors.noise + BELIEVED * np.minimum(deviation, BELIEVED)

@@ -8,11 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.force.goodness import is_noise, reduced_chi_square
+from fringeforce.force.goodness import DEVIATIONS, GROUP, is_noise, reduced_chi_square
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.pads.fit import Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
+from fringeforce.pads.rivals import Verdict
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -22,6 +23,8 @@ BLOCK = 4
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
 CONTACT = 6.0
 """Standard deviations of pure noise by which an explanation must beat silence."""
+MISTAKEN = 0.01
+"""Share of a load's trace in a frame that a mistaken explanation leaves at least."""
 CLIPPED = 0.02
 """Share of pixels at the converter's limit above which a frame that nothing explains is clipped."""
 DENSE = 0.35
@@ -48,7 +51,12 @@ class Judge:
 
     def explained(self, top: Top) -> bool:
         """Whether forces leave nothing but noise."""
-        return is_noise(top.misfit.slope[self._order], len(top.forces))
+        residuals, unknowns = top.misfit.slope[self._order], len(top.forces)
+        if len(residuals) // GROUP > unknowns:
+            return is_noise(residuals, unknowns)
+        # squares are fewer than loads, which leave nothing of them
+        freedom = max(len(residuals) - unknowns, 1)
+        return float(residuals @ residuals) < freedom + DEVIATIONS * np.sqrt(2 * freedom)
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -60,24 +68,45 @@ class Judge:
         order = np.concatenate(alike)
         return order if self.used is None else order[self.used[order]]
 
-    def reading(self, levels: Array, top: Top, information: Array, tracked: bool) -> PadReading:
-        """What forces, with their information, come to."""
+    def sure(self, levels: Array, top: Top) -> bool:
+        """Whether what other forces would leave of a frame could not be taken for noise."""
+        freedom = len(self._order)
+        return MISTAKEN * self._shown(levels, top) > DEVIATIONS * np.sqrt(2 * freedom)
+
+    def _shown(self, levels: Array, top: Top) -> float:
+        """Loss of silence beyond that of an explanation."""
+        count = slice(None) if self.used is None else self.used
+        silence = misfit(levels[count], self._silent[count], self.response)
+        return silence.loss - top.misfit.loss
+
+    def reading(self, levels: Array, top: Top, verdict: Verdict, tracked: bool) -> PadReading:
+        """What an explanation comes to, or several."""
         status, unknowns = Status.OK, len(top.forces)
-        residuals = top.misfit.slope if self.used is None else top.misfit.slope[self.used]
-        if not self.explained(top):
-            status = self._unexplained(levels)
-        else:
-            count = slice(None) if self.used is None else self.used
-            silence = misfit(levels[count], self._silent[count], self.response).loss
-            if silence - top.misfit.loss <= unknowns + CONTACT * np.sqrt(2 * unknowns):
-                status = Status.NO_CONTACT
+        if self._shown(levels, top) <= unknowns + CONTACT * np.sqrt(2 * unknowns):
+            status = Status.NO_CONTACT
+        elif len(verdict.others):
+            status = Status.AMBIGUOUS
         return PadReading(
-            forces=top.forces.reshape(-1, 3),
-            information=information,
-            chi2=reduced_chi_square(residuals, unknowns),
+            forces=verdict.forces.reshape(-1, 3),
+            information=verdict.information,
+            chi2=self._chi2(top),
             status=status,
             tracked=tracked,
+            alternatives=verdict.others.reshape(-1, *self._shape),
         )
+
+    def unexplained(self, levels: Array, top: Top, information: Array) -> PadReading:
+        """A reading of a frame that nothing explains."""
+        forces, chi2 = top.forces.reshape(self._shape), self._chi2(top)
+        return PadReading(forces, information, chi2, self._unexplained(levels))
+
+    def _chi2(self, top: Top) -> float:
+        residuals = top.misfit.slope if self.used is None else top.misfit.slope[self.used]
+        return reduced_chi_square(residuals, len(top.forces))
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        return self.model.sensor.tactels.total, 3
 
     @cached_property
     def _silent(self) -> Array:
@@ -98,7 +127,8 @@ class Judge:
             squares = apart[:, :rows, :columns].reshape(
                 -1, rows // side, side, columns // side, side
             )
-            if np.sqrt(squares.mean(axis=(2, 4)).max()) > DENSE:
+            noise = 2 * self.response.variance / camera.amplitude**2
+            if squares.mean(axis=(2, 4)).max() > DENSE**2 + noise:
                 return Status.FRINGES_TOO_DENSE
         return Status.MODEL_MISMATCH
 
