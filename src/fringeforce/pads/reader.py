@@ -128,21 +128,27 @@ class PadReader:
         """Reading of a frame without an earlier state, or from a start, and where it is."""
         fit = self._fit(levels, self._stepping, judge)
         if start is not None:
-            tops = [fit.climb(self.model.checked(start, single=True).ravel())]
+            tops, sure = [fit.climb(self.model.checked(start, single=True).ravel())], True
         else:
-            tops = self._explanations(fit, judge)
+            tops, sure = self._explanations(fit, judge)
         fine = self._fit(levels, self._stating, judge).information(tops[0].place)
         if not judge.explained(tops[0]):
             return judge.unexplained(levels, tops[0], fine), tops[0]
         verdict = weighed([top for top in tops if judge.explained(top)], fine)
-        return judge.reading(levels, tops[0], verdict, tracked=False), tops[0]
+        return judge.reading(levels, tops[0], verdict, tracked=False, sure=sure), tops[0]
 
-    def _explanations(self, fit: Fit, judge: Judge) -> list[Top]:
-        """Where a search, and mirror images of what it finds, lead; the likeliest first."""
+    def _explanations(self, fit: Fit, judge: Judge) -> tuple[list[Top], bool]:
+        """Where a search, and mirror images of what it finds, lead, and whether that is all.
+
+        The likeliest comes first.
+        """
         tops: list[Top] = []
-        for forces in self._search.attempts(fit.frame, judge.used):
+        sure = False
+        for forces, whole in self._search.attempts(fit.frame, judge.used):
             tops.append(fit.climb(forces))
-            if judge.explained(tops[-1]) and judge.sure(fit.frame, tops[-1]):
+            plain = judge.plain(fit.frame, tops[-1])
+            sure |= whole or plain
+            if judge.explained(tops[-1]) and plain:
                 break
         tops.sort(key=lambda top: top.misfit.loss)
         if judge.explained(tops[0]):
@@ -154,7 +160,7 @@ class PadReader:
                 start = fit.at(forces)
                 if fit.misfit(start).loss < likeliest + PROMISING * self._pixels:
                     tops.append(fit.climb(start))
-        return sorted(tops, key=lambda top: top.misfit.loss)
+        return sorted(tops, key=lambda top: top.misfit.loss), sure
 
     def follow(
         self, frame: ArrayLike, last: PadReading, mask: ArrayLike | None = None

@@ -36,6 +36,8 @@ SIDE = 40
 """Rows and columns of places."""
 START = 0.4
 """Sine of the retardance below which, within two covers, a place is believed at first."""
+SHOWN = 0.5
+"""Share of the pixels there that must count."""
 CALM = 0.06
 """Noise of a sine of the retardance that averages over one more pixel on either side keep small."""
 BELIEVED = 0.5
@@ -66,8 +68,11 @@ class Search:
     model: PadModel
     response: Response
 
-    def attempts(self, frame: Array, used: Mask | None = None) -> Iterator[Array]:
+    def attempts(self, frame: Array, used: Mask | None = None) -> Iterator[tuple[Array, bool]]:
         """Forces near those that may have caused a frame, shape (3 n,), in turn.
+
+        With each goes whether all that shows came to be believed, from places where the retardance
+        is small without a doubt.
 
         Parameters
         ----------
@@ -82,9 +87,10 @@ class Search:
             # averaged until noise alone is far from what tells a place to be believed
             calm = uniform_filter(vectors.values, (1, *2 * [2 * int(vectors.noise / CALM) + 1]))
             sines = np.sqrt((calm**2).sum(axis=0))
-            sines[~vectors.known] = np.inf
-            neighbours = [2 * int(reach / pitch) + 1 for pitch in self._pitch]
-            low = maximum_filter(sines, neighbours) < START
+            sines[~vectors.known] = 0.0
+            around = [2 * int(reach / pitch) + 1 for pitch in self._pitch]
+            shown = uniform_filter(vectors.known.astype(float), around) > SHOWN
+            low = (maximum_filter(sines, around) < START) & shown
             seen.append((vectors.at(self.places.rows, self.places.columns), self._few(low)))
         for plausible, contact in ATTEMPTS:
             yield self._grown(seen, plausible / self._strongest, contact)
@@ -114,7 +120,9 @@ class Search:
         """Largest retardance per normal force [rad/N]."""
         return float(np.abs(self._whole[:, :, ::3]).max())
 
-    def _grown(self, seen: list[tuple[StressVectors, Mask]], normal: float, contact: bool) -> Array:
+    def _grown(
+        self, seen: list[tuple[StressVectors, Mask]], normal: float, contact: bool
+    ) -> tuple[Array, bool]:
         """Forces, grown from what is believed at the start."""
         forces = np.zeros(self._whole.shape[2])
         spread, deviation = np.full(len(forces), np.inf), np.full(self._whole.shape[1], np.inf)
@@ -144,7 +152,8 @@ class Search:
             spread = (root**2).sum(axis=0).astype(float)
             predicted = ((root @ part.T) for part in self._whole)
             deviation = np.sqrt(np.max([(part**2).sum(axis=0) for part in predicted], axis=0))
-        return forces
+        pairs = zip(seen, before or [], strict=True)
+        return forces, all(start.any() and sure[v.known].all() for (v, start), sure in pairs)
 
     def _sines(self, forces: Array, dispersion: float) -> Single:
         """Sine of the retardance with its direction, shape (2, m)."""
@@ -158,7 +167,7 @@ class Search:
         """Where what is seen around a place is what is believed, within a deviation of it."""
         shape = len(self.places.rows), len(self.places.columns)
         square = np.where(vectors.known, (left**2).sum(axis=0), 0.0).reshape(shape)
-        size = np.sqrt(uniform_filter(square, 3)).ravel()
+        size = np.sqrt(np.maximum(uniform_filter(square, 3), 0)).ravel()
         return size < WRONG + 2 * vectors.noise + BELIEVED * np.minimum(deviation, BELIEVED)
 
     def _rows(self, forces: Array, vectors: StressVectors, chosen: Mask) -> Single:

@@ -68,7 +68,7 @@ class Judge:
         order = np.concatenate(alike)
         return order if self.used is None else order[self.used[order]]
 
-    def sure(self, levels: Array, top: Top) -> bool:
+    def plain(self, levels: Array, top: Top) -> bool:
         """Whether what other forces would leave of a frame could not be taken for noise."""
         freedom = len(self._order)
         return MISTAKEN * self._shown(levels, top) > DEVIATIONS * np.sqrt(2 * freedom)
@@ -79,18 +79,22 @@ class Judge:
         silence = misfit(levels[count], self._silent[count], self.response)
         return silence.loss - top.misfit.loss
 
-    def reading(self, levels: Array, top: Top, verdict: Verdict, tracked: bool) -> PadReading:
-        """What an explanation comes to, or several."""
-        status, unknowns = Status.OK, len(top.forces)
+    def reading(
+        self, levels: Array, top: Top, verdict: Verdict, tracked: bool, sure: bool = True
+    ) -> PadReading:
+        """What an explanation comes to, or several, that are surely all or not."""
+        status, unknowns, detail = Status.OK, len(top.forces), ""
         if self._shown(levels, top) <= unknowns + CONTACT * np.sqrt(2 * unknowns):
             status = Status.NO_CONTACT
-        elif len(verdict.others):
+        elif len(verdict.others) or not sure:
             status = Status.AMBIGUOUS
+            detail = "" if sure else "Too little shows to rule out all other forces."
         return PadReading(
             forces=verdict.forces.reshape(-1, 3),
             information=verdict.information,
             chi2=self._chi2(top),
             status=status,
+            detail=detail,
             tracked=tracked,
             alternatives=verdict.others.reshape(-1, *self._shape),
         )
