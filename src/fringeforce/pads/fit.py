@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from fringeforce.force.likelihood import Misfit, Response, misfit
 from fringeforce.pads.model import PadModel
@@ -30,8 +30,9 @@ NEAR = 3.0
 below which it is the last."""
 SLOW = 0.1
 """Share of a promise left after a step, above which the matrix is computed again."""
-RIDGE = 1e-9
-"""Share of the mean information that keeps steps finite where a load leaves no trace."""
+RIDGE, MASKED = 1e-9, 1e-6
+"""Shares of the mean information that keep steps finite where a load leaves no trace, and where a
+mask may hide it, beyond what sums in single precision leave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +158,8 @@ class Fit:
         for k, (picture, light) in enumerate(zip(self.model.pictures, place.lights, strict=True)):
             used = None if self.used is None else self.used[k * pixels : (k + 1) * pixels]
             total += scale * self.sampling.information(place.modes, picture, light, used)
-        total[np.diag_indices(len(total))] += RIDGE * np.trace(total) / len(total)
+        ridge = RIDGE if self.used is None else MASKED
+        total[np.diag_indices(len(total))] += ridge * np.trace(total) / len(total)
         return total
 
     def climb(self, start: Array | Start, steps: int = 20) -> Top:
@@ -177,16 +179,24 @@ class Fit:
             gradient, before, fresh = self.gradient(here, left), promised, promised == np.inf
             step = _step(information, gradient, damping)
             promised = float(-(step @ gradient))
+            if not np.isfinite(promised):
+                # retardance beyond what the optics are computed for
+                break
             if promised < CLOSE * len(step):
                 return Top(here.forces + step, information, here, left)
             if promised > SLOW * before and not fresh:
                 information, fresh = self.information(here), True
                 step = _step(information, gradient, damping)
+                if not np.isfinite(step).all():
+                    break
             there = self.at(here.forces + step)
             beyond = self.misfit(there)
             while not beyond.loss < left.loss and damping < 1e6:
                 damping, fresh = max(10 * damping, 1e-3), False
-                there = self.at(here.forces + _step(information, gradient, damping))
+                step = _step(information, gradient, damping)
+                if not np.isfinite(step).all():
+                    break
+                there = self.at(here.forces + step)
                 beyond = self.misfit(there)
             if not beyond.loss < left.loss:
                 break
@@ -201,4 +211,8 @@ def _step(information: Array, gradient: Array, damping: float) -> Array:
     damped = information
     if damping:
         damped = information + np.diag(damping * np.diag(information))
-    return -cho_solve(cho_factor(damped, check_finite=False), gradient, check_finite=False)
+    try:
+        factor = cho_factor(damped, check_finite=False)
+    except LinAlgError:
+        return np.full_like(gradient, np.nan)
+    return -cho_solve(factor, gradient, check_finite=False)

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 FOLLOWED, STEPPED, STATED = 32, 48, 64
 """Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
+DEPTH = 4
+"""Times that mirror images are tried, each time of what is likelier than all before."""
 PROMISING = 0.5
 """Mean square by which a mirror image may be worse than what it is an image of, to be tried."""
 KEPT = 0.8
@@ -151,16 +153,23 @@ class PadReader:
             if judge.explained(tops[-1]) and plain:
                 break
         tops.sort(key=lambda top: top.misfit.loss)
-        if judge.explained(tops[0]):
-            likeliest = tops[0].misfit.loss
-            shown = None
-            if judge.used is not None:
-                shown = judge.used.reshape(len(self.model.pictures), -1).any(axis=0)
-            for forces in self._mirror.images(tops[0].forces, shown):
+        return (self._with_images(fit, judge, tops) if judge.explained(tops[0]) else tops), sure
+
+    def _with_images(self, fit: Fit, judge: Judge, tops: list[Top]) -> list[Top]:
+        """Explanations, and where their mirror images lead, the likeliest first."""
+        shown = None
+        if judge.used is not None:
+            shown = judge.used.reshape(len(self.model.pictures), -1).any(axis=0)
+        for _ in range(DEPTH):
+            likeliest = tops[0]
+            for forces in self._mirror.images(likeliest.forces, shown):
                 start = fit.at(forces)
-                if fit.misfit(start).loss < likeliest + PROMISING * self._pixels:
+                if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
                     tops.append(fit.climb(start))
-        return sorted(tops, key=lambda top: top.misfit.loss), sure
+            tops.sort(key=lambda top: top.misfit.loss)
+            if tops[0] is likeliest:
+                break
+        return tops
 
     def follow(
         self, frame: ArrayLike, last: PadReading, mask: ArrayLike | None = None

@@ -30,7 +30,7 @@ TRIED = 6
 RIVAL = 16.0
 """Twice the log-likelihood by which an explanation must beat another to rule it out."""
 SPREAD = 3.0
-"""Rivals that widen no deviation by more than this are one explanation, less sure."""
+"""Rivals that widen the deviation of no sum of forces by more than this are one, less sure."""
 SAME = 1.0
 """Squared distance in deviations, per load, below which two explanations are one."""
 RIDGE = 1e-6
@@ -83,10 +83,11 @@ def weighed(tops: Sequence[Top], information: Array) -> Verdict:
     chance /= chance.sum()
     mean = chance @ found
     apart = found - mean
-    whole = spread + (apart * chance[:, None]).T @ apart
-    if (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
+    # the widest direction, in units of what noise alone leaves open
+    rooted = apart * np.sqrt(chance)[:, None]
+    if np.linalg.eigvalsh(rooted @ information @ rooted.T)[-1] > SPREAD**2 - 1:
         return Verdict(found[0], information, found[1:])
-    return Verdict(mean, np.linalg.inv(whole), found[:0])
+    return Verdict(mean, np.linalg.inv(spread + rooted.T @ rooted), found[:0])
 
 
 def _apart(one: Array, other: Array, information: Array) -> bool:

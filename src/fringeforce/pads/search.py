@@ -46,6 +46,8 @@ SLACK = 0.05
 """What predictions may be wrong by while forces grow, as a sine of the retardance."""
 WRONG = 0.12
 """Root mean square by which the sines of neighbours may differ from what is believed of them."""
+WHOLE = 0.95
+"""Share of the places that shows which must come to be believed, but for noise all of them."""
 ROUNDS = 60
 SETTLED = 0.02
 """Share of the prior's deviation below which a last step is not worth another."""
@@ -152,8 +154,11 @@ class Search:
             spread = (root**2).sum(axis=0).astype(float)
             predicted = ((root @ part.T) for part in self._whole)
             deviation = np.sqrt(np.max([(part**2).sum(axis=0) for part in predicted], axis=0))
-        pairs = zip(seen, before or [], strict=True)
-        return forces, all(start.any() and sure[v.known].all() for (v, start), sure in pairs)
+        shown = [
+            start.any() and sure[vectors.known].mean() > WHOLE
+            for (vectors, start), sure in zip(seen, before or [], strict=True)
+        ]
+        return forces, all(shown)
 
     def _sines(self, forces: Array, dispersion: float) -> Single:
         """Sine of the retardance with its direction, shape (2, m)."""
