@@ -286,15 +286,7 @@ class PadReader:
     def _judge(self, mask: ArrayLike | None) -> Judge:
         if mask is None:
             return self._unmasked
-        masked = np.asarray(mask, dtype=bool)
-        unknowns = 3 * self.model.sensor.tactels.total
-        if masked.shape != (shape := self.model.frame_shape) or (~masked).sum() <= unknowns:
-            raise InputError(
-                f"A mask of shape {masked.shape} with {int((~masked).sum())} pixels to use does "
-                f"not fit; this pad's frames have the shape {shape} and need more than {unknowns} "
-                "of them."
-            )
-        return Judge(self.model, self.response, ~masked.ravel() if masked.any() else None)
+        return Judge.masked(self.model, self.response, np.asarray(mask, dtype=bool))
 
     @cached_property
     def _unmasked(self) -> Judge:

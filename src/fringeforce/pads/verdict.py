@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.errors import InputError
 from fringeforce.force.goodness import DEVIATIONS, GROUP, is_noise, reduced_chi_square
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.pads.fit import Top
@@ -48,6 +49,18 @@ class Judge:
     model: PadModel
     response: Response
     used: Mask | None = None
+
+    @classmethod
+    def masked(cls, model: PadModel, response: Response, mask: Mask) -> Judge:
+        """One that leaves out pixels of a frame, where true."""
+        unknowns, shape = 3 * model.sensor.tactels.total, model.frame_shape
+        if mask.shape != shape or (~mask).sum() <= unknowns:
+            raise InputError(
+                f"A mask of shape {mask.shape} with {int((~mask).sum())} pixels to use does not "
+                f"fit; this pad's frames have the shape {shape} and need more than {unknowns} of "
+                "them."
+            )
+        return cls(model, response, ~mask.ravel() if mask.any() else None)
 
     def explained(self, top: Top) -> bool:
         """Whether forces leave nothing but noise."""
