@@ -159,7 +159,8 @@ class PadReader:
         """Explanations, and where their mirror images lead, the likeliest first."""
         shown = None
         if judge.used is not None:
-            shown = judge.used.reshape(len(self.model.pictures), -1).any(axis=0)
+            counts = judge.used.reshape(len(self.model.pictures), -1)
+            shown = np.asarray(counts.any(axis=0), dtype=bool)
         for _ in range(DEPTH):
             likeliest = tops[0]
             for forces in self._mirror.images(likeliest.forces, shown):

@@ -133,7 +133,8 @@ class Mirror:
         found = []
         for fold in self._folds(size.max()):
             for near in NEAR:
-                regions, count = label((size > fold - near).reshape(shape))
+                beyond = (size > fold - near).reshape(shape)
+                regions, count = label(beyond)  # pyright: ignore[reportGeneralTypeIssues]
                 for number in range(1, count + 1):
                     inside = regions.ravel() == number
                     found.append((int(inside.sum()), fold, inside))

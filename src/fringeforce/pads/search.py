@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve, cholesky, lapack
+from scipy.linalg import cho_solve, cholesky, get_lapack_funcs
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from fringeforce.force.likelihood import Response
@@ -87,11 +87,13 @@ class Search:
         seen = []
         for vectors in stress_vectors(self.model, self.response, frame, used):
             # averaged until noise alone is far from what tells a place to be believed
-            calm = uniform_filter(vectors.values, (1, *2 * [2 * int(vectors.noise / CALM) + 1]))
+            size = 2 * int(vectors.noise / CALM) + 1
+            calm = uniform_filter(vectors.values, size, axes=(1, 2))
             sines = np.sqrt((calm**2).sum(axis=0))
             sines[~vectors.known] = 0.0
             around = [2 * int(reach / pitch) + 1 for pitch in self._pitch]
-            shown = uniform_filter(vectors.known.astype(float), around) > SHOWN
+            known = vectors.known.astype(float)
+            shown = uniform_filter(known, around) > SHOWN  # pyright: ignore[reportArgumentType]
             low = (maximum_filter(sines, around) < START) & shown
             seen.append((vectors.at(self.places.rows, self.places.columns), self._few(low)))
         for plausible, contact in ATTEMPTS:
@@ -150,7 +152,8 @@ class Search:
             if same and np.abs(step).max() < SETTLED * normal:
                 break
             before = believed
-            root = lapack.dtrtri(factor, lower=1)[0].astype(np.float32)
+            (inverse,) = get_lapack_funcs(("trtri",), (factor,))
+            root = inverse(factor, lower=1)[0].astype(np.float32)
             spread = (root**2).sum(axis=0).astype(float)
             predicted = ((root @ part.T) for part in self._whole)
             deviation = np.sqrt(np.max([(part**2).sum(axis=0) for part in predicted], axis=0))
@@ -188,8 +191,9 @@ class Search:
         rows = []
         for direction in vectors.directions.astype(np.float32):
             turned = (np.cos(size) - across) * (direction @ along)
-            a, b = vectors.dispersion * (turned * along + across * direction[:, None])
-            rows.append(np.float32(a)[:, None] * whole[0] + np.float32(b)[:, None] * whole[1])
+            shares = vectors.dispersion * (turned * along + across * direction[:, None])
+            a, b = shares.astype(np.float32)[:, :, None]
+            rows.append(a * whole[0] + b * whole[1])
         return np.concatenate(rows)
 
 

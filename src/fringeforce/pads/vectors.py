@@ -80,7 +80,7 @@ def stress_vectors(
             continue
         solve = left[:, seen].T / sizes[seen, None]
         shares[shares < 0.5 / WINDOW**2] = 0
-        known = (shares > 0).all(axis=0)
+        known = np.asarray((shares > 0).all(axis=0), dtype=bool)
         noise = np.sqrt(response.variance) / np.max(response.amplitude)
         pixels = np.median(shares, axis=(1, 2)) * WINDOW**2
         deviation = float(noise * np.sqrt((solve**2 / np.maximum(pixels, 1)).sum(axis=1).max()))

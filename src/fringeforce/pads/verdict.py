@@ -186,7 +186,7 @@ class Judge:
         )
 
 
-def _squares(images: Array) -> Array:
+def _squares(images: NDArray[np.intp]) -> NDArray[np.intp]:
     """Pixels of images, shape (k, rows, columns), square by square; the last odd ones left out."""
     rows, columns = (length // BLOCK for length in images.shape[1:])
     whole = images[:, : rows * BLOCK, : columns * BLOCK]
