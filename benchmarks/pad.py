@@ -59,7 +59,7 @@ def fingertip(pad: Pad, centre: Array, radius: float) -> Array:
 
 def cold(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, str]]:
     rng, statuses = np.random.default_rng(2026), Counter()
-    seconds, busy, errors, bounds, totals, within, wrong = [], [], [], [], [], 0, 0
+    seconds, busy, errors, bounds, totals, sure, within, wrong = [], [], [], [], [], [], 0, 0
     for _ in range(count):
         forces = contacts(rng, model.sensor)
         frame = model.expose(forces, rng)
@@ -76,7 +76,9 @@ def cold(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, 
             # the bound is what the true forces would say, which is what readings state
             bounds.append(reader.bound(forces))
             total = touch(model.sensor, reading).total
-            totals.append(np.abs(total.force - forces.sum(axis=0)) / forces[:, 0].sum())
+            off = np.abs(total.force - forces.sum(axis=0))
+            totals.append(off / forces[:, 0].sum())
+            sure.append(off / np.sqrt(np.diag(total.force_covariance)))
     rms = np.sqrt(np.mean(np.square(errors), axis=(0, 1)) / np.mean(np.square(bounds), axis=(0, 1)))
     share = 100 * np.array(totals)
     yield "contacts read cold", f"{count}"
@@ -90,11 +92,35 @@ def cold(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, 
             f"total {name} off, share of total N: median, 95 %, largest",
             f"{np.median(column):.2f} %, {np.quantile(column, 0.95):.2f} %, {column.max():.2f} %",
         )
+    normal, bars = share[:, 0], np.array(sure)[:, 0]
+    yield (
+        "total N off in its own deviations: root mean square, largest",
+        f"{np.sqrt(np.mean(bars**2)):.2f}, {bars.max():.2f}",
+    )
+    yield (
+        "total N off by 1 % or less; else by 3 of its deviations or less; else",
+        f"{(normal <= 1).sum()}, {((normal > 1) & (bars <= 3)).sum()}, "
+        f"{((normal > 1) & (bars > 3)).sum()}",
+    )
     for what, values in (("seconds", seconds), ("seconds of processor", busy)):
         yield (
             f"{what} per reading: median, 95 %, largest",
             ", ".join(f"{value:.2f}" for value in np.quantile(values, [0.5, 0.95, 1])),
         )
+
+
+def dense(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, str]]:
+    """The same contacts, scaled to a largest retardance, evenly from 4 to 20 rad."""
+    rng, edges = np.random.default_rng(77), [4, 8, 12, 16, 20]
+    found = np.zeros((len(edges) - 1, 2), dtype=int)
+    for wanted in np.linspace(4, 20, count, endpoint=False):
+        forces = contacts(rng, model.sensor)
+        forces *= wanted / np.hypot(*model.retardance(forces)).max()
+        reading = reader.read(model.expose(forces, rng))
+        right = (np.abs(reading.forces - forces) < 6 * reading.std).all()
+        found[np.searchsorted(edges, wanted, side="right") - 1] += right, 1
+    for low, high, (right, tried) in zip(edges, edges[1:], found, strict=False):
+        yield f"read cold, largest retardance {low} to {high} rad", f"{right} of {tried}"
 
 
 def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Iterator[tuple[str, str]]:
@@ -107,11 +133,10 @@ def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Iterator[tup
         share = fingertip(pad, 4e-3 * np.array([np.cos(angle), np.sin(angle)]), 4e-3)
         truth.append(share[:, None] * 8 * [1, -0.2 * np.sin(angle), 0.2 * np.cos(angle)])
     frames = [model.expose(forces, rng) for forces in truth]
-    last = reader.read(frames[0])
-    readings, begun, busy = [], time.perf_counter(), time.process_time()
-    for frame in frames[1:]:
-        last = reader.follow(frame, last)
-        readings.append(last)
+    stream = reader.stream(frames)
+    next(stream)
+    begun, busy = time.perf_counter(), time.process_time()
+    readings = list(stream)
     rate = (count - 1) / (time.perf_counter() - begun)
     busy = (count - 1) / (time.process_time() - busy)
     apart = [reading.forces - forces for reading, forces in zip(readings, truth[1:], strict=True)]
@@ -179,7 +204,12 @@ def main() -> None:
     table = Table("", "", title="Planar pad, 121 tactels, 256 x 256 pixels, 8 bits, one shot")
     table.add_row("seconds to characterise", f"{ready - begun:.1f}")
     table.add_row("seconds to get ready to read", f"{time.perf_counter() - ready:.1f}")
-    for rows in (accuracy(model), tracked(model, reader), cold(model, reader, count)):
+    for rows in (
+        accuracy(model),
+        tracked(model, reader),
+        cold(model, reader, count),
+        dense(model, reader, max(count // 2, 4)),
+    ):
         for row in rows:
             table.add_row(*row)
     Console(width=110).print(table)

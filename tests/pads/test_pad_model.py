@@ -14,7 +14,7 @@ from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.pads.design import Pad
 from fringeforce.pads.model import PadModel, block_of, characterize_pad
-from fringeforce.pads.sampling import lattice, sampled
+from fringeforce.pads.sampling import lattice
 
 
 @pytest.fixture(scope="module")
@@ -94,25 +94,36 @@ def test_derivatives_of_an_image_are_finite_differences(
 
 
 def test_single_pixels_agree_with_images(model: PadModel, forces: np.ndarray) -> None:
-    few = sampled(model, 0, 300)
-    seen, rows = few.evaluate(forces.ravel())
-    np.testing.assert_allclose(seen, model.intensity(forces).ravel()[few.pixels], atol=2e-6)
-    step, size = np.random.default_rng(4).normal(size=forces.size), 1e-2
-    ahead, behind = (few.evaluate(forces.ravel() + s * step)[0] for s in (size, -size))
-    np.testing.assert_allclose(rows @ step, (ahead - behind) / (2 * size), atol=1e-2)
+    few, modes = lattice(model, 17), model.modes(forces)
+    every = modes.reshape(*modes.shape[:2], -1)
+    np.testing.assert_allclose(few.modes(forces.ravel()), every[:, :, few.pixels], atol=2e-5)
 
 
+def jacobian(model: PadModel, forces: np.ndarray, size: float = 2e-2) -> np.ndarray:
+    """Derivatives of all pixels by all forces, shape (P, 3 n), by differences of images."""
+    steps = size * np.eye(forces.size).reshape(-1, *forces.shape)
+    ahead, behind = (model.intensity(forces + sign * steps) for sign in (1, -1))
+    return (ahead - behind).reshape(forces.size, -1).T / (2 * size)
+
+
+@pytest.mark.parametrize(
+    ("blur", "masked"), [(None, False), (None, True), ("130 um", False), ("260 um", False)]
+)
 def test_a_lattice_says_of_the_curvature_what_all_pixels_say(
-    pad: Pad, model: PadModel, forces: np.ndarray
+    pad: Pad, model: PadModel, forces: np.ndarray, blur: str | None, masked: bool
 ) -> None:
-    columns, rows = pad.camera.pixels
-    all_pixels = lattice(model, 0, 96)
-    assert len(all_pixels.pixels) == rows * columns
-    _, jacobian = all_pixels.evaluate(forces.ravel())
-    exact = (jacobian.T @ jacobian).astype(float)
-    few = lattice(model, 0, 32)
-    found = few.information(forces.ravel()) * len(all_pixels.pixels) / len(few.pixels)
-    ratio = np.linalg.eigvals(np.linalg.solve(found, exact)).real
+    if blur:  # one pixel, and two
+        model = replace(model, sensor=pad.replace(camera={"blur": blur}))
+    used = np.ones(pad.camera.pixels[::-1], dtype=bool)
+    if masked:
+        used[10:40, 5:50] = False
+        used[np.random.default_rng(5).random(used.shape) < 0.1] = False
+    slopes, weights = jacobian(model, forces), used.ravel()
+    exact = slopes.T @ (weights[:, None] * slopes)
+    few, modes = lattice(model, 32), model.modes(forces)
+    _, light = model.picture(modes, model.pictures[0])
+    found = few.information(modes, model.pictures[0], light, weights if masked else None)
+    ratio = np.linalg.eigvals(np.linalg.solve(found * used.size, exact)).real
     assert ratio.min() > 0.8
     assert ratio.max() < 1.25
 

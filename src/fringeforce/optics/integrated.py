@@ -197,40 +197,51 @@ def turn_modes(modes, profile, light) -> None:
     each a slice has.
     """
     stack = np.empty((len(profile), 2, CHUNK), dtype=modes.dtype)
+    part = np.empty((3, CHUNK), dtype=modes.dtype)
     for start in range(0, light.shape[1], CHUNK):
-        part = slice(start, min(start + CHUNK, light.shape[1]))
-        slices = stack[:, :, : part.stop - start]
-        _expand(modes[:, :, part], profile, slices)
-        turn(slices, light[:, part])
+        count = min(CHUNK, light.shape[1] - start)
+        _expand(modes, profile, start, count, stack)
+        turn(stack, part)
+        light[:, start : start + count] = part[:, :count]
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
 def turn_modes_back(modes, profile, light, pull, gradient) -> None:
-    """Fill in the derivative by the modes, shape (2, k, P), as `turn_back` does by slices."""
+    """Fill in the derivative by the modes, shape (2, k, P), as `turn_back` does by slices.
+
+    Light and pull are left as they are.
+    """
     stack = np.empty((len(profile), 2, CHUNK), dtype=modes.dtype)
     by_stack = np.empty_like(stack)
+    seen = np.zeros((3, CHUNK), dtype=modes.dtype)
+    pulled = np.zeros_like(seen)
     for start in range(0, light.shape[1], CHUNK):
-        part = slice(start, min(start + CHUNK, light.shape[1]))
-        slices, by_slices = stack[:, :, : part.stop - start], by_stack[:, :, : part.stop - start]
-        _expand(modes[:, :, part], profile, slices)
-        turn_back(slices, light[:, part], pull[:, part], by_slices)
-        by_modes = gradient[:, :, part]
-        by_modes[:] = 0
-        for n in range(len(profile)):
+        count = min(CHUNK, light.shape[1] - start)
+        _expand(modes, profile, start, count, stack)
+        seen[:, :count] = light[:, start : start + count]
+        pulled[:, :count] = pull[:, start : start + count]
+        turn_back(stack, seen, pulled, by_stack)
+        for side in range(2):
             for k in range(profile.shape[1]):
-                for side in range(2):
-                    target, source = by_modes[side, k], by_slices[n, side]
-                    for i in range(len(target)):
-                        target[i] += profile[n, k] * source[i]
+                target = gradient[side, k, start : start + count]
+                target[:] = 0
+                for n in range(len(profile)):
+                    _add(target, profile[n, k], by_stack[n, side, :count])
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
-def _expand(modes, profile, slices) -> None:
-    slices[:] = 0
+def _expand(modes, profile, start, count, stack) -> None:
+    """Fill in the first slices, shape (n, 2, CHUNK), of some places; the others are at rest."""
+    stack[:] = 0
     for n in range(len(profile)):
         for side in range(2):
-            target = slices[n, side]
             for k in range(profile.shape[1]):
-                source = modes[side, k]
-                for i in range(len(target)):
-                    target[i] += profile[n, k] * source[i]
+                source = modes[side, k, start : start + count]
+                _add(stack[n, side, :count], profile[n, k], source)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def _add(target, share, source) -> None:
+    """A loop of its own over contiguous rows, which is what vectorises."""
+    for i in range(len(target)):
+        target[i] += share * source[i]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from fringeforce.force.likelihood import Misfit, Response, misfit
 from fringeforce.pads.model import PadModel
@@ -19,23 +19,25 @@ from fringeforce.pads.sampling import Sampling
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 CLOSE = 0.2
 """Gain of the loss that a step promises, per load, below which it is not evaluated any more.
 
 Noise itself moves the top by a gain of one for each load."""
-NEAR = 10.0
+NEAR = 3.0
 """The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
 below which it is the last."""
 SLOW = 0.1
 """Share of a promise left after a step, above which the matrix is computed again."""
-RIDGE = 1e-9
-"""Share of the mean information that keeps steps finite where a load leaves no trace."""
+RIDGE, MASKED = 1e-9, 1e-6
+"""Shares of the mean information that keep steps finite where a load leaves no trace, and where a
+mask may hide it, beyond what sums in single precision leave."""
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Forces, and the light that they cause.
+class Start:
+    """Forces, and the retardance that they cause.
 
     Attributes
     ----------
@@ -43,14 +45,30 @@ class Place:
         N, T_x, T_y of tactel after tactel [N].
     modes : ndarray, shape (2, modes, rows, columns)
         Retardance [rad].
+    """
+
+    forces: Array
+    modes: Single
+
+    def plus(self, share: float, other: Start) -> Start:
+        """The sum with a share of another, for retardance follows forces."""
+        modes = np.float32(share) * other.modes
+        modes += self.modes
+        return Start(self.forces + share * other.forces, modes)
+
+
+@dataclass(frozen=True, eq=False)
+class Place(Start):
+    """Forces, and the light that they cause.
+
+    Attributes
+    ----------
     lights : list of ndarray, shape (3, P)
         Light of every channel.
     level : ndarray, shape (channels * P,)
         Expected grey levels.
     """
 
-    forces: Array
-    modes: Single
     lights: Sequence[Single]
     level: Array
 
@@ -87,28 +105,40 @@ class Fit:
         Of the pad.
     response : Response
         Of its camera.
-    samplings : sequence of Sampling
-        Some pixels of every channel, for the matrix.
+    sampling : Sampling
+        Some pixels, for the matrix.
     frame : ndarray, shape (channels * P,)
         Grey levels.
+    used : ndarray of bool, shape (channels * P,), optional
+        Pixels that count; all if not given.
     """
 
     model: PadModel
     response: Response
-    samplings: Sequence[Sampling]
+    sampling: Sampling
     frame: Array
+    used: Mask | None = None
 
     def at(self, forces: Array) -> Place:
         """Evaluate at forces, shape (3 n,)."""
-        modes = self.model.modes(forces.reshape(-1, 3))
+        return self.place(Start(forces, self.model.modes(forces.reshape(-1, 3))))
+
+    def place(self, start: Start) -> Place:
+        """Evaluate where the retardance is known."""
+        modes = start.modes
         seen = [self.model.picture(modes, picture) for picture in self.model.pictures]
         intensity = np.concatenate([one for one, _ in seen]).astype(float)
         level = np.asarray(self.response.amplitude * intensity + self.response.offset)
-        return Place(forces, modes, [light for _, light in seen], level)
+        return Place(start.forces, modes, [light for _, light in seen], level)
 
     def misfit(self, place: Place) -> Misfit:
-        """What a place leaves of the frame."""
-        return misfit(self.frame, place.level, self.response)
+        """What a place leaves of the frame; nothing at pixels that do not count."""
+        if self.used is None:
+            return misfit(self.frame, place.level, self.response)
+        few = misfit(self.frame[self.used], place.level[self.used], self.response)
+        slope, weight = np.zeros((2, len(self.frame)))
+        slope[self.used], weight[self.used] = few.slope, few.weight
+        return Misfit(few.loss, slope, weight)
 
     def gradient(self, place: Place, left: Misfit) -> Array:
         """Half the derivative of the loss, shape (3 n,), exact."""
@@ -120,43 +150,53 @@ class Fit:
         )
         return self.model.modes_adjoint(np.asarray(by_modes, dtype=np.float32)).ravel()
 
-    def information(self, forces: Array) -> Array:
+    def information(self, place: Place) -> Array:
         """Half the expected second derivative of the loss, shape (3 n, 3 n), from some pixels."""
-        size = len(forces)
-        total = np.zeros((size, size))
-        scale = float(np.asarray(self.response.amplitude**2 / self.response.variance))
-        for sampling in self.samplings:
-            share = scale * (len(self.frame) / len(self.samplings)) / len(sampling.pixels)
-            total += share * sampling.information(forces)
-        total[np.diag_indices(size)] += RIDGE * np.trace(total) / size
+        pixels = len(self.frame) // len(place.lights)
+        scale = pixels * float(np.asarray(self.response.amplitude**2 / self.response.variance))
+        total = np.zeros((len(place.forces), len(place.forces)))
+        for k, (picture, light) in enumerate(zip(self.model.pictures, place.lights, strict=True)):
+            used = None if self.used is None else self.used[k * pixels : (k + 1) * pixels]
+            total += scale * self.sampling.information(place.modes, picture, light, used)
+        ridge = RIDGE if self.used is None else MASKED
+        total[np.diag_indices(len(total))] += ridge * np.trace(total) / len(total)
         return total
 
-    def climb(self, start: Array, steps: int = 20) -> Top:
+    def climb(self, start: Array | Start, steps: int = 20) -> Top:
         """Climb from forces that are nearly right.
 
         Parameters
         ----------
-        start : ndarray, shape (3 n,)
-            Forces [N].
+        start : ndarray, shape (3 n,), or Start
+            Forces [N], or with their retardance.
         steps : int
             Largest number of steps.
         """
-        here, information = self.at(start), self.information(start)
-        left, damping, promised = self.misfit(here), 0.0, np.inf
+        here = self.place(start) if isinstance(start, Start) else self.at(start)
+        left, information = self.misfit(here), self.information(here)
+        damping, promised = 0.0, np.inf
         for _ in range(steps):
             gradient, before, fresh = self.gradient(here, left), promised, promised == np.inf
             step = _step(information, gradient, damping)
             promised = float(-(step @ gradient))
+            if not np.isfinite(promised):
+                # retardance beyond what the optics are computed for
+                break
             if promised < CLOSE * len(step):
                 return Top(here.forces + step, information, here, left)
             if promised > SLOW * before and not fresh:
-                information, fresh = self.information(here.forces), True
+                information, fresh = self.information(here), True
                 step = _step(information, gradient, damping)
+                if not np.isfinite(step).all():
+                    break
             there = self.at(here.forces + step)
             beyond = self.misfit(there)
             while not beyond.loss < left.loss and damping < 1e6:
                 damping, fresh = max(10 * damping, 1e-3), False
-                there = self.at(here.forces + _step(information, gradient, damping))
+                step = _step(information, gradient, damping)
+                if not np.isfinite(step).all():
+                    break
+                there = self.at(here.forces + step)
                 beyond = self.misfit(there)
             if not beyond.loss < left.loss:
                 break
@@ -171,4 +211,8 @@ def _step(information: Array, gradient: Array, damping: float) -> Array:
     damped = information
     if damping:
         damped = information + np.diag(damping * np.diag(information))
-    return -cho_solve(cho_factor(damped, check_finite=False), gradient, check_finite=False)
+    try:
+        factor = cho_factor(damped, check_finite=False)
+    except LinAlgError:
+        return np.full_like(gradient, np.nan)
+    return -cho_solve(factor, gradient, check_finite=False)

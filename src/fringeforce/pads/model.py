@@ -86,7 +86,8 @@ class PadModel:
         return mosaic(*self._image, len(self.pictures[0].forms))
 
     @cached_property
-    def _lens(self) -> Lens:
+    def lens(self) -> Lens:
+        """What blurs the light."""
         return Lens.of(self.sensor)
 
     @cached_property
@@ -96,7 +97,8 @@ class PadModel:
         return matrices[0].astype(np.float32), matrices[1].astype(np.float32)
 
     @cached_property
-    def _profile(self) -> Single:
+    def profile(self) -> Single:
+        """What each mode adds to each slice, shape (slices, modes)."""
         return self.influence.profile.astype(np.float32)
 
     def modes(self, forces: ArrayLike) -> Single:
@@ -135,7 +137,7 @@ class PadModel:
         ndarray, shape (slices, 2, rows, columns)
             (A, B) of every slice, the one at the mirror first [rad].
         """
-        return np.asarray(np.einsum("sk,fkrc->sfrc", self._profile, self.modes(forces)))
+        return np.asarray(np.einsum("sk,fkrc->sfrc", self.profile, self.modes(forces)))
 
     def retardance(self, forces: ArrayLike) -> Array:
         """Depth integral of the retardance over both passes, shape (..., 2, rows, columns) [rad].
@@ -169,8 +171,8 @@ class PadModel:
         """Intensity of one picture, shape (P,), and the light behind it, shape (3, P)."""
         flat = modes.reshape(*modes.shape[:2], -1)
         light = np.empty((3, flat.shape[2]), dtype=np.float32)
-        turn_modes(flat, np.float32(picture.dispersion) * self._profile, light)
-        if self._lens.none:
+        turn_modes(flat, np.float32(picture.dispersion) * self.profile, light)
+        if self.lens.none:
             seen = np.empty(flat.shape[2], dtype=np.float32)
             measure(light, picture.packed, self.kinds, seen)
             return seen, light
@@ -178,7 +180,7 @@ class PadModel:
         for kind, image in enumerate(seen):
             measure(light, picture.packed, np.full_like(self.kinds, kind), image)
         sharp = seen.reshape(-1, *self._image)
-        blurred = self._lens.blurred(sharp).reshape(seen.shape)
+        blurred = self.lens.blurred(sharp).reshape(seen.shape)
         return np.take_along_axis(blurred, self.kinds[None], axis=0)[0], light
 
     def picture_adjoint(
@@ -187,15 +189,15 @@ class PadModel:
         """Derivative by the modes, same shape, from that by the intensity of one picture, (P,)."""
         flat = modes.reshape(*modes.shape[:2], -1)
         by_light = np.zeros_like(light)
-        if self._lens.none:
+        if self.lens.none:
             measure_back(light, picture.packed, self.kinds, pull, by_light)
         else:
             for kind in range(len(picture.packed)):
                 share = np.where(self.kinds == kind, pull, np.float32(0)).reshape(self._image)
-                sharp = self._lens.adjoint(share).ravel()
+                sharp = self.lens.adjoint(share).ravel()
                 measure_back(light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light)
-        gradient, profile = np.empty_like(flat), np.float32(picture.dispersion) * self._profile
-        turn_modes_back(flat, profile, light.copy(), by_light, gradient)
+        gradient, profile = np.empty_like(flat), np.float32(picture.dispersion) * self.profile
+        turn_modes_back(flat, profile, light, by_light, gradient)
         return gradient.reshape(modes.shape)
 
     def expose(

@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import InputError
-from fringeforce.force.goodness import is_noise, reduced_chi_square
-from fringeforce.force.likelihood import Response, misfit
+from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
 from fringeforce.optics.arrangement import signed
-from fringeforce.pads.fit import Fit, Top
+from fringeforce.pads.batch import PadBatch
+from fringeforce.pads.fit import Fit, Start, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
-from fringeforce.pads.sampling import Sampling, lattice, sampled
+from fringeforce.pads.rivals import Mirror, Verdict, weighed
+from fringeforce.pads.sampling import Sampling, lattice
 from fringeforce.pads.search import Search
+from fringeforce.pads.verdict import Judge
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
 
-SEARCHED = 3072
-"""Pixels of the search."""
 FOLLOWED, STEPPED, STATED = 32, 48, 64
 """Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
+DEPTH = 4
+"""Times that mirror images are tried, each time of what is likelier than all before."""
+PROMISING = 0.5
+"""Mean square by which a mirror image may be worse than what it is an image of, to be tried."""
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
-BLOCK = 4
-"""Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
-CONTACT = 6.0
-"""Standard deviations of pure noise by which an explanation must beat silence."""
-CLIPPED = 0.02
-"""Share of pixels at the converter's limit above which a frame that nothing explains is clipped."""
-DENSE = 0.35
-"""Difference of like pixels side by side, root mean square, beyond which fringes are too dense."""
+_FOLLOWED = Status.OK, Status.NO_CONTACT
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,16 +66,16 @@ class PadReader:
         return camera_response(self.model.sensor.camera)
 
     @cached_property
-    def _following(self) -> list[Sampling]:
-        return [lattice(self.model, c, FOLLOWED) for c in range(len(self.model.pictures))]
+    def _following(self) -> Sampling:
+        return lattice(self.model, FOLLOWED)
 
     @cached_property
-    def _stepping(self) -> list[Sampling]:
-        return [lattice(self.model, c, STEPPED) for c in range(len(self.model.pictures))]
+    def _stepping(self) -> Sampling:
+        return lattice(self.model, STEPPED)
 
     @cached_property
-    def _stating(self) -> list[Sampling]:
-        return [lattice(self.model, c, STATED) for c in range(len(self.model.pictures))]
+    def _stating(self) -> Sampling:
+        return lattice(self.model, STATED)
 
     @cached_property
     def _search(self) -> Search:
@@ -89,11 +86,16 @@ class PadReader:
                 "nothing can be read without an earlier state; take a polarisation camera, or "
                 'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
             )
-        channels = len(self.model.pictures)
-        samplings = [sampled(self.model, c, SEARCHED // channels) for c in range(channels)]
-        return Search(self.model, self.response, samplings)
+        return Search(self.model, self.response)
 
-    def read(self, frame: ArrayLike, start: ArrayLike | None = None) -> PadReading:
+    @cached_property
+    def _mirror(self) -> Mirror:
+        waves = {picture.dispersion for picture in self.model.pictures}
+        return Mirror(self._search.places, tuple(sorted(waves)))
+
+    def read(
+        self, frame: ArrayLike, start: ArrayLike | None = None, mask: ArrayLike | None = None
+    ) -> PadReading:
         """Read one frame without any earlier state, or from forces that are nearly right.
 
         Parameters
@@ -102,6 +104,8 @@ class PadReader:
             Grey levels.
         start : array_like, shape (n, 3), optional
             Forces to start from instead of a search [N].
+        mask : array_like of bool, shape of a frame, optional
+            Pixels to leave out, such as dead ones, where true.
 
         Returns
         -------
@@ -111,27 +115,66 @@ class PadReader:
         Raises
         ------
         InputError
-            If there is no start and the polariscope cannot tell a force from its negative.
+            If there is no start and the polariscope cannot tell a force from its negative, or if
+            the mask does not fit.
         """
-        levels = self._checked(frame)
+        judge = self._judge(mask)
+        levels = judge.checked(frame)
         if isinstance(levels, PadReading):
             return levels
-        if start is not None:
-            starts = [self.model.checked(start, single=True).ravel()]
-        else:
-            starts = [forces for _, forces in self._search.attempts(levels)[:2]]
-        best: Top | None = None
-        for forces in starts:
-            top = self._fit(levels, self._stepping).climb(forces)
-            if best is None or top.misfit.loss < best.misfit.loss:
-                best = top
-            if self._explained(best):
-                break
-        assert best is not None
-        fine = self._fit(levels, self._stating).information(best.forces)
-        return self._reading(levels, best, fine, tracked=False)
+        return self._searched(levels, start, judge)[0]
 
-    def follow(self, frame: ArrayLike, last: PadReading) -> PadReading:
+    def _searched(
+        self, levels: Array, start: ArrayLike | None, judge: Judge
+    ) -> tuple[PadReading, Top]:
+        """Reading of a frame without an earlier state, or from a start, and where it is."""
+        fit = self._fit(levels, self._stepping, judge)
+        if start is not None:
+            tops, sure = [fit.climb(self.model.checked(start, single=True).ravel())], True
+        else:
+            tops, sure = self._explanations(fit, judge)
+        fine = self._fit(levels, self._stating, judge).information(tops[0].place)
+        if not judge.explained(tops[0]):
+            return judge.unexplained(levels, tops[0], fine), tops[0]
+        verdict = weighed([top for top in tops if judge.explained(top)], fine)
+        return judge.reading(levels, tops[0], verdict, tracked=False, sure=sure), tops[0]
+
+    def _explanations(self, fit: Fit, judge: Judge) -> tuple[list[Top], bool]:
+        """Where a search, and mirror images of what it finds, lead, and whether that is all.
+
+        The likeliest comes first.
+        """
+        tops: list[Top] = []
+        sure = False
+        for forces, whole in self._search.attempts(fit.frame, judge.used):
+            tops.append(fit.climb(forces))
+            plain = judge.plain(fit.frame, tops[-1])
+            sure |= whole or plain
+            if judge.explained(tops[-1]) and plain:
+                break
+        tops.sort(key=lambda top: top.misfit.loss)
+        return (self._with_images(fit, judge, tops) if judge.explained(tops[0]) else tops), sure
+
+    def _with_images(self, fit: Fit, judge: Judge, tops: list[Top]) -> list[Top]:
+        """Explanations, and where their mirror images lead, the likeliest first."""
+        shown = None
+        if judge.used is not None:
+            counts = judge.used.reshape(len(self.model.pictures), -1)
+            shown = np.asarray(counts.any(axis=0), dtype=bool)
+        for _ in range(DEPTH):
+            likeliest = tops[0]
+            for forces in self._mirror.images(likeliest.forces, shown):
+                start = fit.at(forces)
+                if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
+                    tops.append(fit.climb(start))
+            tops.sort(key=lambda top: top.misfit.loss)
+            if tops[0] is likeliest:
+                break
+        return tops
+
+    def follow(
+        self, frame: ArrayLike, last: PadReading, mask: ArrayLike | None = None
+    ) -> PadReading:
         """Read a frame that comes soon after another, and search where that fails.
 
         Parameters
@@ -140,19 +183,27 @@ class PadReader:
             Grey levels.
         last : PadReading
             Of the frame before.
+        mask : array_like of bool, shape of a frame, optional
+            Pixels to leave out, where true.
         """
-        if last.status not in (Status.OK, Status.NO_CONTACT):
-            return self.read(frame)
-        levels = self._checked(frame)
+        if last.status not in _FOLLOWED:
+            return self.read(frame, mask=mask)
+        judge = self._judge(mask)
+        levels = judge.checked(frame)
         if isinstance(levels, PadReading):
             return levels
-        start = (last.forces + last.trend).ravel()
-        top = self._fit(levels, self._following).climb(start, steps=6)
-        if not self._explained(top):
-            return self.read(frame)
-        reading = self._reading(levels, top, top.information, tracked=True)
-        # a steady motion goes on; noise, which a difference doubles, counts less
-        return replace(reading, trend=KEPT * (reading.forces - last.forces))
+        return self._followed(levels, last.forces.ravel(), judge)[0]
+
+    def _followed(
+        self, levels: Array, start: Array | Start, judge: Judge
+    ) -> tuple[PadReading, Top]:
+        """Reading of a frame from a start, or searched, and where it was followed to."""
+        fit = self._fit(levels, self._following, judge)
+        top = fit.climb(start, steps=6)
+        if judge.explained(top):
+            verdict = Verdict(top.forces, top.information, np.empty((0, len(top.forces))))
+            return judge.reading(levels, top, verdict, tracked=True), top
+        return self._searched(levels, None, judge)
 
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading of one frame can have, shape (n, 3) [N].
@@ -165,104 +216,82 @@ class PadReader:
             Forces that act [N].
         """
         loads = self.model.checked(forces, single=True)
-        fit = self._fit(np.zeros(len(self._silent)), self._stating)
-        information = fit.information(loads.ravel())
+        fit = self._fit(np.zeros(self._pixels), self._stating, self._judge(None))
+        information = fit.information(fit.at(loads.ravel()))
         return PadReading(loads, information, 1.0, Status.OK).std
 
-    def stream(self, frames: Iterable[ArrayLike]) -> Iterator[PadReading]:
+    def stream(
+        self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
+    ) -> Iterator[PadReading]:
         """Readings of frames one after the other, each followed from the last."""
-        last: PadReading | None = None
+        judge, here = self._judge(mask), None
+        ahead: Start | None = None
         for frame in frames:
-            last = self.read(frame) if last is None else self.follow(frame, last)
-            yield last
+            levels = judge.checked(frame)
+            if isinstance(levels, PadReading):
+                yield levels
+                continue
+            if ahead is None:
+                reading, top = self._searched(levels, None, judge)
+            else:
+                reading, top = self._followed(levels, ahead, judge)
+            before, here = here, top.place if reading.status in _FOLLOWED else None
+            ahead = here
+            if here is not None and before is not None and reading.tracked:
+                # a steady motion goes on; noise, which a difference doubles, counts less
+                ahead = here.plus(KEPT, here.plus(-1.0, before))
+            yield reading
 
-    def _fit(self, levels: Array, samplings: list[Sampling]) -> Fit:
-        return Fit(self.model, self.response, samplings, levels)
+    def read_batch(
+        self,
+        frames: ArrayLike,
+        covariance: bool = False,
+        mask: ArrayLike | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> PadBatch:
+        """Read a recording, each frame followed from the last.
 
-    def _explained(self, top: Top) -> bool:
-        return is_noise(self._blocks(top.misfit.slope), len(top.forces))
+        Parameters
+        ----------
+        frames : array_like, shape (k, rows, columns) or (k, channels, rows, columns)
+            Grey levels of consecutive frames.
+        covariance : bool
+            Whether to keep the covariance of every frame, a megabyte each.
+        mask : array_like of bool, shape of a frame, optional
+            Pixels to leave out of all frames, where true.
+        progress : callable, optional
+            Called with the number of frames that were done since.
 
-    def _blocks(self, values: Array) -> Array:
-        """Values of pixels, those of a square that measure alike one after the other."""
-        step = 1 if len(self.model.pictures[0].forms) == 1 else 2
-        images = values.reshape(-1, *self.model.frame_shape[-2:])
-        alike = [images[:, i::step, j::step] for i in range(step) for j in range(step)]
-        return np.concatenate([_squares(image) for image in alike])
+        Raises
+        ------
+        InputError
+            If the frames are none of this pad, or the mask does not fit.
+        """
+        images = np.asarray(frames)
+        if images.shape[1:] != (shape := self.model.frame_shape) or images.dtype.kind not in "uif":
+            raise InputError(
+                f"A recording of shape {images.shape} and type {images.dtype} does not fit; this "
+                f"pad's are numbers of shape (frames, {', '.join(map(str, shape))})."
+            )
+        batch = PadBatch.of(len(images), self.model.sensor.tactels.total, covariance)
+        for row, reading in enumerate(self.stream(images, mask)):
+            batch.store(row, reading)
+            if progress is not None:
+                progress(1)
+        return batch
 
-    def _reading(self, levels: Array, top: Top, information: Array, tracked: bool) -> PadReading:
-        status, unknowns = Status.OK, len(top.forces)
-        if not self._explained(top):
-            status = self._unexplained(levels)
-        else:
-            silence = misfit(levels, self._silent, self.response).loss
-            if silence - top.misfit.loss <= unknowns + CONTACT * np.sqrt(2 * unknowns):
-                status = Status.NO_CONTACT
-        return PadReading(
-            forces=top.forces.reshape(-1, 3),
-            information=information,
-            chi2=reduced_chi_square(top.misfit.slope, unknowns),
-            status=status,
-            tracked=tracked,
-        )
+    @property
+    def _pixels(self) -> int:
+        return int(np.prod(self.model.frame_shape))
+
+    def _judge(self, mask: ArrayLike | None) -> Judge:
+        if mask is None:
+            return self._unmasked
+        return Judge.masked(self.model, self.response, np.asarray(mask, dtype=bool))
 
     @cached_property
-    def _silent(self) -> Array:
-        """Grey levels where nothing touches."""
-        nothing = self.model.intensity(np.zeros((self.model.sensor.tactels.total, 3)))
-        return np.asarray(self.response.amplitude * nothing.ravel() + self.response.offset)
+    def _unmasked(self) -> Judge:
+        return Judge(self.model, self.response)
 
-    def _unexplained(self, levels: Array) -> Status:
-        """Why nothing explains a frame."""
-        camera = self.model.sensor.camera
-        if (levels >= camera.full_scale).mean() > CLIPPED:
-            return Status.SATURATED
-        images = levels.reshape(-1, *self.model.frame_shape[-2:]) / camera.amplitude
-        apart = (images[:, :, 2:] - images[:, :, :-2]) ** 2
-        side = 16
-        rows, columns = (length // side * side for length in apart.shape[1:])
-        if rows and columns:
-            squares = apart[:, :rows, :columns].reshape(
-                -1, rows // side, side, columns // side, side
-            )
-            if np.sqrt(squares.mean(axis=(2, 4)).max()) > DENSE:
-                return Status.FRINGES_TOO_DENSE
-        return Status.MODEL_MISMATCH
-
-    def _checked(self, frame: ArrayLike) -> Array | PadReading:
-        """A frame's grey levels in one row if they can be used, or a reading that says why not."""
-        camera = self.model.sensor.camera
-        try:
-            levels = np.asarray(frame, dtype=float)
-        except (TypeError, ValueError):
-            return self._bad(f"It holds {type(frame).__name__}, not grey levels.")
-        if levels.shape != (shape := self.model.frame_shape):
-            return self._bad(f"It has the shape {levels.shape}; this pad's frames have {shape}.")
-        darkest, brightest = float(levels.min()), float(levels.max())
-        if not np.isfinite(darkest + brightest):
-            return self._bad(f"{int((~np.isfinite(levels)).sum())} pixels are not a number.")
-        if darkest < 0 or brightest > camera.full_scale:
-            return self._bad(
-                f"Grey levels from {darkest:g} to {brightest:g} exceed the converter's 0 to "
-                f"{camera.full_scale}."
-            )
-        if darkest == brightest and camera.noise > 0.5:
-            return self._bad(f"All pixels are {darkest:g}.")
-        return levels.ravel()
-
-    def _bad(self, detail: str) -> PadReading:
-        n = self.model.sensor.tactels.total
-        return PadReading(
-            forces=np.full((n, 3), np.nan),
-            information=np.full((3 * n, 3 * n), np.nan),
-            chi2=np.nan,
-            status=Status.BAD_FRAME,
-            detail=detail,
-        )
-
-
-def _squares(images: Array) -> Array:
-    """Pixels of images, shape (k, rows, columns), square by square; the last odd ones left out."""
-    rows, columns = (length // BLOCK for length in images.shape[1:])
-    whole = images[:, : rows * BLOCK, : columns * BLOCK]
-    squares = whole.reshape(len(images), rows, BLOCK, columns, BLOCK)
-    return squares.swapaxes(2, 3).ravel()
+    def _fit(self, levels: Array, sampling: Sampling, judge: Judge) -> Fit:
+        return Fit(self.model, self.response, sampling, levels, judge.used)

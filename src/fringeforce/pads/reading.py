@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -31,8 +31,8 @@ class PadReading:
         What exactly is the matter, where there is more to say than the advice.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
-    trend : ndarray, shape (n, 3), or float
-        Change of the forces to expect until the next frame [N].
+    alternatives : ndarray, shape (k, n, 3)
+        Other forces that explain an ambiguous frame as well [N].
     """
 
     forces: Array
@@ -41,7 +41,7 @@ class PadReading:
     status: Status
     detail: str = ""
     tracked: bool = False
-    trend: Array | float = 0.0
+    alternatives: Array = field(default_factory=lambda: np.empty((0, 0, 3)))
 
     @cached_property
     def covariance(self) -> Array:

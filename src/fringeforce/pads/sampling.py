@@ -1,8 +1,8 @@
 """Some pixels of a frame and the whole influence there: curvature, covariance, and searches.
 
 Influences are smooth, so that a lattice of some thousands of pixels says of the curvature what all
-would say.  Searches take pixels of an additive recurrence (Roberts's R2 sequence, after the plastic
-number), which is even as well but no lattice, so that all kinds of a mosaic are among them.
+would say; each pixel stands for its neighbours of all kinds, and counts with the mean of their
+forms.
 """
 
 from __future__ import annotations
@@ -13,96 +13,121 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.optics.integrated import turn, turn_back
-from fringeforce.pads.imaging import measure, measure_back
+from fringeforce.optics.integrated import turn_modes_back
+from fringeforce.pads.imaging import Picture
 from fringeforce.pads.model import PadModel
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-
-PLASTIC = 1.324717957244746
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """Some pixels of one picture.
+    """A lattice of pixels.
 
     Attributes
     ----------
-    pixels : ndarray of int, shape (m,)
-        Their numbers in the flattened image.
-    influence : ndarray, shape (2, modes, m, 3 n)
+    model : PadModel
+        Of the pad.
+    rows, columns : ndarray of int, shape (r,), (c,)
+        Those of the image that the lattice is made of.
+    influence : ndarray, shape (2, modes, r * c, 3 n)
         Retardance of the modes per force [rad/N].
-    profile : ndarray, shape (slices, modes)
-        Of the modes over the slices.
-    packed : ndarray, shape (k, 6)
-        Quadratic forms of the picture.
-    kinds : ndarray, shape (m,)
-        Which of them each pixel measures.
     """
 
-    pixels: NDArray[np.intp]
+    model: PadModel
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
     influence: Single
-    profile: Single
-    packed: Single
-    kinds: NDArray[np.uint8]
 
-    def slices(self, forces: Array) -> Single:
-        """Retardance of every slice, shape (slices, 2, m)."""
-        modes = self.influence @ forces.astype(np.float32)
-        return np.stack([self.profile @ modes[0], self.profile @ modes[1]], axis=1)
+    @property
+    def pixels(self) -> NDArray[np.intp]:
+        """Numbers of the pixels in the flattened image, shape (r * c,)."""
+        width = self.model.frame_shape[-1]
+        return (self.rows[:, None] * width + self.columns).ravel()
 
-    def evaluate(self, forces: Array, jacobian: bool = True) -> tuple[Single, Single]:
-        """Intensities, shape (m,), and their derivatives by the forces, shape (m, 3 n).
+    def modes(self, forces: Array) -> Single:
+        """Retardance of the modes, shape (2, modes, r * c) [rad]."""
+        return self.influence @ forces.astype(np.float32)
+
+    def information(
+        self, modes: Single, picture: Picture, light: Single, used: Mask | None = None
+    ) -> Array:
+        """Mean over the pixels of the squared derivatives of the intensity, shape (3 n, 3 n).
 
         Parameters
         ----------
-        forces : ndarray, shape (3 n,)
-            N, T_x, T_y of tactel after tactel [N].
-        jacobian : bool
-            Whether the derivatives are wanted; they are empty if not.
+        modes : ndarray, shape (2, modes, rows, columns)
+            Retardance at all pixels of the image [rad].
+        picture : Picture
+            What they measure.
+        light : ndarray, shape (3, P)
+            The light behind it.
+        used : ndarray of bool, shape (P,), optional
+            Pixels that count; all if not given.
         """
-        stack = self.slices(forces)
-        light = np.empty((3, stack.shape[2]), dtype=np.float32)
-        turn(stack, light)
-        seen = np.empty(stack.shape[2], dtype=np.float32)
-        measure(light, self.packed, self.kinds, seen)
-        if not jacobian:
-            return seen, np.empty((0, 0), dtype=np.float32)
-        pull, by_slice = np.zeros_like(light), np.empty_like(stack)
-        measure_back(light, self.packed, self.kinds, np.ones_like(seen), pull)
-        turn_back(stack, light, pull, by_slice)
-        return seen, self._rows(by_slice)
+        size = self.influence.shape[3]
+        shares = np.ones(len(self.pixels), np.float32) if used is None else self._shares(used)
+        stacked = [np.sqrt(shares) * slope for slope in self._slopes(modes, picture, light)]
+        weights = np.stack(stacked).reshape(len(stacked), -1, len(shares))
+        rows = np.empty((len(shares), len(stacked), size), dtype=np.float32)
+        _combine(self.influence.reshape(-1, len(shares), size), weights, rows)
+        flat = rows.reshape(-1, size)
+        return (flat.T @ flat).astype(float) / len(shares)
 
-    def _rows(self, by_slice: Single) -> Single:
-        """Derivatives by the forces, shape (m, 3 n), of what has these by the slices."""
-        by_mode = np.stack([self.profile.T @ by_slice[:, part] for part in range(2)])
-        rows = np.empty((by_slice.shape[2], self.influence.shape[3]), dtype=np.float32)
-        _combine(self.influence.reshape(-1, *rows.shape), by_mode.reshape(-1, len(rows)), rows)
-        return rows
+    def _slopes(self, modes: Single, picture: Picture, light: Single) -> list[Single]:
+        """Derivatives by the modes whose squares add up to the mean of all kinds of pixels."""
+        profile = np.float32(picture.dispersion) * self.model.profile
+        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
+        if self.model.lens.none:
+            few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
+            return [_back(few, profile, shone, pull) for pull in _roots(shone, picture.forms)]
+        found = []
+        for form in picture.forms:
+            pull = (2 / np.sqrt(len(picture.forms)) * form).astype(np.float32) @ light
+            # influences hardly change over the blur, so that it may act on the other factor alone
+            image = _back(flat, profile, light, pull).reshape(modes.shape)
+            blurred = self.model.lens.blurred(image)[..., self.rows[:, None], self.columns]
+            found.append(blurred.reshape(*modes.shape[:2], -1))
+        return found
 
-    def information(self, forces: Array) -> Array:
-        """Sum over the pixels of the squared derivatives of the intensity, shape (3 n, 3 n).
-
-        Each pixel stands for its neighbours of all kinds, and counts with the mean of their forms.
-        """
-        stack = self.slices(forces)
-        light = np.empty((3, stack.shape[2]), dtype=np.float32)
-        turn(stack, light)
-        total = np.zeros((len(forces), len(forces)))
-        for pull in _roots(light, self.packed):
-            by_slice = np.empty_like(stack)
-            turn_back(stack, light.copy(), pull, by_slice)
-            rows = self._rows(by_slice)
-            total += rows.T @ rows
-        return total
+    def _shares(self, used: Mask) -> Single:
+        """Share of the pixels around each of the lattice that are used, shape (r * c,)."""
+        whole = used.reshape(self.model.frame_shape[-2:]).astype(np.float32)
+        for axis, places in enumerate((self.rows, self.columns)):
+            middles = (places[1:] + places[:-1] + 1) // 2
+            starts = np.concatenate([[0], middles])
+            counts = np.diff(np.append(starts, whole.shape[axis]))
+            sums = np.add.reduceat(whole, starts, axis=axis)
+            whole = sums / np.expand_dims(counts, 1 - axis)
+        return whole.ravel().astype(np.float32)
 
 
-def _roots(light: Single, packed: Single) -> list[Single]:
-    """Two derivatives by the light whose squares sum up to the mean over the forms."""
-    q = packed[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3) * np.float32(0.5)
-    q += q * np.eye(3, dtype=np.float32)
-    slopes = np.float32(2) * np.einsum("kij,jp->kip", q, light)
+def lattice(model: PadModel, side: int) -> Sampling:
+    """Pixels in `side` even rows and columns, or all where there are fewer."""
+    rows, columns = (
+        ((np.arange(min(side, n)) + 0.5) * n / min(side, n)).astype(np.intp)
+        for n in model.frame_shape[-2:]
+    )
+    x, y = model.sensor.pixel_positions
+    places = np.meshgrid(x[columns], y[rows])
+    return Sampling(model, rows, columns, model.influence.matrix(*(p.ravel() for p in places)))
+
+
+def _back(modes: Single, profile: Single, light: Single, pull: Single) -> Single:
+    gradient = np.empty_like(modes)
+    turn_modes_back(modes, profile, light, pull, gradient)
+    return gradient
+
+
+def _roots(light: Single, forms: Array) -> list[Single]:
+    """Two directions of light, shape (3, m), for a pixel of several kinds.
+
+    The squared derivatives of the intensity along them add up to the mean over the kinds of that by
+    the light.
+    """
+    slopes = np.einsum("kij,jp->kip", (2 * forms).astype(np.float32), light)
     # light moves on a sphere: two directions across it, the first away from the nearest axis
     away = np.where(np.abs(light[2]) < np.float32(0.9), 1.0, 0.0).astype(np.float32)
     first = np.cross(light, np.stack([1 - away, 0 * away, away]), axis=0)
@@ -117,45 +142,17 @@ def _roots(light: Single, packed: Single) -> list[Single]:
     return [root * first + lean * second, rest * second]
 
 
-def sampled(model: PadModel, channel: int, count: int) -> Sampling:
-    """Pixels of one channel of a pad, spread evenly but not on a lattice."""
-    x, y = model.sensor.pixel_positions
-    numbers = np.arange(1, count + 1)
-    column = ((numbers / PLASTIC + 0.5) % 1 * len(x)).astype(np.intp)
-    row = ((numbers / PLASTIC**2 + 0.5) % 1 * len(y)).astype(np.intp)
-    return _at(model, channel, row, column)
-
-
-def lattice(model: PadModel, channel: int, side: int) -> Sampling:
-    """Pixels of one channel in `side` even rows and columns, or all where there are fewer."""
-    numbers = [
-        ((np.arange(min(side, n)) + 0.5) * n / min(side, n)).astype(np.intp)
-        for n in model.frame_shape[-2:]
-    ]
-    row, column = (places.ravel() for places in np.meshgrid(*numbers, indexing="ij"))
-    return _at(model, channel, row, column)
-
-
-def _at(model: PadModel, channel: int, row: NDArray[np.intp], column: NDArray[np.intp]) -> Sampling:
-    picture = model.pictures[channel]
-    x, y = model.sensor.pixel_positions
-    pixels = row * len(x) + column
-    return Sampling(
-        pixels,
-        model.influence.matrix(x[column], y[row]),
-        (picture.dispersion * model.influence.profile).astype(np.float32),
-        picture.packed,
-        model.kinds[pixels],
-    )
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def _combine(influence, weights, rows) -> None:
+    """Sum influences, shape (f, m, n), with the weights of every row, shape (k, f, m)."""
+    for i in range(len(rows)):
+        rows[i] = 0
+        for f in range(len(influence)):
+            for k in range(len(weights)):
+                _add(rows[i, k], weights[k, f, i], influence[f, i])
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
-def _combine(influence, weights, rows) -> None:
-    """Sum influences, shape (f, m, n), with the weights of every row, shape (f, m)."""
-    for i in range(len(rows)):
-        row = rows[i]
-        row[:] = row.dtype.type(0)
-        for f in range(len(influence)):
-            weight, part = weights[f, i], influence[f, i]
-            for j in range(len(row)):
-                row[j] += weight * part[j]
+def _add(target, share, source) -> None:
+    for j in range(len(target)):
+        target[j] += share * source[j]

@@ -3,43 +3,56 @@
 Circular light and linear analysers measure the sine of the retardance with its direction, which
 folds back where the retardance passes a quarter wave.  Far from contacts it does not, and what is
 seen there already tells roughly what every contact does.  From this the retardance nearer to it is
-predicted, with a deviation; pixels are believed where that is small, the forces improve, and so
-on until all are believed.  A prior as wide as the sensor's range keeps the first steps finite.
+predicted, with a deviation; places are believed where that is small and where the prediction agrees
+with what is seen, the forces improve, and so on until all are believed.  What contact is like, with
+pushes and with shear no larger, steers the growth and no more: the likelihood alone decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, cholesky
+from scipy.linalg import cho_solve, cholesky, get_lapack_funcs
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from fringeforce.force.likelihood import Response
+from fringeforce.optics.integrated import turn
 from fringeforce.pads.model import PadModel
-from fringeforce.pads.sampling import Sampling
+from fringeforce.pads.sampling import Sampling, lattice
+from fringeforce.pads.vectors import StressVectors, stress_vectors
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-ATTEMPTS = ((0.4, False), (0.4, True), (0.25, False), (0.55, True))
-"""Sines of the retardance below which pixels are believed at first; whether forces must push."""
+ATTEMPTS = ((7.2, True), (2.4, True), (7.2, False))
+"""Retardance that the prior's deviation of a normal force causes beside its tactel [rad], and
+whether forces are those of a contact."""
+SIDE = 40
+"""Rows and columns of places."""
+START = 0.4
+"""Sine of the retardance below which, within two covers, a place is believed at first."""
+SHOWN = 0.5
+"""Share of the pixels there that must count."""
+CALM = 0.06
+"""Noise of a sine of the retardance that averages over one more pixel on either side keep small."""
 BELIEVED = 0.5
-"""Deviation of a predicted retardance below which a pixel is believed [rad]."""
-SLACK = 0.03
-"""What predictions may be wrong by while forces grow, as a share of the light."""
-ROUNDS = 25
-PLAUSIBLE = 2.4
-"""Retardance that the prior's deviation of a normal force causes beside its tactel [rad]."""
-WILD = 8.0
-"""Deviations of the prior beyond which forces do not grow."""
-PULL = 0.005
-"""Share of the largest push that a normal force may pull where forces must push."""
-EXPLAINED = 1.3
-"""Mean square residual of the sample that ends the search; full judgement follows."""
+"""Deviation of a predicted retardance below which a place is believed [rad]."""
+SLACK = 0.05
+"""What predictions may be wrong by while forces grow, as a sine of the retardance."""
+WRONG = 0.12
+"""Root mean square by which the sines of neighbours may differ from what is believed of them."""
+WHOLE = 0.95
+"""Share of the places that shows which must come to be believed, but for noise all of them."""
+ROUNDS = 60
+SETTLED = 0.02
+"""Share of the prior's deviation below which a last step is not worth another."""
+QUIET = 0.05
+"""Share of the prior's deviation by which a normal force may pull in a contact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,145 +65,145 @@ class Search:
         Of the pad.
     response : Response
         Of its camera.
-    samplings : sequence of Sampling
-        Some pixels of every channel.
     """
 
     model: PadModel
     response: Response
-    samplings: Sequence[Sampling]
 
-    def attempts(self, frame: Array) -> list[tuple[float, Array]]:
-        """Forces, and what they leave of the sample, mean square in units of the noise.
+    def attempts(self, frame: Array, used: Mask | None = None) -> Iterator[tuple[Array, bool]]:
+        """Forces near those that may have caused a frame, shape (3 n,), in turn.
+
+        With each goes whether all that shows came to be believed, from places where the retardance
+        is small without a doubt.
 
         Parameters
         ----------
         frame : ndarray, shape (channels * P,)
             Grey levels.
-
-        Returns
-        -------
-        list of (float, ndarray of shape (3 n,))
-            The best first; a search ends with the first that explains the sample.
+        used : ndarray of bool, same shape, optional
+            Pixels that count; all if not given.
         """
-        light = (frame - self.response.offset) / self.response.amplitude
-        channels = light.reshape(len(self.samplings), -1)
-        data = np.concatenate([c[s.pixels] for c, s in zip(channels, self.samplings, strict=True)])
-        sines = self._sines(channels)
-        found = []
-        for size, pushing in ATTEMPTS:
-            start = np.concatenate([sines[s.pixels] < size for s in self.samplings])
-            forces = self._climbed(self._grown(data, start, pushing), data)
-            found.append((self._left(forces, data), forces))
-            if found[-1][0] < EXPLAINED:
-                break
-        return sorted(found, key=lambda attempt: attempt[0])
-
-    def _sines(self, channels: Array) -> Array:
-        """The largest sine of the retardance within two covers of every pixel, shape (P,)."""
-        columns, rows = self.model.sensor.camera.pixels
-        equations, values = [], []
-        for picture, light in zip(self.model.pictures, channels, strict=True):
-            image = light.reshape(rows, columns)
-            for kind, form in enumerate(picture.forms):
-                mine = (self.model.kinds == kind).reshape(rows, columns)
-                filled = np.where(mine, image - form[2, 2], 0.0)
-                # both averages over the same neighbours, so that each kind is seen everywhere
-                values.append(uniform_filter(filled, 5) / uniform_filter(mine.astype(float), 5))
-                equations.append(2 * form[:2, 2] * picture.dispersion)
-        solved = np.tensordot(np.linalg.pinv(np.array(equations)), np.array(values), axes=1)
-        x, _ = self.model.sensor.pixel_positions
         reach = 2.4 * self.model.sensor.transducer.compliant.thickness
-        neighbours = 2 * int(reach / (x[1] - x[0])) + 1
-        return maximum_filter(2 * np.hypot(*solved), neighbours).ravel()
+        seen = []
+        for vectors in stress_vectors(self.model, self.response, frame, used):
+            # averaged until noise alone is far from what tells a place to be believed
+            size = 2 * int(vectors.noise / CALM) + 1
+            calm = uniform_filter(vectors.values, size, axes=(1, 2))
+            sines = np.sqrt((calm**2).sum(axis=0))
+            sines[~vectors.known] = 0.0
+            around = [2 * int(reach / pitch) + 1 for pitch in self._pitch]
+            known = vectors.known.astype(float)
+            shown = uniform_filter(known, around) > SHOWN  # pyright: ignore[reportArgumentType]
+            low = (maximum_filter(sines, around) < START) & shown
+            seen.append((vectors.at(self.places.rows, self.places.columns), self._few(low)))
+        for plausible, contact in ATTEMPTS:
+            yield self._grown(seen, plausible / self._strongest, contact)
 
     @cached_property
-    def _whole(self) -> NDArray[np.float32]:
-        """Retardance of both passes per force at the samples, shape (2, m, 3 n)."""
-        parts = [
-            2 * np.tensordot(s.profile.sum(axis=0), s.influence, axes=(0, 1))
-            for s in self.samplings
-        ]
-        return np.concatenate(parts, axis=1).astype(np.float32)
+    def places(self) -> Sampling:
+        """Where retardance is looked at."""
+        return lattice(self.model, SIDE)
+
+    @property
+    def _pitch(self) -> tuple[float, float]:
+        """Of the pixels along rows and columns [m]."""
+        x, y = self.model.sensor.pixel_positions
+        return float(y[1] - y[0]), float(x[1] - x[0])
+
+    def _few(self, image: Mask) -> Mask:
+        return image[self.places.rows[:, None], self.places.columns].ravel()
 
     @cached_property
-    def _prior(self) -> Array:
-        """Information of the prior, shape (3 n,)."""
-        largest = np.abs(self._whole).max(axis=(0, 1)).reshape(-1, 3)[:, 0].max()
-        normal = PLAUSIBLE / largest
-        return np.tile(
-            [normal**-2, (normal / 2) ** -2, (normal / 2) ** -2], self._whole.shape[2] // 3
-        )
+    def _whole(self) -> Single:
+        """Retardance of both passes per force, shape (2, m, 3 n)."""
+        profile = 2 * self.model.profile.sum(axis=0)
+        return np.ascontiguousarray(np.einsum("k,fkmn->fmn", profile, self.places.influence))
 
     @cached_property
-    def _limit(self) -> Array:
-        """Largest forces that growth may pass through, shape (3 n,) [N]."""
-        return WILD / np.sqrt(self._prior)
+    def _strongest(self) -> float:
+        """Largest retardance per normal force [rad/N]."""
+        return float(np.abs(self._whole[:, :, ::3]).max())
 
-    def _evaluate(self, forces: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        parts = [sampling.evaluate(forces) for sampling in self.samplings]
-        return tuple(np.concatenate(part) for part in zip(*parts, strict=True))  # pyright: ignore
-
-    def _left(self, forces: Array, data: Array) -> float:
-        seen = np.concatenate([s.evaluate(forces, jacobian=False)[0] for s in self.samplings])
-        square = float(((data - seen) ** 2).mean())
-        return square * float(self.response.amplitude) ** 2 / self.response.variance
-
-    def _grown(self, data: Array, start: Mask, pushing: bool) -> Array:
+    def _grown(
+        self, seen: list[tuple[StressVectors, Mask]], normal: float, contact: bool
+    ) -> tuple[Array, bool]:
         """Forces, grown from what is believed at the start."""
-        forces, believed = np.zeros(self._whole.shape[2]), start
-        lowest = -self._limit
-        if pushing:
-            lowest[::3] *= PULL
-        for turn in range(ROUNDS):
-            factor = None
-            for _ in range(1 if turn else 3):
-                seen, rows = self._evaluate(forces)
-                rows, left = rows[believed] / np.float32(SLACK), (data - seen)[believed] / SLACK
-                matrix = (rows.T @ rows).astype(float)
-                matrix[np.diag_indices(len(matrix))] += self._prior
-                factor = cho_factor(matrix, lower=True, check_finite=False)
-                pull = rows.T @ left.astype(np.float32) - self._prior * forces
-                step = cho_solve(factor, pull, check_finite=False)
-                forces = np.clip(forces + step, lowest, self._limit)
-            assert factor is not None
-            grown = (self._deviation(factor[0]) < BELIEVED) | start
-            if (grown == believed).all():
+        forces = np.zeros(self._whole.shape[2])
+        spread, deviation = np.full(len(forces), np.inf), np.full(self._whole.shape[1], np.inf)
+        before = None
+        for turn_ in range(ROUNDS):
+            prior = _prior(forces, spread, normal, contact)
+            matrix, pull, believed = np.diag(prior), -prior * forces, []
+            for vectors, start in seen:
+                left = vectors.values - vectors.directions @ self._sines(forces, vectors.dispersion)
+                sure = start | (deviation * vectors.dispersion < BELIEVED)
+                if turn_ > 1:
+                    sure &= self._agrees(left, vectors, deviation * vectors.dispersion)
+                believed.append(sure & vectors.known)
+                rows = self._rows(forces, vectors, believed[-1])
+                wanted = left[:, believed[-1]].ravel().astype(np.float32)
+                weight = SLACK**2 + vectors.noise**2
+                matrix += (rows.T @ rows) / weight
+                pull += (rows.T @ wanted) / weight
+            factor = cholesky(matrix, lower=True, check_finite=False)
+            step = cho_solve((factor, True), pull, check_finite=False)
+            forces = forces + step
+            same = before is not None and all(map(np.array_equal, before, believed))
+            if same and np.abs(step).max() < SETTLED * normal:
                 break
-            believed = grown
-        return forces
+            before = believed
+            (inverse,) = get_lapack_funcs(("trtri",), (factor,))
+            root = inverse(factor, lower=1)[0].astype(np.float32)
+            spread = (root**2).sum(axis=0).astype(float)
+            predicted = ((root @ part.T) for part in self._whole)
+            deviation = np.sqrt(np.max([(part**2).sum(axis=0) for part in predicted], axis=0))
+        shown = [
+            start.any() and sure[vectors.known].mean() > WHOLE
+            for (vectors, start), sure in zip(seen, before or [], strict=True)
+        ]
+        return forces, all(shown)
 
-    def _deviation(self, lower: Array) -> Array:
-        """Deviation of the predicted retardance of every sample, shape (m,) [rad]."""
-        root = np.linalg.inv(np.tril(lower)).T.astype(np.float32)
-        return np.sqrt(sum(((part @ root) ** 2).sum(axis=1) for part in self._whole))
+    def _sines(self, forces: Array, dispersion: float) -> Single:
+        """Sine of the retardance with its direction, shape (2, m)."""
+        modes = np.float32(dispersion) * self.places.modes(forces)
+        slices = np.einsum("sk,fkm->sfm", self.model.profile, modes)
+        light = np.empty((3, modes.shape[2]), dtype=np.float32)
+        turn(np.ascontiguousarray(slices), light)
+        return 2 * light[2] * light[:2]
 
-    def _climbed(self, forces: Array, data: Array, steps: int = 20) -> Array:
-        """Forces at the top of the sample's likelihood, with the prior."""
-        scale = float(self.response.amplitude) / np.sqrt(self.response.variance)
+    def _agrees(self, left: Array, vectors: StressVectors, deviation: Array) -> Mask:
+        """Where what is seen around a place is what is believed, within a deviation of it."""
+        shape = len(self.places.rows), len(self.places.columns)
+        square = np.where(vectors.known, (left**2).sum(axis=0), 0.0).reshape(shape)
+        size = np.sqrt(np.maximum(uniform_filter(square, 3), 0)).ravel()
+        return size < WRONG + 2 * vectors.noise + BELIEVED * np.minimum(deviation, BELIEVED)
 
-        def loss(at: Array, seen: NDArray[np.float32]) -> float:
-            left = (data - seen) * scale
-            return float(left @ left + self._prior @ at**2)
+    def _rows(self, forces: Array, vectors: StressVectors, chosen: Mask) -> Single:
+        """Derivatives of what is seen by the forces, shape (r * chosen, 3 n).
 
-        damping = 1e-3
-        seen, rows = self._evaluate(forces)
-        here = loss(forces, seen)
-        for _ in range(steps):
-            rows = rows * np.float32(scale)
-            matrix = (rows.T @ rows).astype(float)
-            pull = rows.T @ ((data - seen) * scale).astype(np.float32) - self._prior * forces
-            gain = 0.0
-            while damping < 1e6:
-                damped = matrix + np.diag(self._prior + damping * np.diag(matrix))
-                factor = cholesky(damped, lower=True, check_finite=False)
-                there = forces + cho_solve((factor, True), pull, check_finite=False)
-                seen, rows = self._evaluate(there)
-                gain = here - loss(there, seen)
-                if gain > 0:
-                    forces, here, damping = there, here - gain, damping / 10
-                    break
-                damping *= 10
-            if gain < 1:
-                break
-        return forces
+        Those of a single retarder, which leave out that stress turns over the depth.
+        """
+        whole = self._whole[:, chosen]
+        vector = vectors.dispersion * (whole @ forces.astype(np.float32))
+        size = np.hypot(*vector)
+        along = np.divide(vector, size, out=np.zeros_like(vector), where=size > 0)
+        across = np.sinc(size / np.pi)
+        rows = []
+        for direction in vectors.directions.astype(np.float32):
+            turned = (np.cos(size) - across) * (direction @ along)
+            shares = vectors.dispersion * (turned * along + across * direction[:, None])
+            a, b = shares.astype(np.float32)[:, :, None]
+            rows.append(a * whole[0] + b * whole[1])
+        return np.concatenate(rows)
+
+
+def _prior(forces: Array, spread: Array, normal: float, contact: bool) -> Array:
+    """Information of the prior, shape (3 n,), given forces and their variances so far."""
+    push, push_variance = forces[::3], spread[::3]
+    shear = np.full(len(push), (normal / 2) ** 2)
+    variance = np.full(len(push), normal**2)
+    if contact:
+        # what pulls is no contact, and shear is about as large as the push at most
+        variance[push < 0] = (QUIET * normal) ** 2
+        shear = np.minimum(shear, np.maximum(push, 0) ** 2 + push_variance)
+    return 1 / np.stack([variance, shear, shear], axis=1).ravel()
