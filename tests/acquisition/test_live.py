@@ -173,6 +173,46 @@ def test_a_slow_reader_drops_whole_blocks_and_counts_them(
     assert found.lines + found.dropped_queue + found.dropped_camera == ahead.first - ahead.dropped
 
 
+def test_what_a_slow_reader_reads_comes_in_runs_of_whole_queues(
+    reader: ff.Reader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    came = threading.Semaphore(0)
+
+    def slow(reader: ff.Reader, block: Block) -> Readings:
+        came.acquire(timeout=20)
+        return _nothing_read(reader, block)
+
+    monkeypatch.setattr(loop, "read_block", slow)
+    camera, sink = Scripted([10] * 41), Notes()
+    # the reader holds one block, the queue fills four times over and drops what it held each time
+    camera.close = lambda: None  # type: ignore[method-assign]
+    threading.Timer(0.5, lambda: came.release(100)).start()
+    found = ff.live(reader, camera, [sink], queue=8)
+    assert found.lines + found.dropped_queue == 410
+    assert found.dropped_queue % 80 == 0
+    gaps = np.count_nonzero(np.diff(sink.lines) != 1)
+    assert gaps <= 1
+
+
+def test_a_sink_that_gathers_gets_all_lines_in_order_and_in_fewer_pieces(
+    reader: ff.Reader, quick: None
+) -> None:
+    sizes: list[int] = []
+
+    class Gathering(Notes):
+        interval = 0.05
+
+        def write(self, readings: Readings) -> None:
+            sizes.append(len(readings))
+            assert len(readings.status) == len(readings.lines) == len(readings)
+            super().write(readings)
+
+    sink = Gathering()
+    found = ff.live(reader, Scripted([4] * 100, patient=True), [sink], queue=16)
+    assert sink.lines == list(range(found.lines))
+    assert len(sizes) < 60
+
+
 @pytest.mark.usefixtures("quick")
 def test_a_sink_that_hangs_stalls_neither_reading_nor_other_sinks(
     reader: ff.Reader, model: ff.SensorModel

@@ -29,7 +29,7 @@ their grey levels in units of the noise, shape (p // GROUP, k)."""
 IMAGES = 16
 """Mirror images of one explanation that are tried."""
 THIN, THINNEST = 0.2, 4
-"""They are found from every so many pixels: until the phase runs this far [rad], at most so many."""
+"""They are found from pixels between which the phase runs so far [rad], at most so many apart."""
 
 
 @dataclass(frozen=True, eq=False)
