@@ -16,7 +16,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from reading import misshapen, random_loads
 from rich.console import Console
 from rich.table import Table
 
@@ -25,6 +24,7 @@ from fringeforce.calibration.single_press import single_press_matrix
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
+from reading import misshapen, random_loads
 
 Array = np.ndarray
 FRAMES, LARGEST, ERROR = 64, 2.0, 0.03

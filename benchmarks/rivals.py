@@ -30,7 +30,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from reading import random_loads
 from rich.console import Console
 from rich.table import Table
 from scipy.optimize import least_squares
@@ -42,6 +41,7 @@ from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.force.estimate import least_squares as least_squares_of_phase
 from fringeforce.phase.noise_free import recover_phase
 from fringeforce.reading.single_frame import SingleFrameReader
+from reading import random_loads
 
 Array = np.ndarray
 

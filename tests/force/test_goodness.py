@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from fringeforce.force.goodness import GROUP, group_sums, is_noise, reduced_chi_square
+from fringeforce.force.goodness import GROUP, absorbed, group_sums, is_noise, reduced_chi_square
 
 
 def test_the_mean_square_of_residuals_of_a_fit_is_one_and_scatters_as_chi_square() -> None:
@@ -46,3 +46,19 @@ def test_a_long_wave_shows_in_the_sums_long_before_it_shows_in_pixels(unknowns: 
         wave = np.full(1024, np.sqrt(limit * share / groups / GROUP))
         assert wave @ wave < 1024
         assert is_noise(wave, unknowns) is noise
+
+
+@pytest.mark.parametrize("fringes", [2.0, 40.0])
+def test_a_fit_takes_from_the_sums_as_much_as_their_mean_square_falls_short(fringes: float) -> None:
+    rng, pixels = np.random.default_rng(3), 512
+    x = np.arange(pixels) / pixels
+    influence = np.stack([np.exp(-0.5 * ((x - k / 12) / 0.05) ** 2) for k in range(13)], axis=1)
+    slope = 3 * np.sin(2 * np.pi * fringes * x)
+    covariance = np.linalg.inv((influence.T * slope**2) @ influence)
+    turned = slope[:, None] * influence
+    project = np.eye(pixels) - turned @ covariance @ turned.T
+    sums = group_sums(project @ rng.normal(size=(pixels, 3000)))
+    found = pixels // GROUP - (sums**2).sum(axis=0).mean()
+    taken = absorbed(slope, influence, covariance)
+    assert taken == pytest.approx(found, abs=4 * np.sqrt(2 * 32 / 3000))
+    assert taken < 13 / (1 if fringes < 10 else 2)

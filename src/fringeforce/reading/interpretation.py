@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.force.climbing import Top
-from fringeforce.force.goodness import is_noise
 from fringeforce.force.likelihood import Response
 from fringeforce.force.strip import Strip
 from fringeforce.phase.folding import Fringes, phase_pace
@@ -77,18 +76,15 @@ def interpret(
     for starts in explanations(lines):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda top: top.loss)
         loads = tops[0].loads
-        left = scene.estimate(loads).misfit.slope
-        if is_noise(left, len(loads), SATISFIED):
+        if scene.explained(loads, SATISFIED):
             break
-        sound = _sound_pixels(left)
-        if sound is not None and not is_noise(left, len(loads)):
+        sound = _sound_pixels(scene.estimate(loads).misfit.slope)
+        if sound is not None and not scene.explained(loads):
             rest = scene.only(sound)
             top = rest.top(loads)
-            if is_noise(rest.estimate(top.loads).misfit.slope, len(loads)):
+            if rest.explained(top.loads):
                 return judged(rest, [top])
-    fitting = [
-        top for top in tops if is_noise(scene.estimate(top.loads).misfit.slope, len(top.loads))
-    ]
+    fitting = [top for top in tops if scene.explained(top.loads)]
     if fitting:
         return judged(scene, fitting)
     status = Status.MODEL_MISMATCH

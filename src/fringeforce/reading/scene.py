@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fringeforce.force.bounds import covariance, phase_information
 from fringeforce.force.climbing import Phases, Top, climb, node_phase
 from fringeforce.force.estimate import Estimate, evaluated
+from fringeforce.force.goodness import DEVIATIONS, absorbed, is_noise
 from fringeforce.force.likelihood import Response
 from fringeforce.force.shape import ShapeError, shape_error
 from fringeforce.force.strip import Strip
@@ -117,11 +118,22 @@ class Scene:
 
     def nearly_top(self, start: Array) -> Top:
         """Near enough to be ranked."""
-        return climb(self.strip, self.packed, start, 8, 0.1)
+        return climb(self.strip, self.packed, start, 8, 1.0)
 
     def estimate(self, loads: Array) -> Estimate:
         """Given loads and what they leave of the frame."""
         return evaluated(self.frame, self.influence, self.response, loads)
+
+    def explained(self, loads: Array, deviations: float = DEVIATIONS) -> bool:
+        """Whether loads leave nothing of the frame but noise, within so many deviations of it."""
+        found, m = self.estimate(loads), len(loads)
+        left = found.misfit.slope
+        # what a fit takes from sums over neighbours need not be known where it does not matter
+        if is_noise(left, m, deviations) or not is_noise(left, m, deviations, taken=0):
+            return is_noise(left, m, deviations)
+        slope = self.response.slope(found.phase) / np.sqrt(self.response.variance)
+        taken = absorbed(slope, self.influence, self.covariance(found))
+        return is_noise(left, m, deviations, taken)
 
     def covariance(self, estimate: Estimate) -> Array:
         """Covariance of an estimate."""
