@@ -19,8 +19,6 @@ SPACINGS = (4, 2)
 """Distances of the nodes that are tried, in pixels."""
 TAPS = 6
 """Nodes among which a pixel is shared out."""
-BEHIND, AHEAD = 2, 3
-"""How many of them lie before and behind the pair that it lies between."""
 EXACT = 3e-4
 """Relative error of the information in any direction that a spacing may cause."""
 
@@ -58,7 +56,7 @@ def _lagrange(t, share) -> None:
         product = 1.0
         for j in range(TAPS):
             if j != i:
-                product *= (t + BEHIND - j) / (i - j)
+                product *= (t + TAPS // 2 - 1 - j) / (i - j)
         share[i] = product
 
 
@@ -67,40 +65,21 @@ def spread(square, every, weight) -> None:
     """Share out values over pixels, shape (nodes * every,), among nodes, shape (nodes,)."""
     nodes = len(weight)
     pixels = square[: nodes * every].reshape(nodes, every)
-    column, share, total = np.empty(nodes, np.float32), np.empty(TAPS), np.zeros(nodes)
+    column, share = np.empty(nodes, np.float32), np.empty(TAPS, np.float32)
+    weight[:] = 0
     for d in range(every):
         _lagrange(d / every, share)
         column[:] = pixels[:, d]
-        _share_within(column, share, total)
-        _share_at_ends(column, share, total)
-    weight[:] = total
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def _share_within(column, share, weight) -> None:
-    """Add what nodes with all their neighbours get."""
-    inner = len(weight) - TAPS + 1
-    total = weight[AHEAD : AHEAD + inner]
-    f, g, h = share[5], share[4], share[3]
-    p, q, r = share[2], share[1], share[0]
-    a, b, c = column[:inner], column[1 : 1 + inner], column[2 : 2 + inner]
-    u, v, w = column[3 : 3 + inner], column[4 : 4 + inner], column[5 : 5 + inner]
-    for k in range(inner):
-        total[k] += f * a[k] + g * b[k] + h * c[k] + (p * u[k] + q * v[k] + r * w[k])
-
-
-@njit(cache=True, error_model="numpy")
-def _share_at_ends(column, share, weight) -> None:
-    """Add what the first and last nodes get; beyond them there is none."""
-    nodes = len(weight)
-    last = nodes - 1 - BEHIND
-    for k in range(nodes):
-        if TAPS <= k < nodes - TAPS:
-            continue
         for i in range(TAPS):
-            node = min(max(k + i - BEHIND, 0), nodes - 1)
-            if node < AHEAD or node > last or nodes < TAPS:
-                weight[node] += share[i] * column[k]
+            part, ahead = share[i], i + 1 - TAPS // 2
+            low, high = max(0, -ahead), min(nodes, nodes - ahead)
+            for k in range(low, high):
+                weight[k + ahead] += part * column[k]
+            # beyond the last nodes there is none; the strip's ends say next to nothing
+            for k in range(low):
+                weight[0] += part * column[k]
+            for k in range(high, nodes):
+                weight[nodes - 1] += part * column[k]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
