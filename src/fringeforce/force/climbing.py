@@ -132,7 +132,7 @@ def _known(others, phase, apart, even) -> bool:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _distance(others, phase, even) -> float:
+def _distance(others, phase, even):
     nearest = np.inf
     for other in others:
         plain, mirrored = _ZERO, _ZERO
@@ -185,7 +185,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
 def _squares(left) -> float:
     total = 0.0
     for i in range(len(left)):
-        total += square_sum(left[i])
+        total += float(square_sum(left[i]))
     return total
 
 

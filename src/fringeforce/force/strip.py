@@ -93,7 +93,7 @@ class Strip:
     def watched(self) -> Single:
         """One for nodes with a pixel that is used, zero for others, shape (fewer chunks, CHUNK)."""
         seen = self.inverse.reshape(-1)[: self.count * self.every].reshape(-1, self.every)
-        return chunked((seen > 0).any(axis=1))
+        return chunked(1.0 * np.any(seen > 0, axis=1))
 
     @property
     def groups(self) -> int:

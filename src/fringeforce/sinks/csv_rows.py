@@ -127,8 +127,8 @@ def _scaled(value, power) -> int:
     """The digits of a number as a whole one; divided where the power of ten is exact that way."""
     shift = DIGITS - 1 - power
     if shift < 0:
-        return np.int64(np.rint(value / _TENS[300 - shift]))
-    return np.int64(np.rint(value * _TENS[300 + min(shift, 308)]))
+        return int(np.rint(value / _TENS[300 - shift]))
+    return int(np.rint(value * _TENS[300 + min(shift, 308)]))
 
 
 @njit(cache=True)
