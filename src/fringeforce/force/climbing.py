@@ -116,7 +116,7 @@ class Phases:
 
     def distance(self, phase: Single) -> float:
         """Largest distance from the nearest of them, infinite if there are none [rad]."""
-        return _distance(self._kept[: self._count], phase, self._even)
+        return float(_distance(self._kept[: self._count], phase, self._even))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
