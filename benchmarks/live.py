@@ -156,7 +156,7 @@ def beside_others(scene: Scene, console: Console) -> None:
 
 def growth(frames: int, console: Console) -> None:
     table = Table(title="Growth, one core")
-    for column in ("pixels", "tactels", "frames/s", "with covariances"):
+    for column in ("pixels", "tactels", "frames/s", "with covariances", "followed", "OK"):
         table.add_column(column)
     cases = [(pixels, 11) for pixels in (512, 1024, 2048, 4096, 8192)]
     cases += [(2048, count) for count in (4, 8, 16, 32)]
@@ -166,8 +166,12 @@ def growth(frames: int, console: Console) -> None:
             "tactels.count": count,
             "tactels.pitch": min(1e-3, 12.5e-3 / count),
         }
-        plain, whole = rates(Scene.of(frames, changes))
-        table.add_row(f"{pixels}", f"{count}", f"{plain:,.0f}", f"{whole:,.0f}")
+        scene = Scene.of(frames, changes)
+        plain, whole = rates(scene)
+        batch = ff.Reader(scene.model).read_batch(scene.frames, covariance=False, workers=1)
+        shares = (batch.tracked.mean(), (batch.status == ff.Status.OK).mean())
+        rows = (f"{pixels}", f"{count}", f"{plain:,.0f}", f"{whole:,.0f}")
+        table.add_row(*rows, *(f"{share:.1%}" for share in shares))
     console.print(table)
 
 

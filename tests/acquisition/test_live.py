@@ -1,17 +1,13 @@
 """The live loop: nothing is lost that is not counted, and no part stalls another."""
 
-import errno
 import threading
 import time
 import tracemalloc
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 import pytest
+from scripted import Full, Notes, Scripted, Silent, Stuck
 
 import fringeforce as ff
 from fringeforce.acquisition import live as loop
@@ -19,7 +15,7 @@ from fringeforce.acquisition.tally import Statistics
 from fringeforce.cameras.camera import Block, Settings
 from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.errors import CameraLost
-from fringeforce.sinks.sink import Readings, Sink
+from fringeforce.sinks.sink import Readings
 
 
 @pytest.fixture
@@ -40,82 +36,6 @@ def _nothing_read(reader: ff.Reader, block: Block) -> Readings:
     return Readings(
         block.first, block.timestamps, forces, forces, np.ones(k), status, block.lines
     )  # fmt: skip
-
-
-@dataclass
-class Scripted:
-    """A camera that does what a list says: deliver lines, or vanish."""
-
-    script: list[int | CameraLost]
-    patient: bool = False
-    name: str = "scripted"
-    entered: list[float] = field(default_factory=list)
-    sent: int = 0
-
-    def __enter__(self) -> Self:
-        self.entered.append(time.monotonic())
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        pass
-
-    def __iter__(self) -> Iterator[Block]:
-        while self.script:
-            count = self.script.pop(0)
-            if isinstance(count, CameraLost):
-                raise count
-            first, self.sent = self.sent, self.sent + count
-            lines = np.zeros((count, 2048), dtype=np.uint8)
-            yield Block(lines, np.full(count, time.time()), 0, first)
-
-    def close(self) -> None:
-        self.script.clear()
-
-
-class Notes(Sink):
-    """Remembers which lines it was given."""
-
-    name = "notes"
-
-    def __init__(self) -> None:
-        self.lines: list[int] = []
-        self.closed = 0
-
-    def write(self, readings: Readings) -> None:
-        self.lines += range(readings.first, readings.first + len(readings))
-
-    def close(self) -> None:
-        self.closed += 1
-
-
-class Stuck(Notes):
-    """Takes its first block and returns when it is let go."""
-
-    name = "stuck"
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.go = threading.Event()
-
-    def write(self, readings: Readings) -> None:
-        self.go.wait(20)
-        super().write(readings)
-
-
-class Full(Notes):
-    """A disk that is full after the first block."""
-
-    name = "full"
-
-    def write(self, readings: Readings) -> None:
-        if self.lines:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        super().write(readings)
 
 
 def test_a_file_is_read_whole_and_as_the_reader_reads_it(
@@ -171,6 +91,46 @@ def test_a_slow_reader_drops_whole_blocks_and_counts_them(
     with camera:
         ahead = next(iter(camera))
     assert found.lines + found.dropped_queue + found.dropped_camera == ahead.first - ahead.dropped
+
+
+def test_what_a_slow_reader_reads_comes_in_runs_of_whole_queues(
+    reader: ff.Reader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    came = threading.Semaphore(0)
+
+    def slow(reader: ff.Reader, block: Block) -> Readings:
+        came.acquire(timeout=20)
+        return _nothing_read(reader, block)
+
+    monkeypatch.setattr(loop, "read_block", slow)
+    camera, sink = Scripted([10] * 41), Notes()
+    # the reader holds one block, the queue fills four times over and drops what it held each time
+    camera.close = lambda: None  # type: ignore[method-assign]
+    threading.Timer(0.5, lambda: came.release(100)).start()
+    found = ff.live(reader, camera, [sink], queue=8)
+    assert found.lines + found.dropped_queue == 410
+    assert found.dropped_queue % 80 == 0
+    gaps = np.count_nonzero(np.diff(sink.lines) != 1)
+    assert gaps <= 1
+
+
+def test_a_sink_that_gathers_gets_all_lines_in_order_and_in_fewer_pieces(
+    reader: ff.Reader, quick: None
+) -> None:
+    sizes: list[int] = []
+
+    class Gathering(Notes):
+        interval = 0.05
+
+        def write(self, readings: Readings) -> None:
+            sizes.append(len(readings))
+            assert len(readings.status) == len(readings.lines) == len(readings)
+            super().write(readings)
+
+    sink = Gathering()
+    found = ff.live(reader, Scripted([4] * 100, patient=True), [sink], queue=16)
+    assert sink.lines == list(range(found.lines))
+    assert len(sizes) < 60
 
 
 @pytest.mark.usefixtures("quick")
@@ -272,15 +232,3 @@ def test_memory_stays_flat_over_a_long_run(reader: ff.Reader) -> None:
     # two queues of 8 blocks and those in hand; all lines together would be 1,000 blocks
     assert len(sizes) > 100
     assert max(sizes) < 24 * 64 * 2048
-
-
-class Silent(Notes):
-    """Keeps nothing."""
-
-    name = "silent"
-
-    def write(self, readings: Readings) -> None:
-        pass
-
-    def close(self) -> None:
-        pass

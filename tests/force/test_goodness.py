@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from fringeforce.force.goodness import GROUP, group_sums, is_noise, reduced_chi_square
+from fringeforce.force.goodness import GROUP, absorbed, group_sums, is_noise, reduced_chi_square
 
 
 def test_the_mean_square_of_residuals_of_a_fit_is_one_and_scatters_as_chi_square() -> None:
@@ -48,10 +48,17 @@ def test_a_long_wave_shows_in_the_sums_long_before_it_shows_in_pixels(unknowns: 
         assert is_noise(wave, unknowns) is noise
 
 
-@pytest.mark.parametrize("pixels", [256, 512])
-def test_few_sums_of_a_fit_that_absorbs_none_of_them_pass_as_noise(pixels: int) -> None:
-    rng = np.random.default_rng(4)
-    # neighbours cancel in every column, as under fine fringes
-    design = rng.normal(size=(pixels // 2, 22)).repeat(2, axis=0) * np.resize([1, -1], (pixels, 1))
-    project = np.eye(pixels) - design @ np.linalg.pinv(design)
-    assert all(is_noise(project @ rng.normal(size=pixels), 22) for _ in range(200))
+@pytest.mark.parametrize("fringes", [2.0, 40.0])
+def test_a_fit_takes_from_the_sums_as_much_as_their_mean_square_falls_short(fringes: float) -> None:
+    rng, pixels = np.random.default_rng(3), 512
+    x = np.arange(pixels) / pixels
+    influence = np.stack([np.exp(-0.5 * ((x - k / 12) / 0.05) ** 2) for k in range(13)], axis=1)
+    slope = 3 * np.sin(2 * np.pi * fringes * x)
+    covariance = np.linalg.inv((influence.T * slope**2) @ influence)
+    turned = slope[:, None] * influence
+    project = np.eye(pixels) - turned @ covariance @ turned.T
+    sums = group_sums(project @ rng.normal(size=(pixels, 3000)))
+    found = pixels // GROUP - (sums**2).sum(axis=0).mean()
+    taken = absorbed(slope, influence, covariance)
+    assert taken == pytest.approx(found, abs=4 * np.sqrt(2 * 32 / 3000))
+    assert taken < 13 / (1 if fringes < 10 else 2)

@@ -130,6 +130,15 @@ def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> No
     assert np.mean(sure) > 0.7
 
 
+def test_few_pixels_are_followed_and_are_no_mismatch(sensor) -> None:
+    model = ff.characterize(sensor.replace(**{"camera.pixels": 512}))
+    forces = slow_touch(300)
+    batch = ff.Reader(model).read_batch(model.expose(forces, rng=1), workers=1)
+    assert (batch.status == ff.Status.OK).all()
+    assert batch.tracked.mean() > 0.98
+    assert (np.abs(batch.forces - forces) < 6 * batch.std).all()
+
+
 def test_a_mirror_image_that_a_search_left_open_stays_in_the_reading(model) -> None:
     forces = np.stack([np.zeros(N), np.full(N, 0.8)])
     reader = ff.Reader(model)

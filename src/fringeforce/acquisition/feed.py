@@ -16,8 +16,9 @@ LONGEST_PAUSE = 8.0
 class Feed:
     """Blocks of a camera through a bounded queue.
 
-    When the queue is full, a camera that waits for nobody loses the oldest block, which is
-    counted; a patient one, such as a file, waits.
+    When the queue is full, a camera that waits for nobody loses all that is in it, which is
+    counted; a patient one, such as a file, waits.  Whoever follows the lines from one to the next
+    then stumbles over one gap and has a whole queue to recover, instead of a gap at every block.
 
     Parameters
     ----------
@@ -113,6 +114,7 @@ class Feed:
                     lambda: len(self._blocks) < self._depth or self._stopping.is_set()
                 )
             elif len(self._blocks) >= self._depth:
-                self._tally.dropped(queue=len(self._blocks.popleft().lines))
+                self._tally.dropped(queue=sum(len(old.lines) for old in self._blocks))
+                self._blocks.clear()
             self._blocks.append(block)
             self._change.notify_all()

@@ -33,10 +33,11 @@ def live(
 ) -> Statistics:
     """Read a camera's lines until it ends, the time is over, or someone stops it.
 
-    The camera fills a bounded queue; when the reader is slower, the oldest blocks are dropped and
-    counted.  A camera that vanishes is looked for again, at growing intervals.  Every sink has a
-    bounded queue of its own, so that a slow, dead or full one stops no other part.  A camera that
-    waits, such as a file at full speed, is read whole, and waits for the sinks too.
+    The camera fills a bounded queue; when the reader is slower and it is full, the blocks in it are
+    dropped and counted, so that what is read comes in long runs.  A camera that vanishes is looked
+    for again, at growing intervals.  Every sink has a bounded queue of its own, so that a slow,
+    dead or full one stops no other part.  A camera that waits, such as a file at full speed, is
+    read whole, and waits for the sinks too.
 
     Parameters
     ----------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import threading
+import time
 from collections import deque
 
 from fringeforce.acquisition.tally import Delivery
@@ -15,6 +16,8 @@ FULL = {errno.ENOSPC: "The disk is full.", errno.EDQUOT: "The disk quota is used
 
 class Outlet:
     """Readings to one sink through a bounded queue; the oldest go when it is full.
+
+    What a sink gathers is written together: small pieces cost it more than their size.
 
     Parameters
     ----------
@@ -33,6 +36,7 @@ class Outlet:
         self._ending = False
         self._written = self._dropped = 0
         self._trouble = ""
+        self._taken = 0.0
         self._thread = threading.Thread(target=self._run, name=sink.name, daemon=True)
         self._thread.start()
 
@@ -78,13 +82,23 @@ class Outlet:
             self._stop(_words(error))
 
     def _next(self) -> Readings | None:
+        """What is to be written next: a block, or all that came since the last one was taken."""
         with self._change:
             self._change.wait_for(lambda: self._blocks or self._ending)
             if not self._blocks:
                 return None
-            block = self._blocks.popleft()
+            if (interval := self._sink.interval) > 0:
+                enough = max(self._depth // 2, 1)
+                self._change.wait_for(
+                    lambda: len(self._blocks) >= enough or self._ending,
+                    self._taken + interval - time.monotonic(),
+                )
+            taken = [self._blocks.popleft()]
+            while interval > 0 and self._blocks and taken[-1].precede(self._blocks[0]):
+                taken.append(self._blocks.popleft())
+            self._taken = time.monotonic()
             self._change.notify_all()
-            return block
+        return Readings.joined(taken)
 
     def _stop(self, trouble: str, unwritten: int = 0) -> None:
         with self._change:

@@ -97,7 +97,7 @@ def maximum_likelihood(
         Gain of twice the log-likelihood below which a step is the last.
     """
     sigma = np.sqrt(response.variance)
-    here = _evaluated(frame, influence, response, start)
+    here = evaluated(frame, influence, response, start)
     damping, every = 1e-3, int(np.clip(len(frame) // (LEFT * len(start)), 1, THINNED))
     for _ in range(steps):
         slope = response.slope(here.phase) / sigma
@@ -114,7 +114,7 @@ def maximum_likelihood(
             break
         while damping < 1e6:
             step = np.linalg.solve(hessian + np.diag(damping * diagonal), -gradient)
-            there = _evaluated(frame, influence, response, here.loads + step)
+            there = evaluated(frame, influence, response, here.loads + step)
             if there.misfit.loss <= before:
                 here, damping = there, damping / 10
                 break
@@ -124,6 +124,7 @@ def maximum_likelihood(
     return here
 
 
-def _evaluated(frame: Array, influence: Array, response: Response, loads: Array) -> Estimate:
+def evaluated(frame: Array, influence: Array, response: Response, loads: Array) -> Estimate:
+    """Given loads and what they leave of a frame; parameters as of `maximum_likelihood`."""
     phase = influence @ loads
     return Estimate(loads, phase, misfit(frame, response.level(phase), response))

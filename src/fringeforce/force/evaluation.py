@@ -111,17 +111,15 @@ def _log_normal_tail(x: float) -> float:
 @njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
 def describe(left, share, report) -> None:
     """Fill in what residuals look like."""
-    squares, grouped, outliers = 0.0, 0.0, 0
-    for i in range(len(left)):
-        squares += square_sum(left[i])
-        outliers += count_beyond(left[i], np.float32(OUTLIER**2))
-        groups = left[i].reshape(-1, GROUP)
-        for j in range(len(groups)):
-            together = _ZERO
-            for k in range(GROUP):
-                together += groups[j, k]
-            grouped += together * together * share[i, j]
-    report[SQUARES], report[GROUPED], report[OUTLIERS] = squares, grouped, outliers
+    values, shares = left.reshape(-1), share.reshape(-1)
+    grouped = 0.0
+    for j in range(len(shares)):
+        together = _ZERO
+        for k in range(GROUP):
+            together += values[j * GROUP + k]
+        grouped += together * together * shares[j]
+    report[SQUARES], report[GROUPED] = square_sum(values), grouped
+    report[OUTLIERS] = count_beyond(values, np.float32(OUTLIER**2))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -9,8 +9,6 @@ Array = NDArray[np.float64]
 
 GROUP = 16
 """Neighbouring pixels that are summed to find a misfit that noise would average away."""
-FEW = 2
-"""Numbers for each unknown below which it is not clear how much of them the unknowns absorb."""
 DEVIATIONS = 6.0
 """Standard deviations of pure noise beyond which a misfit is real."""
 
@@ -28,7 +26,9 @@ def reduced_chi_square(residuals: Array, unknowns: int) -> float:
     return float(residuals @ residuals) / max(len(residuals) - unknowns, 1)
 
 
-def is_noise(residuals: Array, unknowns: int, deviations: float = DEVIATIONS) -> bool:
+def is_noise(
+    residuals: Array, unknowns: int, deviations: float = DEVIATIONS, taken: float | None = None
+) -> bool:
     """Whether residuals are as small and as unordered as noise.
 
     Two tests: their mean square, and the mean square of sums over neighbouring pixels.  A wrong
@@ -43,22 +43,36 @@ def is_noise(residuals: Array, unknowns: int, deviations: float = DEVIATIONS) ->
         Loads that were fitted.
     deviations : float
         Standard deviations of pure noise that are allowed.
+    taken : float, optional
+        Degrees of freedom that the fit takes from the sums; see `absorbed`.  As many as loads if
+        not given, which is the most that it can be.
     """
     sums = group_sums(residuals[:, None])[:, 0]
+    fitted = unknowns if taken is None else taken
     return all(
         float(values @ values) < freedom + deviations * np.sqrt(2 * freedom)
-        for values in (residuals, sums)
-        for freedom in (degrees_of_freedom(len(values), unknowns),)
+        for values, lost in ((residuals, unknowns), (sums, fitted))
+        for freedom in (max(len(values) - lost, 1),)
     )
 
 
-def degrees_of_freedom(values: int, unknowns: int) -> int:
-    """Mean sum of squares of what is left of so many numbers of unit noise, at least.
+def absorbed(slope: Array, influence: Array, covariance: Array) -> float:
+    """Degrees of freedom that fitted loads take from sums over neighbouring pixels.
 
-    Loads absorb one for each, if the numbers are many; where they are few, as sums over neighbours
-    are for a coarse camera, what is absorbed depends on the fringes, and nothing is counted on.
+    The trace of the part of the fit's projection that the sums see; it falls short of the number of
+    loads where fringes are no wider than the pixels that are summed.
+
+    Parameters
+    ----------
+    slope : ndarray, shape (P,)
+        Derivative of the grey level by the phase, in units of the noise.
+    influence : ndarray, shape (P, m)
+        Influence matrix [rad/N].
+    covariance : ndarray, shape (m, m)
+        Of the fitted loads, from noise alone [N^2].
     """
-    return values - unknowns if values >= FEW * unknowns else values
+    tangent = group_sums(slope[:, None] * influence)
+    return float(np.clip(((tangent @ covariance) * tangent).sum(), 0, len(covariance)))
 
 
 def group_sums(values: Array) -> Array:

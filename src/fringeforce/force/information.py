@@ -83,15 +83,22 @@ def spread(square, every, weight) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def factorise_information(strip, square, ridge, factor) -> None:
-    """Fill in the Cholesky factor of the information of squared slopes, shape (chunks, CHUNK)."""
-    nodes, size, every, count = strip[1], strip[9], strip[13], strip[14]
+def fill_information(strip, square, matrix) -> None:
+    """Fill in the lower triangle of the information of squared slopes, shape (chunks, CHUNK)."""
+    nodes, every, count = strip[1], strip[13], strip[14]
     scaled = np.empty(nodes.shape[1:], dtype=np.float32)
     weight = np.zeros(nodes.shape[0] * CHUNK, dtype=np.float32)
     spread(square.reshape(-1), every, weight[:count])
-    factor[:] = 0
+    matrix[:] = 0
     for i in range(len(nodes)):
-        add_gram(nodes[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, factor)
+        add_gram(nodes[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, matrix)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def factorise_information(strip, square, ridge, factor) -> None:
+    """Fill in the Cholesky factor of the information of squared slopes, shape (chunks, CHUNK)."""
+    size = strip[9]
+    fill_information(strip, square, factor)
     trace = 0.0
     for j in range(size):
         trace += factor[j, j]

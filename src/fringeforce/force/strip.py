@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -64,32 +65,65 @@ class Strip:
     def of(cls, influence: Array, response: Response, used: NDArray[np.bool_]) -> Strip:
         """From the influence matrix (P, m), the camera's response and the pixels to use."""
         every = spacing(influence, used)
-        whole, inverse = np.ones(len(influence)), used / np.sqrt(response.variance)
-        counts = chunked(used.astype(float)).reshape(-1, CHUNK // GROUP, GROUP).sum(axis=2)
         return cls(
             matrix=chunked_matrix(influence),
             nodes=chunked_matrix(influence[::every]),
-            amplitude=chunked(whole * response.amplitude),
-            offset=chunked(whole * response.offset),
-            inverse=chunked(inverse),
-            steepness=chunked(inverse * response.amplitude),
-            share=np.divide(1, counts, out=np.zeros_like(counts), where=counts > 0),
-            floor=float(response.floor),
-            ceiling=float(response.ceiling),
             loads=influence.shape[1],
-            pixels=int(used.sum()),
-            bias=chunked(whole * response.bias),
-            dark=chunked(response.level(0 * whole)),
             every=every,
             count=len(influence[::every]),
+            **_seen(response, used),
         )
+
+    def under(self, response: Response, used: NDArray[np.bool_]) -> Strip:
+        """The same strip in another light, or through other pixels."""
+        return replace(self, **_seen(response, used))
+
+    def without(self, used: NDArray[np.bool_]) -> Strip:
+        """The same strip through fewer pixels."""
+        seen = chunked(used.astype(float))
+        return replace(
+            self,
+            inverse=self.inverse * seen,
+            steepness=self.steepness * seen,
+            share=_shares(seen),
+            pixels=int(used.sum()),
+        )
+
+    @cached_property
+    def watched(self) -> Single:
+        """One for nodes with a pixel that is used, zero for others, shape (fewer chunks, CHUNK)."""
+        seen = self.inverse.reshape(-1)[: self.count * self.every].reshape(-1, self.every)
+        return chunked(1.0 * np.any(seen > 0, axis=1))
 
     @property
     def groups(self) -> int:
         """Groups of neighbouring pixels of which at least one is used."""
         return int(np.count_nonzero(self.share))
 
-    @property
+    @cached_property
     def arrays(self) -> tuple[Any, ...]:
         """What the compiled functions take."""
         return tuple(getattr(self, field.name) for field in fields(self))
+
+
+def _seen(response: Response, used: NDArray[np.bool_]) -> dict[str, Any]:
+    """What the light and the pixels to use decide."""
+    whole, inverse = np.ones(len(used)), used / np.sqrt(response.variance)
+    return {
+        "amplitude": chunked(whole * response.amplitude),
+        "offset": chunked(whole * response.offset),
+        "inverse": chunked(inverse),
+        "steepness": chunked(inverse * response.amplitude),
+        "share": _shares(chunked(used.astype(float))),
+        "floor": float(response.floor),
+        "ceiling": float(response.ceiling),
+        "pixels": int(used.sum()),
+        "bias": chunked(whole * response.bias),
+        "dark": chunked(response.level(0 * whole)),
+    }
+
+
+def _shares(seen: Single) -> Single:
+    """Inverse numbers of used pixels in groups."""
+    counts = seen.reshape(-1, CHUNK // GROUP, GROUP).sum(axis=2)
+    return np.divide(1, counts, out=np.zeros_like(counts), where=counts > 0)

@@ -6,6 +6,8 @@ two such places it may be the mirror image of what was found.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,23 +46,19 @@ def reflections(phase: Array, influence: Array, information: Array) -> Array:
     places = _contacts(phase)
     first, last, mirror = _stretches(phase, places)
     # sums over the pixels up to each place, of which every stretch is a difference
-    powers = information[:, None] * phase[:, None] ** np.arange(3)
-    moments = _running(powers, places)
-    pulls = (
-        _running(influence * powers[:, :1], places),
-        _running(influence * powers[:, 1:2], places),
-    )
+    pulled = information * phase
+    powers = np.stack([information, pulled, pulled * phase], axis=1)
+    moments, pulls = _running(powers, influence, places)
     weight, mean, square = (moments[last] - moments[first]).T
     wanted = 4 * (mirror**2 * weight - 2 * mirror * mean + square)
-    level, slope = (pull[last] - pull[first] for pull in pulls)
-    root = np.linalg.cholesky(_normal_matrix(influence, information))
-    half = np.linalg.solve(root, 2 * (mirror[:, None] * level - slope).T)
+    level, slope = np.moveaxis(pulls[last] - pulls[first], 1, 0)
+    root = np.linalg.inv(np.linalg.cholesky(_normal_matrix(influence, information)))
+    half = root @ (2 * (mirror[:, None] * level - slope).T)
     shift = (half**2).sum(axis=0)
     loss = wanted - shift
     likely = np.nonzero((loss < LOSS) & (shift > SHIFT))[0]
     likely = likely[np.argsort(loss[likely])]
-    changes = np.linalg.solve(root.T, half[:, likely])
-    return np.asarray(changes.T, dtype=np.float64)
+    return np.asarray(half[:, likely].T @ root, dtype=np.float64)
 
 
 def _contacts(phase: Array) -> NDArray[np.intp]:
@@ -87,10 +85,14 @@ def _stretches(
     return first[fits], last[fits], np.pi * known[fits]
 
 
-def _running(values: Array, places: NDArray[np.intp]) -> Array:
-    """Sums of the rows of `values` before each place."""
-    sums = np.add.reduceat(values, places[:-1], axis=0)
-    return np.concatenate([np.zeros_like(sums[:1]), np.cumsum(sums, axis=0)])
+def _running(powers: Array, influence: Array, places: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Sums over the pixels before each place: of three powers, and of two times the influence."""
+    moments = np.zeros((len(places), 3))
+    pulls = np.zeros((len(places), 2, influence.shape[1]))
+    for k, (start, end) in enumerate(pairwise(places), start=1):
+        moments[k] = powers[start:end].sum(axis=0)
+        pulls[k] = powers[start:end, :2].T @ influence[start:end]
+    return moments.cumsum(axis=0), pulls.cumsum(axis=0)
 
 
 def _normal_matrix(influence: Array, information: Array) -> Array:

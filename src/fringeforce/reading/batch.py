@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import InputError
 from fringeforce.force.admissible import admissible
-from fringeforce.force.following import HELD, SILENT, UNSETTLED
+from fringeforce.force.certainty import HELD, SILENT, UNSETTLED
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reading.tracker import STATUSES, Track, Tracker

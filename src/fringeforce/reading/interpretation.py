@@ -10,9 +10,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.estimate import Estimate
-from fringeforce.force.goodness import is_noise
+from fringeforce.force.climbing import Top
 from fringeforce.force.likelihood import Response
+from fringeforce.force.strip import Strip
 from fringeforce.phase.folding import Fringes, phase_pace
 from fringeforce.phase.tracking import explanations
 from fringeforce.reading.judgement import Interpretation, judged
@@ -41,6 +41,7 @@ def interpret(
     used: Mask,
     influence: Array,
     response: Response,
+    strip: Strip,
     full_scale: int,
     model_error: float = 0.0,
     channels: int = 1,
@@ -58,6 +59,8 @@ def interpret(
         Influence matrix, normal forces first [rad/N].
     response : Response
         Of the camera.
+    strip : Strip
+        Of the influence matrix, in any light.
     full_scale : int
         Largest grey level of the converter.
     model_error : float
@@ -67,22 +70,21 @@ def interpret(
     doubt : callable, optional
         What grey levels are uncertain by besides noise, for given loads and pixels.
     """
-    lead = int(np.count_nonzero(used[: len(used) // channels]))
-    lit = response.at(used)
-    scene = Scene(levels[used], influence[used], lit, lead, model_error, used, doubt)
+    scene = Scene.of(levels, used, influence, response, strip, channels, model_error, doubt)
     lines = list(_fringes(levels, used, influence, response, channels))
-    tops: list[Estimate] = []
+    tops: list[Top] = []
     for starts in explanations(lines):
-        tops = sorted([*tops, *_climbed(scene, starts)], key=lambda e: e.misfit.loss)
-        if is_noise(tops[0].misfit.slope, len(tops[0].loads), SATISFIED):
+        tops = sorted([*tops, *_climbed(scene, starts)], key=lambda top: top.loss)
+        loads = tops[0].loads
+        if scene.explained(loads, SATISFIED):
             break
-        sound = _sound_pixels(tops[0])
-        if sound is not None and not is_noise(tops[0].misfit.slope, len(tops[0].loads)):
+        sound = _sound_pixels(scene.estimate(loads).misfit.slope)
+        if sound is not None and not scene.explained(loads):
             rest = scene.only(sound)
-            top = rest.climbed(tops[0].loads)
-            if is_noise(top.misfit.slope, len(top.loads)):
+            top = rest.top(loads)
+            if rest.explained(top.loads):
                 return judged(rest, [top])
-    fitting = [e for e in tops if is_noise(e.misfit.slope, len(e.loads))]
+    fitting = [top for top in tops if scene.explained(top.loads)]
     if fitting:
         return judged(scene, fitting)
     status = Status.MODEL_MISMATCH
@@ -90,7 +92,7 @@ def interpret(
         status = Status.SATURATED
     elif max(phase_pace(line.intensity, line.variance).max() for line in lines) > DENSE:
         status = Status.FRINGES_TOO_DENSE
-    best = scene.pushing(tops[0])
+    best = scene.climbed(scene.pushing(tops[0].loads))
     spread = scene.covariance(best)
     return Interpretation(best.loads, spread, spread, best.misfit.slope, status, [])
 
@@ -118,22 +120,22 @@ def _fringes(
         )
 
 
-def _climbed(scene: Scene, starts: Array) -> list[Estimate]:
+def _climbed(scene: Scene, starts: Array) -> list[Top]:
     """Tops of the likelihood that distinct starts lead to."""
-    found: list[Estimate] = []
+    found, known = list[Top](), scene.phases()
     for start in starts:
-        phase = scene.influence @ start
-        if any(scene.gap(phase, e.phase) < SAME_BASIN for e in found):
+        if known.know(scene.phase(start), SAME_BASIN):
             continue
-        top = scene.climbed(start)
-        if not any(scene.gap(top.phase, e.phase) < SAME_BASIN for e in found):
+        top = scene.top(start)
+        if not known.know(top.phase, SAME_BASIN):
             found.append(top)
+            known.add(top.phase)
         if len(found) == CANDIDATES:
             break
     return found
 
 
-def _sound_pixels(best: Estimate) -> Mask | None:
+def _sound_pixels(left: Array) -> Mask | None:
     """All pixels but a few that alone spoil a fit, if there are such."""
-    sound = np.abs(best.misfit.slope) < OUTLIER
+    sound = np.abs(left) < OUTLIER
     return sound if 0 < np.count_nonzero(~sound) <= OUTLIERS * len(sound) else None

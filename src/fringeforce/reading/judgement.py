@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.force.climbing import Top
 from fringeforce.force.estimate import Estimate
 from fringeforce.force.likelihood import misfit
 from fringeforce.force.shape import ShapeError
@@ -61,21 +62,23 @@ class Interpretation:
     rivals: list[Array]
 
 
-def judged(scene: Scene, fitting: list[Estimate]) -> Interpretation:
+def judged(scene: Scene, fitting: list[Top]) -> Interpretation:
     """Weigh an explanation that fits against silence, its rivals and errors of the model.
 
     Parameters
     ----------
     scene : Scene
         The frame.
-    fitting : list of Estimate
+    fitting : list of Top
         Explanations that leave nothing but noise, the likeliest first.
     """
     if (silence := _silence(scene, fitting[0])) is not None:
         return silence
     tops, complete = _with_neighbours(scene, fitting)
-    spread = scene.covariance(tops[0])
-    best, loads, chance = _rivals(scene, tops, spread)
+    spread = scene.covariance(scene.climbed(tops[0].loads))
+    loads, chance = _rivals(scene, tops, spread)
+    best = scene.climbed(loads[0])
+    loads[0] = best.loads
     mean, whole = _mixture(loads, chance, spread)
     anchored = complete or np.abs(best.phase).max() > ANCHOR
     status, rivals = Status.OK, []
@@ -93,11 +96,11 @@ def widening(wrong: ShapeError, model_error: float) -> float:
     return max(wrong.size if wrong.chance < DOUBTFUL else 0.0, model_error)
 
 
-def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
+def _silence(scene: Scene, best: Top) -> Interpretation | None:
     """No contact, if the best explanation beats it by no more than noise would."""
     unknowns, dark = len(best.loads), np.zeros(len(scene.frame))
     silent = misfit(scene.frame, scene.response.level(dark), scene.response)
-    if silent.loss - best.misfit.loss > unknowns + CONTACT * np.sqrt(2 * unknowns):
+    if silent.loss - best.loss > unknowns + CONTACT * np.sqrt(2 * unknowns):
         return None
     # a load and its negative are equally likely, and neither shows: their mean is none
     nothing = Estimate(np.zeros(unknowns), dark, silent)
@@ -105,50 +108,48 @@ def _silence(scene: Scene, best: Estimate) -> Interpretation | None:
     return Interpretation(nothing.loads, spread, spread, silent.slope, Status.NO_CONTACT, [])
 
 
-def _rivals(scene: Scene, tops: list[Estimate], spread: Array) -> tuple[Estimate, Array, Array]:
-    """The best explanation, the loads of all that rival it, best first, and their chances."""
+def _rivals(scene: Scene, tops: list[Top], spread: Array) -> tuple[Array, Array]:
+    """The loads of the best explanation and of all that rival it, best first; their chances."""
     deviations = np.sqrt(np.diag(spread))
-    losses = np.array([e.misfit.loss + _pull(e.loads, deviations) for e in tops])
+    losses = np.array([top.loss + _pull(top.loads, deviations) for top in tops])
     order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
-    best, loads = tops[order[0]], np.array([tops[i].loads for i in order])
+    loads = np.array([tops[i].loads for i in order])
     chance = np.exp((losses.min() - losses[order]) / 2)
     pushes = np.repeat([1.0, 0.0], len(deviations) // 2)
-    weak = best.loads @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes)
+    weak = loads[0] @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes)
     if weak and scene.response.even:
         # the pushes are too weak to tell a load from its negative
         loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
-    return best, loads, chance / chance.sum()
+    return loads, chance / chance.sum()
 
 
-def _with_neighbours(scene: Scene, found: list[Estimate]) -> tuple[list[Estimate], bool]:
+def _with_neighbours(scene: Scene, found: list[Top]) -> tuple[list[Top], bool]:
     """Explanations around those found, the best first, each pushing, and whether that is all.
 
     From every explanation within reach of the best one, its mirror images are tried in turn.
     """
     tops = list(found)
-    tried = [e.phase for e in tops]
-    explored: list[Estimate] = []
-    while fresh := [
-        e for e in tops if e.misfit.loss < tops[0].misfit.loss + RIVAL and e not in explored
-    ]:
+    tried, kept, explored = scene.phases(tops), scene.phases(tops), scene.phases()
+    done: list[Top] = []
+    while fresh := [top for top in tops if top.loss < tops[0].loss + RIVAL and top not in done]:
         if len(tried) >= TRIED:
             break
         # the one least like those that were explored shows most that is new
-        chosen = max(
-            fresh, key=lambda e: min((scene.gap(e.phase, o.phase) for o in explored), default=0)
-        )
-        explored.append(chosen)
-        for start in scene.images(chosen):
-            phase = scene.influence @ start
-            if (scene.gaps(phase, tried) < SAME_START).any():
+        chosen = max(fresh, key=lambda top: explored.distance(top.phase))
+        explored.add(chosen.phase)
+        done.append(chosen)
+        for start in scene.images(chosen.loads):
+            phase = scene.phase(start)
+            if tried.know(phase, SAME_START):
                 continue
-            tried.append(phase)
-            top = scene.half_climbed(start)
-            if (scene.gaps(top.phase, [e.phase for e in tops]) > SAME_TOP).all():
+            tried.add(phase)
+            top = scene.nearly_top(start)
+            if not kept.know(top.phase, SAME_TOP):
+                kept.add(top.phase)
                 tops.append(top)
-        tops.sort(key=lambda e: e.misfit.loss)
-    tops[0] = scene.climbed(tops[0].loads)
-    return [scene.pushing(e) for e in tops], not fresh
+        tops.sort(key=lambda top: top.loss)
+    tops[0] = scene.top(tops[0].loads)
+    return [replace(top, loads=scene.pushing(top.loads)) for top in tops], not fresh
 
 
 def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:

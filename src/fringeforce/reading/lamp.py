@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fringeforce.force.likelihood import Response
 from fringeforce.force.own_light import own_light
+from fringeforce.force.strip import Strip
 from fringeforce.reading.interpretation import interpret
 from fringeforce.reading.judgement import Interpretation
 from fringeforce.reading.reading import Status
@@ -32,6 +33,7 @@ def interpret_in_own_light(
     used: Mask,
     influence: Array,
     response: Response,
+    strip: Strip,
     full_scale: int,
     model_error: float,
     channels: int,
@@ -44,7 +46,7 @@ def interpret_in_own_light(
 
     Parameters
     ----------
-    levels, used, influence, response, full_scale, model_error, channels
+    levels, used, influence, response, strip, full_scale, model_error, channels
         As of `interpret`; the response is that in the light of the calibration.
     drift : pair of float
         Standard deviations of gain and offset from frame to frame; zeros for a steady lamp.
@@ -57,7 +59,9 @@ def interpret_in_own_light(
         lit = replace(
             response, amplitude=response.amplitude * (1 + gain), offset=response.offset + offset
         )
-        return interpret(levels, used, influence, lit, full_scale, model_error, channels, doubt)
+        return interpret(
+            levels, used, influence, lit, strip, full_scale, model_error, channels, doubt
+        )
 
     def settled(shifts: Array) -> Interpretation:
         found, added = explained(shifts), 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.force.admissible import admissible
-from fringeforce.force.following import SILENT, UNSETTLED
+from fringeforce.force.certainty import SILENT, UNSETTLED
 from fringeforce.model import SensorModel
 from fringeforce.reading.batch import Batch, checked_recording, read_batch, read_on
 from fringeforce.reading.reading import Reading

@@ -5,16 +5,20 @@ Arrays only: grey levels, an influence matrix and the camera's response.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.force.bounds import covariance, phase_information
-from fringeforce.force.estimate import Estimate, maximum_likelihood
+from fringeforce.force.climbing import Phases, Top, climb, node_phase
+from fringeforce.force.estimate import Estimate, evaluated
+from fringeforce.force.goodness import DEVIATIONS, absorbed, is_noise
 from fringeforce.force.likelihood import Response
 from fringeforce.force.shape import ShapeError, shape_error
+from fringeforce.force.strip import Strip
+from fringeforce.force.vector_loops import Single, chunked
 from fringeforce.phase.reflections import reflections
 
 Array = NDArray[np.float64]
@@ -25,6 +29,8 @@ their grey levels in units of the noise, shape (p // GROUP, k)."""
 
 IMAGES = 16
 """Mirror images of one explanation that are tried."""
+THIN, THINNEST = 0.2, 4
+"""They are found from pixels between which the phase runs so far [rad], at most so many apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +51,10 @@ class Scene:
         Relative size of the influence matrix's errors of shape, where it is known.
     pixels : ndarray of bool, shape (P,)
         Which pixels they are.
+    strip : Strip
+        These pixels for the compiled loops.
+    packed : ndarray, shape (chunks, CHUNK)
+        Grey levels for them.
     doubt : callable, optional
         What grey levels are uncertain by besides noise.
     """
@@ -55,7 +65,34 @@ class Scene:
     lead: int
     model_error: float
     pixels: Mask
+    strip: Strip
+    packed: Single
     doubt: Doubt | None = None
+
+    @classmethod
+    def of(
+        cls,
+        levels: Array,
+        used: Mask,
+        influence: Array,
+        response: Response,
+        strip: Strip,
+        channels: int,
+        model_error: float,
+        doubt: Doubt | None,
+    ) -> Scene:
+        """Of a frame and the pixels to use; see `interpretation.interpret`."""
+        return cls(
+            frame=levels[used],
+            influence=influence[used],
+            response=response.at(used),
+            lead=int(np.count_nonzero(used[: len(used) // channels])),
+            model_error=model_error,
+            pixels=used,
+            strip=strip.under(response, used),
+            packed=chunked(np.where(used, levels, 0)),
+            doubt=doubt,
+        )
 
     def only(self, sound: Mask) -> Scene:
         """The scene without some of its pixels."""
@@ -68,17 +105,35 @@ class Scene:
             response=self.response.at(sound),
             lead=lead,
             pixels=pixels,
+            strip=self.strip.without(pixels),
         )
 
     def climbed(self, start: Array) -> Estimate:
         """Top of the likelihood that a start leads to."""
-        return maximum_likelihood(self.frame, self.influence, self.response, start)
+        return self.estimate(climb(self.strip, self.packed, start, 30, 1e-3).loads)
 
-    def half_climbed(self, start: Array) -> Estimate:
-        """Nearly the top, near enough to be ranked."""
-        return maximum_likelihood(
-            self.frame, self.influence, self.response, start, steps=8, tolerance=0.1
-        )
+    def top(self, start: Array) -> Top:
+        """The same, but for a tenth of a deviation."""
+        return climb(self.strip, self.packed, start, 30, 0.01)
+
+    def nearly_top(self, start: Array) -> Top:
+        """Near enough to be ranked."""
+        return climb(self.strip, self.packed, start, 8, 1.0)
+
+    def estimate(self, loads: Array) -> Estimate:
+        """Given loads and what they leave of the frame."""
+        return evaluated(self.frame, self.influence, self.response, loads)
+
+    def explained(self, loads: Array, deviations: float = DEVIATIONS) -> bool:
+        """Whether loads leave nothing of the frame but noise, within so many deviations of it."""
+        found, m = self.estimate(loads), len(loads)
+        left = found.misfit.slope
+        # what a fit takes from sums over neighbours need not be known where it does not matter
+        if is_noise(left, m, deviations) or not is_noise(left, m, deviations, taken=0):
+            return is_noise(left, m, deviations)
+        slope = self.response.slope(found.phase) / np.sqrt(self.response.variance)
+        taken = absorbed(slope, self.influence, self.covariance(found))
+        return is_noise(left, m, deviations, taken)
 
     def covariance(self, estimate: Estimate) -> Array:
         """Covariance of an estimate."""
@@ -91,29 +146,28 @@ class Scene:
         slope, residuals = self.response.slope(estimate.phase) / sigma, estimate.misfit.slope
         return shape_error(residuals, slope, self.influence, estimate.loads, spread, known)
 
-    def images(self, estimate: Estimate) -> Array:
+    def images(self, loads: Array) -> Array:
         """Mirror images of an explanation in its first channel, the likeliest first."""
-        first = slice(self.lead)
-        response, phase = self.response.at(first), estimate.phase[first]
-        information = phase_information(phase, response)
-        changes = reflections(phase + response.bias, self.influence[first], information)
-        return estimate.loads + changes[:IMAGES]
+        phase = self.influence[: self.lead] @ loads
+        pace = np.abs(np.diff(phase)).max()
+        thin = slice(0, self.lead, int(np.clip(THIN / max(pace, 1e-9), 1, THINNEST)))
+        response, influence = self.response.at(thin), self.influence[thin]
+        information = thin.step * phase_information(phase[thin], response)
+        changes = reflections(phase[thin] + response.bias, influence, information)
+        return loads + changes[:IMAGES]
 
-    def gap(self, first: Array, second: Array) -> float:
-        """Largest distance of two phases, known up to their signs if nothing is biased [rad]."""
-        return float(self.gaps(first, [second])[0])
+    def phases(self, tops: Iterable[Top] = ()) -> Phases:
+        """Phases of explanations, which are known up to their signs if nothing is biased."""
+        found = Phases(self.response.even, self.strip.watched.size)
+        for top in tops:
+            found.add(top.phase)
+        return found
 
-    def gaps(self, phase: Array, others: Sequence[Array]) -> Array:
-        """`gap` of a phase from each of others, shape (k,) [rad]."""
-        stack = np.reshape(others, (-1, len(phase)))
-        apart = np.abs(stack - phase).max(axis=1)
-        if not self.response.even:
-            return np.asarray(apart)
-        return np.minimum(apart, np.abs(stack + phase).max(axis=1))
+    def phase(self, loads: Array) -> Single:
+        """Phase under given loads, to compare with those."""
+        return node_phase(self.strip, loads)
 
-    def pushing(self, estimate: Estimate) -> Estimate:
+    def pushing(self, loads: Array) -> Array:
         """The one of a load and its negative that pushes, where both give the same frame."""
-        pushes = estimate.loads[: len(estimate.loads) // 2].sum() >= 0
-        if pushes or not self.response.even:
-            return estimate
-        return Estimate(-estimate.loads, -estimate.phase, estimate.misfit)
+        pushes = loads[: len(loads) // 2].sum() >= 0
+        return loads if pushes or not self.response.even else -loads

@@ -15,6 +15,7 @@ from fringeforce.force.admissible import admissible
 from fringeforce.force.bounds import covariance as noise_covariance
 from fringeforce.force.goodness import reduced_chi_square
 from fringeforce.force.likelihood import Response
+from fringeforce.force.strip import Strip
 from fringeforce.model import SensorModel
 from fringeforce.reading.doubt import CalibrationDoubt
 from fringeforce.reading.judgement import Interpretation
@@ -97,6 +98,7 @@ class SingleFrameReader:
             sound,
             self.influence,
             self.model.response,
+            self.strip,
             self.model.sensor.camera.full_scale,
             self.model_error,
             len(self.model.sensor.polariscope.pictures),
@@ -104,6 +106,11 @@ class SingleFrameReader:
             self.doubt,
         )
         return found, sound
+
+    @cached_property
+    def strip(self) -> Strip:
+        """All usable pixels, in the light of the calibration, for the compiled loops."""
+        return Strip.of(self.influence, self.model.response, self._usable)
 
     @cached_property
     def doubt(self) -> CalibrationDoubt | None:

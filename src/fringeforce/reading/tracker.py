@@ -10,21 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.force.certainty import FOLLOWED, HELD, SILENT, UNSETTLED, Limits, begin
 from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
 from fringeforce.force.following import (
-    FOLLOWED,
-    HELD,
     NONE,
-    SILENT,
     STEP,
-    UNSETTLED,
     WHOLE,
-    Limits,
     Memory,
     covariance_at,
     follow_all,
 )
 from fringeforce.force.gauss_newton import Place
+from fringeforce.force.goodness import absorbed
 from fringeforce.force.shape import shape_error
 from fringeforce.force.steady import STEADY, steady
 from fringeforce.force.strip import Strip
@@ -143,8 +140,6 @@ class Tracker:
         done = follow_all(*self._compiled, silent, frames, wanted, *track.since(first))
         if done < len(frames):
             self.release()
-        elif done and track.verdicts[first + done - 1] == SILENT:
-            self._place.loads[:] = 0
         return done
 
     def search(self, levels: NDArray[Any], used: Mask) -> Reading:
@@ -167,15 +162,22 @@ class Tracker:
             self._sound, self._memory = sound, None
         strip, memory = self._strip, self._memory or Memory.of(self._strip)
         self._used = used
-        self._limits, self._memory = Limits.of(strip), memory
+        self._limits, self._memory = Limits.of(strip, self._taken(found, sound)), memory
         self._place = place = Place.at(strip, loads)
         self._excess = found.covariance - found.noise
         unsettled = found.status is Status.AMBIGUOUS
-        memory.begin(unsettled, found.status is Status.NO_CONTACT)
+        memory.mean[:] = 0
+        begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled:
             steady(strip.arrays, place.arrays, memory.variance, memory.mean)
         self._compiled = (strip.arrays, place.arrays, memory.arrays, self._limits.numbers)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
+
+    def _taken(self, found: Interpretation, sound: Mask) -> float:
+        """Degrees of freedom that the loads take from sums over neighbours."""
+        response, influence = self.single.model.response, self.single.influence
+        slope = response.slope(influence @ found.loads) / np.sqrt(response.variance)
+        return absorbed(np.where(sound, slope, 0), influence, found.noise)
 
     def noise(self, loads: Array, verdict: int) -> Callable[[], Array]:
         """What computes the covariance of the frame that was followed last, shape (2n, 2n)."""

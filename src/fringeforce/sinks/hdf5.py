@@ -46,6 +46,8 @@ class Hdf5Sink(Sink):
         If the file cannot be written.
     """
 
+    interval = 0.05
+
     def __init__(
         self, path: str | os.PathLike[str], model: SensorModel, frames: bool = False
     ) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.reading.reading import Status
@@ -45,11 +46,40 @@ class Readings:
     def __len__(self) -> int:
         return len(self.timestamps)
 
+    def precede(self, other: Readings) -> bool:
+        """Whether others follow without a gap."""
+        return self.first + len(self) == other.first
+
+    @classmethod
+    def joined(cls, parts: Sequence[Readings]) -> Readings:
+        """Readings of which each part precedes the next, as one."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(
+            first=parts[0].first,
+            timestamps=np.concatenate([part.timestamps for part in parts]),
+            forces=np.concatenate([part.forces for part in parts]),
+            std=np.concatenate([part.std for part in parts]),
+            chi2=np.concatenate([part.chi2 for part in parts]),
+            status=[status for part in parts for status in part.status],
+            lines=np.concatenate([part.lines for part in parts]),
+        )
+
 
 class Sink(ABC):
-    """A place for readings."""
+    """A place for readings.
+
+    Attributes
+    ----------
+    name : str
+        What to call it.
+    interval : float
+        Time for which readings are gathered before they are written together; none for a sink
+        that passes every block on at once [s].
+    """
 
     name: str
+    interval: float = 0.0
 
     @abstractmethod
     def write(self, readings: Readings) -> None:

@@ -1,0 +1,201 @@
+"""Climb to the top of a frame's likelihood from anywhere near it, in single precision.
+
+The method of `estimate.maximum_likelihood` in compiled loops, ten times as fast and exact to a
+hundredth of what noise does: for the many starts of a search, of which few are right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fringeforce.force.evaluation import compare, evaluate
+from fringeforce.force.information import fill_information
+from fringeforce.force.strip import Strip
+from fringeforce.force.vector_loops import CHUNK, Single, combine, factorise, solve, square_sum
+
+Array = NDArray[np.float64]
+
+FIRST, STRONGEST = 1e-3, 1e6
+"""Damping of the first step, relative to the information; and where a climb gives up."""
+_ZERO = np.float32(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Top:
+    """Loads at, or nearly at, a top of the likelihood.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (m,)
+        The loads [N].
+    phase : ndarray, shape (nodes,)
+        Phase that they cause at the nodes; see `node_phase` [rad].
+    loss : float
+        Twice the negative logarithm of the likelihood, less a constant.
+    """
+
+    loads: Array
+    phase: Single
+    loss: float
+
+
+def climb(strip: Strip, frame: NDArray[Any], start: Array, steps: int, tolerance: float) -> Top:
+    """Climb from loads that are nearly right.
+
+    Parameters
+    ----------
+    strip : Strip
+        The pixels.
+    frame : ndarray, shape (chunks, CHUNK)
+        Grey levels, finite.
+    start : ndarray, shape (m,)
+        Loads to start from [N].
+    steps : int
+        Largest number of steps.
+    tolerance : float
+        Gain of twice the log-likelihood below which a step is the last.
+    """
+    loads = np.array(start, dtype=float)
+    loss = _climb(strip.arrays, frame, loads, steps, tolerance)
+    return Top(loads, node_phase(strip, loads), loss)
+
+
+def node_phase(strip: Strip, loads: Array) -> Single:
+    """Phase that loads cause at the nodes of the information [rad].
+
+    The phase bends so little between them that two explanations are told apart there as well as
+    at all pixels.  Where no pixel is used it is zero.
+    """
+    phase = np.empty((len(strip.nodes), CHUNK), dtype=np.float32)
+    _node_phase(strip.nodes, loads, strip.watched, phase)
+    return phase.ravel()
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _node_phase(nodes, loads, watched, phase) -> None:
+    short, nothing = np.zeros(nodes.shape[1], np.float32), np.zeros(CHUNK, np.float32)
+    short[: len(loads)] = loads
+    for i in range(len(nodes)):
+        combine(nodes[i], short, nothing, phase[i])
+        phase[i] *= watched[i]
+
+
+class Phases:
+    """Phases of explanations so far, to tell whether another is new.
+
+    Parameters
+    ----------
+    even : bool
+        Whether a phase and its negative are one.
+    size : int
+        Nodes of a phase.
+    """
+
+    def __init__(self, even: bool, size: int) -> None:
+        self._even, self._count = even, 0
+        self._kept = np.empty((32, size), dtype=np.float32)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, phase: Single) -> None:
+        """Remember one more."""
+        if self._count == len(self._kept):
+            self._kept = np.concatenate([self._kept, np.empty_like(self._kept)])
+        self._kept[self._count] = phase
+        self._count += 1
+
+    def know(self, phase: Single, apart: float) -> bool:
+        """Whether one of them lies nowhere farther from a phase than so much [rad]."""
+        return _known(self._kept[: self._count], phase, np.float32(apart), self._even)
+
+    def distance(self, phase: Single) -> float:
+        """Largest distance from the nearest of them, infinite if there are none [rad]."""
+        return float(_distance(self._kept[: self._count], phase, self._even))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _known(others, phase, apart, even) -> bool:
+    for other in others:
+        plain, mirrored = np.int32(0), np.int32(not even)
+        for k in range(len(phase)):
+            plain += np.int32(abs(phase[k] - other[k]) >= apart)
+            mirrored += np.int32(abs(phase[k] + other[k]) >= apart)
+        if plain == 0 or mirrored == 0:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _distance(others, phase, even):
+    nearest = np.inf
+    for other in others:
+        plain, mirrored = _ZERO, _ZERO
+        for k in range(len(phase)):
+            plain = max(plain, abs(phase[k] - other[k]))
+            mirrored = max(mirrored, abs(phase[k] + other[k]))
+        nearest = min(nearest, min(plain, mirrored) if even else plain)
+    return nearest
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _climb(strip, frame, loads, steps, tolerance) -> float:
+    """Move loads to the top; returns their loss."""
+    rows, size = strip[0].shape[1], strip[9]
+    phase = np.empty(frame.shape, np.float32)
+    slope, level = np.empty_like(phase), np.empty_like(phase)
+    left, root = np.empty_like(phase), np.empty_like(phase)
+    information, factor = np.empty((rows, rows)), np.empty((rows, rows))
+    gradient, step = np.empty(rows), np.empty(size)
+    start, downhill = np.empty(size), np.empty(rows)
+    evaluate(strip, loads, phase, slope, level)
+    loss = compare(strip, frame, slope, level, left, root, gradient) + _squares(left)
+    damping = FIRST
+    for _ in range(steps):
+        fill_information(strip, (slope * root) ** 2, information)
+        _factorise(information, size, 1e-6, factor)
+        solve(factor, size, gradient, step)
+        if np.dot(step, gradient[:size]) < tolerance / 10:
+            break
+        before, start[:], downhill[:] = loss, loads, gradient
+        while True:
+            _factorise(information, size, damping, factor)
+            solve(factor, size, downhill, step)
+            loads[:] = start - step
+            evaluate(strip, loads, phase, slope, level)
+            loss = compare(strip, frame, slope, level, left, root, gradient) + _squares(left)
+            if loss <= before or damping > STRONGEST:
+                break
+            damping *= 10
+        if loss > before:
+            loads[:], loss = start, before
+            break
+        damping /= 10
+        if before - loss < tolerance:
+            break
+    return loss
+
+
+@njit(cache=True, error_model="numpy")
+def _squares(left) -> float:
+    total = 0.0
+    for i in range(len(left)):
+        total += float(square_sum(left[i]))
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def _factorise(information, size, damping, factor) -> None:
+    """Cholesky factor of damped information: each load's own, and a trace of the mean."""
+    trace = 0.0
+    for j in range(size):
+        trace += information[j, j]
+    factor[:] = information
+    for j in range(size):
+        factor[j, j] += damping * (information[j, j] + 1e-9 * trace + 1e-12)
+    factorise(factor, size, 1e-12 * trace + 1e-12)
