@@ -73,8 +73,10 @@ def spread(square, every, weight) -> None:
         for i in range(TAPS):
             part, ahead = share[i], i + 1 - TAPS // 2
             low, high = max(0, -ahead), min(nodes, nodes - ahead)
-            for k in range(low, high):
-                weight[k + ahead] += part * column[k]
+            # slices, whose indices need no look at their signs, let the loop be vectorised
+            source, target = column[low:high], weight[low + ahead : high + ahead]
+            for k in range(len(source)):
+                target[k] += part * source[k]
             # beyond the last nodes there is none; the strip's ends say next to nothing
             for k in range(low):
                 weight[0] += part * column[k]
