@@ -73,6 +73,7 @@ def interpret(
     scene = Scene.of(levels, used, influence, response, strip, channels, model_error, doubt)
     lines = list(_fringes(levels, used, influence, response, channels))
     tops: list[Top] = []
+    spared: tuple[Scene, list[Top]] | None = None
     for starts in explanations(lines):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda top: top.loss)
         loads = tops[0].loads
@@ -82,11 +83,15 @@ def interpret(
         if sound is not None and not scene.explained(loads):
             rest = scene.only(sound)
             top = rest.top(loads)
-            if rest.explained(top.loads):
+            if rest.explained(top.loads, SATISFIED):
                 return judged(rest, [top])
+            if spared is None and rest.explained(top.loads):
+                spared = rest, [top]
     fitting = [top for top in tops if scene.explained(top.loads)]
     if fitting:
         return judged(scene, fitting)
+    if spared is not None:
+        return judged(*spared)
     status = Status.MODEL_MISMATCH
     if np.mean(scene.frame >= full_scale) > SATURATION:
         status = Status.SATURATED
