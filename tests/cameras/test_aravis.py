@@ -17,6 +17,8 @@ from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.errors import CameraLost, InputError
 from fringeforce.sinks.sink import Readings
 
+pytestmark = pytest.mark.xdist_group("aravis")  # one camera at a time has the address
+
 BLOCK = 64
 SETTINGS = Settings(line_rate=2000, block=BLOCK)
 
