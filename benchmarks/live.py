@@ -178,7 +178,7 @@ def growth(frames: int, console: Console) -> None:
 def main(frames: int) -> None:
     console = Console(width=100)
     beside_others(Scene.of(frames), console)
-    growth(max(frames // 20, 100), console)
+    growth(max(frames // 4, 100), console)
 
 
 if __name__ == "__main__":
