@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import fringeforce as ff
 from fringeforce.acquisition.tally import Statistics
 from fringeforce.cameras import gobject
 from fringeforce.cameras.aravis import AravisCamera
-from fringeforce.cameras.camera import Settings
+from fringeforce.cameras.camera import Camera, Settings
 from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.errors import CameraLost, InputError
 from fringeforce.sinks.sink import Readings
@@ -63,6 +64,13 @@ def test_blocks_arrive_as_they_were_shown(fake: FakeCamera, shown: np.ndarray) -
     assert blocks[-1].timestamps[-1] > blocks[0].timestamps[-1]
 
 
+def _greeted(camera: Camera) -> None:
+    """Connect once; a very busy machine may miss the first greetings."""
+    for _ in range(5):
+        with suppress(CameraLost), camera:
+            return
+
+
 def test_reading_goes_on_when_the_camera_was_gone(
     fake: FakeCamera, model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -91,6 +99,7 @@ def test_reading_goes_on_when_the_camera_was_gone(
 
     watch_restarted: list[str] = []
     camera = ff.open_camera(f"aravis:{ADDRESS}", model, SETTINGS)
+    _greeted(camera)
     found = ff.live(ff.Reader(model), camera, stop=stop, seconds=180, report=watch, every=0.05)
     assert stop.is_set()
     assert found.reconnects == 1
