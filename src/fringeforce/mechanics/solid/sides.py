@@ -125,6 +125,11 @@ def sided_influence(
     -------
     SolidInfluence
         In single precision.
+
+    Raises
+    ------
+    InputError
+        If a force reaches beyond the block.
     """
     places = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     loads = patch_loads(patches)
