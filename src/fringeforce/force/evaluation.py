@@ -7,14 +7,15 @@ from math import erfc, exp, log, pi, sqrt
 import numpy as np
 from numba import njit
 
-from fringeforce.force.strip import GROUP
+from fringeforce.force.layout import GROUP
 from fringeforce.force.vector_loops import (
-    CHUNK,
     REORDERED,
     add_products,
     combine,
     count_beyond,
     expose,
+    gather,
+    interpolate,
     square_sum,
 )
 
@@ -27,37 +28,72 @@ _ZERO, _ONE = np.float32(0), np.float32(1)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def evaluate(strip, loads, phase, slope, level) -> None:
-    """Fill in phase, bias included, slope and level of all pixels at given loads."""
-    matrix, amplitude, offset, steepness = strip[0], strip[2], strip[3], strip[5]
-    size, bias = strip[9], strip[11]
-    short = np.zeros(matrix.shape[1], dtype=np.float32)
-    short[:size] = loads
-    for i in range(len(matrix)):
-        combine(matrix[i], short, bias[i], phase[i])
-    expose(*_flat(phase, amplitude), *_flat(offset, steepness), *_flat(level, slope))
+def take(strip, frame, grey, hidden):
+    """Lay a frame out, shape (P,) to (size,), and find its clipped pixels.
+
+    `grey` comes full of zeros, and `hidden`, shape (P,), is room for the places of those pixels;
+    returns the part that was needed.
+    """
+    floor, ceiling, order = strip[7], strip[8], strip[14]
+    for i in range(len(order)):
+        grey[order[i]] = frame[i]
+    count = 0
+    if floor > -np.inf or ceiling < np.inf:
+        inverse = strip[4]
+        for i in range(len(order)):
+            if inverse[order[i]] > 0 and (frame[i] <= floor or frame[i] >= ceiling):
+                hidden[count] = order[i]
+                count += 1
+    return hidden[:count]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def compare(strip, frame, slope, level, left, root, gradient) -> float:
+def evaluate(strip, loads, phase, slope, level) -> None:
+    """Fill in phase, bias included, slope and level of all pixels at given loads."""
+    matrix, bias = strip[0], strip[11]
+    short = np.zeros(matrix.shape[1], dtype=np.float32)
+    short[: len(loads)] = loads
+    for i in range(len(matrix)):
+        row = slice(i * matrix.shape[2], (i + 1) * matrix.shape[2])
+        combine(matrix[i], short, bias[row], phase[row])
+    shine(strip, phase, slope, level)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def shift(strip, base, change, phase) -> None:
+    """Fill in the phase of all pixels after a change of the loads from where it was `base`.
+
+    Four times as fast as `evaluate`, and exact to some ten thousandths of the change.
+    """
+    nodes = strip[1]
+    short, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros(nodes.shape[1], np.float32)
+    short[: len(change)] = change
+    moved = np.empty_like(nothing)
+    combine(nodes, short, nothing, moved)
+    interpolate(moved, strip[13], base, phase)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def shine(strip, phase, slope, level) -> None:
+    """Fill in slope and level of all pixels from their phase."""
+    expose(phase, strip[2], strip[3], strip[5], level, slope)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def compare(strip, grey, hidden, slope, level, left, root, gradient) -> float:
     """Fill in residuals, roots of the pixels' weights and the gradient of half the loss.
 
-    Residuals are in units of the noise.  Returns what clipped pixels add to their sum of squares
-    to make it the loss.
+    Grey levels and clipped pixels are as `take` leaves them; residuals are in units of the noise.
+    Returns what clipped pixels add to their sum of squares to make it the loss.
     """
-    matrix = strip[0]
-    beyond = _residuals(strip, level, frame, left, root)
-    pull = np.empty_like(left)
-    _multiply(left.reshape(-1), slope.reshape(-1), pull.reshape(-1))
+    nodes = strip[1]
+    beyond = _residuals(strip, level, grey, hidden, left, root)
+    pull, weight = np.empty_like(left), np.empty(nodes.shape[1], np.float32)
+    _multiply(left, slope, pull)
+    gather(pull, strip[13], weight)
     gradient[:] = 0
-    for i in range(len(matrix)):
-        add_products(matrix[i], pull[i], gradient)
+    add_products(nodes, weight, gradient)
     return beyond
-
-
-@njit(cache=True, error_model="numpy")
-def _flat(first, second):
-    return first.reshape(-1), second.reshape(-1)
 
 
 @njit(cache=True, error_model="numpy")
@@ -67,36 +103,31 @@ def _multiply(first, second, product) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _residuals(strip, level, frame, left, root) -> float:
+def _residuals(strip, level, grey, hidden, left, root) -> float:
     """Fill in residuals and roots of weights; returns what clipped pixels add to the loss."""
-    _subtract(*_flat(level, frame), *_flat(strip[4], left))
+    _subtract(level, grey, strip[4], left)
     root[:] = _ONE
-    beyond = 0.0
-    if strip[7] > -np.inf or strip[8] < np.inf:
-        for i in range(len(left)):
-            beyond += _hide(strip, i, frame[i], level[i], left[i], root[i])
-    return beyond
+    return _hide(strip, level, grey, hidden, left, root)
 
 
 @njit(cache=True, error_model="numpy")
-def _subtract(level, frame, inverse, left) -> None:
+def _subtract(level, grey, inverse, left) -> None:
     for k in range(len(left)):
-        left[k] = (level[k] - np.float32(frame[k])) * inverse[k]
+        left[k] = (level[k] - grey[k]) * inverse[k]
 
 
 @njit(cache=True, error_model="numpy")
-def _hide(strip, i, frame, level, left, root) -> float:
-    """Correct one chunk for pixels at the converter's limits; see `likelihood.misfit`."""
-    inverse, floor, ceiling, added = strip[4][i], strip[7], strip[8], 0.0
-    for k in range(CHUNK):
-        if inverse[k] > 0 and (frame[k] <= floor or frame[k] >= ceiling):
-            sign, limit = (1.0, ceiling - 0.5) if frame[k] >= ceiling else (-1.0, floor + 0.5)
-            beyond = sign * (level[k] - limit) * inverse[k]
-            chance = _log_normal_tail(beyond)
-            hazard = exp(-0.5 * beyond**2 - chance) / sqrt(2 * pi)
-            added += -2 * chance - hazard**2
-            left[k] = -sign * hazard
-            root[k] = sqrt(max(hazard * (hazard + beyond), 0.0))
+def _hide(strip, level, grey, hidden, left, root) -> float:
+    """Correct pixels at the converter's limits; see `likelihood.misfit`."""
+    inverse, floor, ceiling, added = strip[4], strip[7], strip[8], 0.0
+    for k in hidden:
+        sign, limit = (1.0, ceiling - 0.5) if grey[k] >= ceiling else (-1.0, floor + 0.5)
+        beyond = sign * (level[k] - limit) * inverse[k]
+        chance = _log_normal_tail(beyond)
+        hazard = exp(-0.5 * beyond**2 - chance) / sqrt(2 * pi)
+        added += -2 * chance - hazard**2
+        left[k] = -sign * hazard
+        root[k] = sqrt(max(hazard * (hazard + beyond), 0.0))
     return added
 
 
@@ -109,21 +140,26 @@ def _log_normal_tail(x: float) -> float:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
-def describe(left, share, report) -> None:
+def describe(left, share, every, report) -> None:
     """Fill in what residuals look like."""
-    values, shares = left.reshape(-1), share.reshape(-1)
-    grouped = 0.0
-    for j in range(len(shares)):
+    places = len(left) // every
+    sums = left[:places].copy()
+    for row in range(1, every):
+        line = left[row * places : (row + 1) * places]
+        for k in range(places):
+            sums[k] += line[k]
+    grouped, size = _ZERO, GROUP // every
+    for j in range(len(share)):
         together = _ZERO
-        for k in range(GROUP):
-            together += values[j * GROUP + k]
-        grouped += together * together * shares[j]
-    report[SQUARES], report[GROUPED] = square_sum(values), grouped
-    report[OUTLIERS] = count_beyond(values, np.float32(OUTLIER**2))
+        for k in range(j * size, (j + 1) * size):
+            together += sums[k]
+        grouped += together * together * share[j]
+    report[SQUARES], report[GROUPED] = square_sum(left), grouped
+    report[OUTLIERS] = count_beyond(left, np.float32(OUTLIER**2))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def silence(strip, frame, left, root) -> float:
+def silence(strip, grey, hidden, left, root) -> float:
     """Loss of no load at all; fills in its residuals."""
-    beyond = _residuals(strip, strip[12], frame, left, root)
-    return beyond + float(square_sum(left.reshape(-1)))
+    beyond = _residuals(strip, strip[12], grey, hidden, left, root)
+    return beyond + float(square_sum(left))

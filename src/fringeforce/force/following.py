@@ -28,12 +28,12 @@ from fringeforce.force.certainty import (
     trust,
     verdict,
 )
-from fringeforce.force.evaluation import describe, evaluate, silence
+from fringeforce.force.evaluation import describe, evaluate, silence, take
 from fringeforce.force.gauss_newton import follow, settle
 from fringeforce.force.information import factorise_information
 from fringeforce.force.steady import REMEMBERED, STEADY, steady, step_steadily
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import CHUNK, invert
+from fringeforce.force.vector_loops import invert
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Memory:
 
     Attributes
     ----------
-    variance : ndarray, shape (fewer chunks, CHUNK)
+    variance : ndarray, shape (places,)
         Of the phase at the nodes of the information [rad^2].
     mean : ndarray, shape (REMEMBERED,)
         See `steady`.
@@ -62,7 +62,7 @@ class Memory:
     @classmethod
     def of(cls, strip: Strip) -> Memory:
         """Of nothing yet."""
-        variance = np.zeros((len(strip.nodes), CHUNK), dtype=np.float32)
+        variance = np.zeros(len(strip.nodes.T), dtype=np.float32)
         return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN))
 
     @property
@@ -83,7 +83,7 @@ def follow_all(
         `Strip.arrays`, `Place.arrays` and `Memory.arrays`, which are moved, and `Limits.numbers`.
     silent : bool
         Whether nothing touched the sensor in the frame before.
-    frames : ndarray, shape (k, chunks, CHUNK)
+    frames : ndarray, shape (k, P)
         Grey levels, finite.
     wanted : int
         Which covariances: STEP, WHOLE or NONE.
@@ -106,7 +106,7 @@ def follow_all(
             continue
         known[HUSHED] = 0
         if (mean[STEADY] and wanted != NONE) or wanted == STEP:
-            covariances[i] = place[8]
+            covariances[i] = place[9]
         elif wanted == WHOLE:
             covariance(strip, place[2], covariances[i])
     return len(frames)
@@ -116,9 +116,11 @@ def follow_all(
 def _hush(strip, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
     pixels, _, size, groups = limits
-    left, root = np.empty(frame.shape, np.float32), np.empty(frame.shape, np.float32)
-    silence(strip, frame, left, root)
-    describe(left, strip[6], report)
+    left, root = np.empty_like(strip[4]), np.empty_like(strip[4])
+    grey = np.zeros_like(left)
+    hidden = take(strip, frame, grey, np.empty(len(frame), np.int64))
+    silence(strip, grey, hidden, left, root)
+    describe(left, strip[6], len(strip[13]), report)
     known[LEFT] -= 1
     if looks_like_noise(report, pixels + size, groups, QUIET, QUIET):
         known[RAISED] = 0
@@ -159,7 +161,7 @@ def covariance(strip, slope, result) -> None:
     The inverse of Fisher's information; a place that passed `verdict` lies far enough from where
     the curvature counts.
     """
-    rows = strip[1].shape[1]
+    rows = len(strip[1])
     factor = np.empty((rows, rows))
     factorise_information(strip, slope * slope, 1e-12, factor)
     invert(factor, result)
@@ -167,7 +169,7 @@ def covariance(strip, slope, result) -> None:
 
 def covariance_at(strip: Strip, loads: Array) -> Array:
     """Covariance of loads from the slopes of all pixels, shape (m, m) [N^2]."""
-    phase, slope, level = np.empty((3, len(strip.matrix), CHUNK), dtype=np.float32)
+    phase, slope, level = np.empty((3, len(strip.inverse)), dtype=np.float32)
     evaluate(strip.arrays, loads, phase, slope, level)
     result = np.empty((strip.loads, strip.loads))
     covariance(strip.arrays, slope, result)

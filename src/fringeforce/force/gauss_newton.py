@@ -1,9 +1,10 @@
 """From one frame to the next: Gauss and Newton's step in tens of microseconds.
 
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
-the top of the likelihood.  What the last
-frame's evaluation left behind is where the first step starts, so that a frame costs one evaluation;
-and the matrix is kept until the phase has moved by some hundredths of what would bend it.
+the top of the likelihood.  What the last frame's evaluation left behind is where the first step
+starts, so that a frame costs one evaluation; and the matrix is kept until the phase has moved by
+some hundredths of what would bend it.  Where the matrix was computed the phase is known from all
+pixels; from there on its change is, from the nodes.
 """
 
 from __future__ import annotations
@@ -24,18 +25,14 @@ from fringeforce.force.evaluation import (
     compare,
     describe,
     evaluate,
+    shift,
+    shine,
     silence,
+    take,
 )
 from fringeforce.force.information import factorise_information
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import (
-    CHUNK,
-    REORDERED,
-    Single,
-    combine,
-    invert,
-    solve,
-)
+from fringeforce.force.vector_loops import REORDERED, Single, combine, invert, multiply, solve
 
 Array = NDArray[np.float64]
 
@@ -59,12 +56,14 @@ class Place:
     ----------
     loads : ndarray, shape (m,)
         Loads at which the rest was evaluated [N].
-    phase, slope, level : ndarray, shape (chunks, CHUNK)
+    phase, slope, level : ndarray, shape (size,)
         Phase [rad], grey level per phase in units of the noise, and expected grey level.
-    anchor, steep : ndarray, shape (chunks, CHUNK)
-        Phase and slope where the matrix was computed.
+    base : ndarray, shape (m,)
+        Loads at which the matrix was computed [N].
+    anchor, steep : ndarray, shape (size,)
+        Phase and slope there.
     factor : ndarray, shape (rows, rows)
-        Its Cholesky factor, lower triangle [1/N].
+        Cholesky factor of the matrix, lower triangle [1/N].
     weakest : ndarray, shape (m + 1,)
         Direction of the loads that the frame says least of, one deviation long [N]; its bend.
     covariance : ndarray, shape (m, m)
@@ -75,6 +74,7 @@ class Place:
     phase: Single
     slope: Single
     level: Single
+    base: Array
     anchor: Single
     steep: Single
     factor: Array
@@ -84,11 +84,11 @@ class Place:
     @classmethod
     def at(cls, strip: Strip, loads: Array) -> Place:
         """At given loads, shape (m,) [N]."""
-        rows, chunks = strip.matrix.shape[1], len(strip.matrix)
-        phase, slope, level, anchor, steep = np.zeros((5, chunks, CHUNK), dtype=np.float32)
+        rows, base = len(strip.nodes), loads.copy()
+        phase, slope, level, anchor, steep = np.zeros((5, len(strip.inverse)), dtype=np.float32)
         factor, weakest = np.zeros((rows, rows)), np.ones(strip.loads + 1)
-        covariance = np.zeros((strip.loads, strip.loads))
-        place = cls(loads.copy(), phase, slope, level, anchor, steep, factor, weakest, covariance)
+        found = np.zeros((strip.loads, strip.loads))
+        place = cls(loads.copy(), phase, slope, level, base, anchor, steep, factor, weakest, found)
         settle(strip.arrays, place.arrays)
         return place
 
@@ -101,10 +101,8 @@ class Place:
 @njit(cache=True, error_model="numpy", nogil=True)
 def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
-    loads, phase, slope, level, _, _, _, _, _ = place
-    evaluate(strip, loads, phase, slope, level)
     for _ in range(3):
-        _anchor(strip, place, np.ones_like(slope))
+        _anchor(strip, place, np.ones_like(place[1]))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -115,8 +113,8 @@ def follow(strip, place, frame, estimate, report) -> None:
     ----------
     strip, place : tuple
         `Strip.arrays` and `Place.arrays`; the place is moved.
-    frame : ndarray, shape (chunks, CHUNK)
-        Grey levels.
+    frame : ndarray, shape (P,)
+        Grey levels, finite.
     estimate : ndarray, shape (m,)
         Filled with the loads [N]: those of the place, and one step more that is too small to
         evaluate again.
@@ -127,38 +125,43 @@ def follow(strip, place, frame, estimate, report) -> None:
         computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
         says least.
     """
-    loads, phase, slope, level, anchor, steep, factor, weakest, _ = place
+    loads, phase, slope, level, base, anchor, steep, factor, weakest, covariance = place
     left, root = np.empty_like(slope), np.empty_like(slope)
-    gradient, step = np.empty(strip[0].shape[1]), np.empty(len(loads))
+    gradient, step = np.empty(len(strip[1])), np.empty(len(loads))
+    grey = np.zeros_like(slope)
+    hidden = take(strip, frame, grey, np.empty(len(frame), np.int64))
     beyond, renewed = 0.0, False
-    compare(strip, frame, slope, level, left, root, gradient)
+    compare(strip, grey, hidden, slope, level, left, root, gradient)
     for turn in range(STEPS):
         if turn > 0:
             step_matrix(strip, slope, root, factor)
+            invert(factor, covariance)
             renewed = True
-        solve(factor, len(loads), gradient, step)
+        multiply(covariance, gradient, step)
         loads -= step
-        evaluate(strip, loads, phase, slope, level)
-        beyond = compare(strip, frame, slope, level, left, root, gradient)
-        solve(factor, len(loads), gradient, step)
+        shift(strip, anchor, loads - base, phase)
+        shine(strip, phase, slope, level)
+        beyond = compare(strip, grey, hidden, slope, level, left, root, gradient)
+        multiply(covariance, gradient, step)
         report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
         if not report[PROMISED] > CLOSE:
             break
     estimate[:] = loads - step
-    describe(left, strip[6], report)
+    describe(left, strip[6], len(strip[13]), report)
     report[BENT] = bend(strip, anchor, phase, steep, level)
     if renewed or report[BENT] > FRESH:
         _anchor(strip, place, root)
     report[WEAK] = weakest[-1]
-    report[GAIN] = silence(strip, frame, left, root) - report[SQUARES] - beyond
+    report[GAIN] = silence(strip, grey, hidden, left, root) - report[SQUARES] - beyond
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _anchor(strip, place, root) -> None:
     """Compute the matrix where the place is."""
-    loads, phase, slope, level, anchor, steep, factor, weakest, covariance = place
+    loads, phase, slope, level, base, anchor, steep, factor, weakest, covariance = place
+    evaluate(strip, loads, phase, slope, level)
     step_matrix(strip, slope, root, factor)
-    anchor[:], steep[:] = phase, slope
+    base[:], anchor[:], steep[:] = loads, phase, slope
     weaken(factor, len(loads), weakest)
     invert(factor, covariance)
     weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
@@ -178,15 +181,14 @@ def bend(strip, before, after, steep, level) -> float:
     """
     amplitude, offset, inverse = strip[2], strip[3], strip[4]
     first, second = _ZERO, _ZERO
-    for i in range(len(before)):
-        for k in range(CHUNK):
-            moved = after[i, k] - before[i, k]
-            # A/4 cos p, from the level at the end of the way
-            curve = (amplitude[i, k] * _HALF + offset[i, k] - level[i, k]) * inverse[i, k] * _HALF
-            straight = steep[i, k] * moved
-            bent = curve * moved * moved
-            first += straight * straight
-            second += bent * bent
+    for k in range(len(before)):
+        moved = after[k] - before[k]
+        # A/4 cos p, from the level at the end of the way
+        curve = (amplitude[k] * _HALF + offset[k] - level[k]) * inverse[k] * _HALF
+        straight = steep[k] * moved
+        bent = curve * moved * moved
+        first += straight * straight
+        second += bent * bent
     return np.sqrt(second / max(first, _TINY))
 
 
@@ -210,22 +212,17 @@ def weaken(factor: Array, size: int, direction: Array) -> None:
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def weak_bend(strip, direction, slope, level) -> float:
     """Bend of a way of one deviation, from the pixels at the nodes."""
-    nodes, size, every = strip[1], strip[9], strip[13]
-    amplitude, offset = strip[2].reshape(-1, every), strip[3].reshape(-1, every)
-    inverse = strip[4].reshape(-1, every)
-    steep, grey = slope.reshape(-1, every), level.reshape(-1, every)
-    short = np.zeros(nodes.shape[1], dtype=np.float32)
-    short[:size] = direction
-    moved = np.empty((len(nodes), CHUNK), dtype=np.float32)
-    nothing = np.zeros(CHUNK, dtype=np.float32)
-    for i in range(len(nodes)):
-        combine(nodes[i], short, nothing, moved[i])
-    way = moved.reshape(-1)
+    nodes = strip[1]
+    amplitude, offset, inverse = strip[2], strip[3], strip[4]
+    short, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros(nodes.shape[1], np.float32)
+    short[: len(direction)] = direction
+    way = np.empty_like(nothing)
+    combine(nodes, short, nothing, way)
     first, second = _ZERO, _ZERO
-    for k in range(len(steep)):
-        curve = (amplitude[k, 0] * _HALF + offset[k, 0] - grey[k, 0]) * inverse[k, 0] * _HALF
-        straight = steep[k, 0] * way[k]
+    for k in range(len(way)):
+        curve = (amplitude[k] * _HALF + offset[k] - level[k]) * inverse[k] * _HALF
+        straight = slope[k] * way[k]
         bent = curve * way[k] * way[k]
         first += straight * straight
         second += bent * bent
-    return np.sqrt(second / np.float32(every)) / max(first, _TINY)
+    return np.sqrt(second / np.float32(len(strip[13]))) / max(first, _TINY)
