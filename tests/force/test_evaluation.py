@@ -7,7 +7,7 @@ from scipy.special import log_ndtr
 from fringeforce.force import evaluation
 from fringeforce.force.bounds import covariance, systematic_covariance, systematic_errors
 from fringeforce.force.estimate import maximum_likelihood
-from fringeforce.force.evaluation import GROUPED, OUTLIERS, REPORTED, SQUARES, describe, silence, take
+from fringeforce.force.evaluation import GROUPED, OUTLIERS, REPORTED, SQUARES, describe, room, silence, take
 from fringeforce.force.gauss_newton import Place
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.force.layout import GROUP
@@ -36,7 +36,9 @@ def test_squares_groups_and_outliers_are_counted_over_the_pixels_in_use(influenc
     residuals[[10, 300, 301]] = 5.5, -6.0, 4.9
     residuals[~used] = 0
     report = np.empty(REPORTED)
-    describe(strip.layout.lay(residuals), strip.share, strip.layout.every, report)
+    own = room(strip.arrays)
+    own[1][:] = strip.layout.lay(residuals)
+    describe(strip.arrays, own, report)
     assert report[SQUARES] == pytest.approx(residuals @ residuals, rel=1e-5)
     assert report[OUTLIERS] == 2
     starts = np.arange(0, P, GROUP)
@@ -54,11 +56,10 @@ def test_silence_has_the_loss_of_no_loads(influence, floor: float, ceiling: floa
     rng = np.random.default_rng(1)
     frame = np.clip(np.rint(response.level(np.zeros(P)) + rng.normal(0, 3, P)), floor, ceiling)
     strip = Strip.of(influence, response, np.ones(P, bool))
-    left, root = np.empty((2, len(strip.inverse)), np.float32)
     exact = misfit(frame, response.level(np.zeros(P)), response)
-    grey, pick = np.zeros_like(left), strip.layout.pick
-    hidden = take(strip.arrays, frame, grey, np.empty(P, np.int64))
-    found = silence(strip.arrays, grey, hidden, left, root)
+    own, pick = room(strip.arrays), strip.layout.pick
+    take(strip.arrays, frame, own)
+    found, (_, left, root, _, _, _) = silence(strip.arrays, own), own
     assert found == pytest.approx(exact.loss, rel=1e-4)
     np.testing.assert_allclose(pick(left), exact.slope, atol=2e-3)
     np.testing.assert_allclose(pick(root) ** 2, np.maximum(exact.weight, 0), atol=2e-3)

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.force.evaluation import compare, evaluate, take
+from fringeforce.force.evaluation import compare, evaluate, room, take
 from fringeforce.force.information import fill_information
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import Single, combine, factorise, solve, square_sum
@@ -146,15 +146,14 @@ def _distance(others, phase, even):
 def _climb(strip, frame, loads, steps, tolerance) -> float:
     """Move loads to the top; returns their loss."""
     rows, size = len(strip[1]), strip[9]
-    phase, grey = np.empty_like(strip[4]), np.zeros_like(strip[4])
-    hidden = take(strip, frame, grey, np.empty(len(frame), np.int64))
+    own, phase = room(strip), np.empty_like(strip[4])
+    _, _, root, _, gradient, _ = own
+    take(strip, frame, own)
     slope, level = np.empty_like(phase), np.empty_like(phase)
-    left, root = np.empty_like(phase), np.empty_like(phase)
     information, factor = np.empty((rows, rows)), np.empty((rows, rows))
-    gradient, step = np.empty(rows), np.empty(size)
-    start, downhill = np.empty(size), np.empty(rows)
+    step, start, downhill = np.empty(size), np.empty(size), np.empty(rows)
     evaluate(strip, loads, phase, slope, level)
-    loss = _loss(strip, grey, hidden, slope, level, left, root, gradient)
+    loss = _loss(strip, slope, level, own)
     damping = FIRST
     for _ in range(steps):
         fill_information(strip, (slope * root) ** 2, information)
@@ -168,7 +167,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
             solve(factor, size, downhill, step)
             loads[:] = start - step
             evaluate(strip, loads, phase, slope, level)
-            loss = _loss(strip, grey, hidden, slope, level, left, root, gradient)
+            loss = _loss(strip, slope, level, own)
             if loss <= before or damping > STRONGEST:
                 break
             damping *= 10
@@ -182,10 +181,9 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _loss(strip, grey, hidden, slope, level, left, root, gradient) -> float:
+def _loss(strip, slope, level, own) -> float:
     """Twice the negative logarithm of the likelihood, less a constant; see `compare`."""
-    beyond = compare(strip, grey, hidden, slope, level, left, root, gradient)
-    return beyond + float(square_sum(left))
+    return compare(strip, slope, level, own) + float(square_sum(own[1]))
 
 
 @njit(cache=True, error_model="numpy")

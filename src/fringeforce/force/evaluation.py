@@ -7,12 +7,10 @@ from math import erfc, exp, log, pi, sqrt
 import numpy as np
 from numba import njit
 
-from fringeforce.force.layout import GROUP
 from fringeforce.force.vector_loops import (
     REORDERED,
     add_products,
     combine,
-    count_beyond,
     expose,
     gather,
     interpolate,
@@ -24,27 +22,40 @@ SQUARES, GROUPED, OUTLIERS, GAIN, PROMISED, BENT, WEAK = range(7)
 REPORTED = 7
 OUTLIER = 5.0
 """Residual beyond which a pixel is suspect."""
-_ZERO, _ONE = np.float32(0), np.float32(1)
+_ZERO, _SUSPECT = np.float32(0), np.float32(OUTLIER**2)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def take(strip, frame, grey, hidden):
-    """Lay a frame out, shape (P,) to (size,), and find its clipped pixels.
+def room(strip):
+    """Room for one frame, for the functions below; they would take a third longer to find their own.
 
-    `grey` comes full of zeros, and `hidden`, shape (P,), is room for the places of those pixels;
-    returns the part that was needed.
+    Grey levels and residuals, in units of the noise, shape (size,); roots of the pixels' weights,
+    one but for clipped pixels; number of clipped pixels and their places; gradient of half the
+    loss, shape (rows,); and what lies idle in between.
     """
+    nodes, size = strip[1], len(strip[4])
+    grey, root = np.zeros(size, np.float32), np.ones(size, np.float32)
+    left, pull = np.zeros(size, np.float32), np.zeros(size, np.float32)
+    hidden, gradient = np.zeros(1 + size, np.int64), np.zeros(len(nodes))
+    weight, short = np.zeros(nodes.shape[1], np.float32), np.zeros(len(nodes), np.float32)
+    nothing = np.zeros(nodes.shape[1], np.float32)
+    return grey, left, root, hidden, gradient, (pull, weight, short, nothing)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def take(strip, frame, room) -> None:
+    """Lay a frame out, shape (P,), and find its clipped pixels."""
     floor, ceiling, order = strip[7], strip[8], strip[14]
+    grey, _, root, hidden, _, _ = room
     for i in range(len(order)):
         grey[order[i]] = frame[i]
-    count = 0
     if floor > -np.inf or ceiling < np.inf:
         inverse = strip[4]
+        hidden[0], root[:] = 0, 1
         for i in range(len(order)):
             if inverse[order[i]] > 0 and (frame[i] <= floor or frame[i] >= ceiling):
-                hidden[count] = order[i]
-                count += 1
-    return hidden[:count]
+                hidden[0] += 1
+                hidden[hidden[0]] = order[i]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -60,17 +71,17 @@ def evaluate(strip, loads, phase, slope, level) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def shift(strip, base, change, phase) -> None:
+def shift(strip, base, change, phase, room) -> float:
     """Fill in the phase of all pixels after a change of the loads from where it was `base`.
 
-    Four times as fast as `evaluate`, and exact to some ten thousandths of the change.
+    Four times as fast as `evaluate`, and exact to some ten thousandths of the phase's change, of
+    which the mean square is returned [rad^2].
     """
-    nodes = strip[1]
-    short, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros(nodes.shape[1], np.float32)
+    _, moved, short, nothing = room[5]
     short[: len(change)] = change
-    moved = np.empty_like(nothing)
-    combine(nodes, short, nothing, moved)
+    combine(strip[1], short, nothing, moved)
     interpolate(moved, strip[13], base, phase)
+    return square_sum(moved) / len(moved)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -80,20 +91,25 @@ def shine(strip, phase, slope, level) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def compare(strip, grey, hidden, slope, level, left, root, gradient) -> float:
+def compare(strip, slope, level, room) -> float:
     """Fill in residuals, roots of the pixels' weights and the gradient of half the loss.
 
-    Grey levels and clipped pixels are as `take` leaves them; residuals are in units of the noise.
-    Returns what clipped pixels add to their sum of squares to make it the loss.
+    Returns what clipped pixels add to the sum of squared residuals to make it the loss.
     """
-    nodes = strip[1]
-    beyond = _residuals(strip, level, grey, hidden, left, root)
-    pull, weight = np.empty_like(left), np.empty(nodes.shape[1], np.float32)
+    _, left, _, _, gradient, (pull, weight, _, _) = room
+    beyond = _residuals(strip, level, room)
     _multiply(left, slope, pull)
     gather(pull, strip[13], weight)
     gradient[:] = 0
-    add_products(nodes, weight, gradient)
+    add_products(strip[1], weight, gradient)
     return beyond
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def silence(strip, room) -> float:
+    """Loss of no load at all; fills in its residuals."""
+    beyond = _residuals(strip, strip[12], room)
+    return beyond + float(square_sum(room[1]))
 
 
 @njit(cache=True, error_model="numpy")
@@ -103,11 +119,11 @@ def _multiply(first, second, product) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _residuals(strip, level, grey, hidden, left, root) -> float:
+def _residuals(strip, level, room) -> float:
     """Fill in residuals and roots of weights; returns what clipped pixels add to the loss."""
+    grey, left, _, hidden, _, _ = room
     _subtract(level, grey, strip[4], left)
-    root[:] = _ONE
-    return _hide(strip, level, grey, hidden, left, root)
+    return _hide(strip, level, room) if hidden[0] > 0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -117,10 +133,12 @@ def _subtract(level, grey, inverse, left) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _hide(strip, level, grey, hidden, left, root) -> float:
+def _hide(strip, level, room) -> float:
     """Correct pixels at the converter's limits; see `likelihood.misfit`."""
     inverse, floor, ceiling, added = strip[4], strip[7], strip[8], 0.0
-    for k in hidden:
+    grey, left, root, hidden, _, _ = room
+    for i in range(1, 1 + hidden[0]):
+        k = hidden[i]
         sign, limit = (1.0, ceiling - 0.5) if grey[k] >= ceiling else (-1.0, floor + 0.5)
         beyond = sign * (level[k] - limit) * inverse[k]
         chance = _log_normal_tail(beyond)
@@ -140,26 +158,24 @@ def _log_normal_tail(x: float) -> float:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
-def describe(left, share, every, report) -> None:
+def describe(strip, room, report) -> None:
     """Fill in what residuals look like."""
-    places = len(left) // every
-    sums = left[:places].copy()
-    for row in range(1, every):
+    left, share, every, (_, sums, _, _) = room[1], strip[6], len(strip[13]), room[5]
+    places, squares, outliers = len(sums), _ZERO, np.int32(0)
+    sums[:] = 0
+    for row in range(every):
         line = left[row * places : (row + 1) * places]
         for k in range(places):
+            square = line[k] * line[k]
             sums[k] += line[k]
-    grouped, size = _ZERO, GROUP // every
+            squares += square
+            outliers += np.int32(square > _SUSPECT)
+    # neighbours pair by pair until groups are left, whose size is a power of two
+    while places > len(share):
+        places //= 2
+        for j in range(places):
+            sums[j] = sums[2 * j] + sums[2 * j + 1]
+    grouped = _ZERO
     for j in range(len(share)):
-        together = _ZERO
-        for k in range(j * size, (j + 1) * size):
-            together += sums[k]
-        grouped += together * together * share[j]
-    report[SQUARES], report[GROUPED] = square_sum(left), grouped
-    report[OUTLIERS] = count_beyond(left, np.float32(OUTLIER**2))
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def silence(strip, grey, hidden, left, root) -> float:
-    """Loss of no load at all; fills in its residuals."""
-    beyond = _residuals(strip, strip[12], grey, hidden, left, root)
-    return beyond + float(square_sum(left))
+        grouped += sums[j] * sums[j] * share[j]
+    report[SQUARES], report[GROUPED], report[OUTLIERS] = squares, grouped, outliers

@@ -93,7 +93,7 @@ def follow_all(
     mean, known = memory[1], memory[2]
     for i in range(len(frames)):
         if silent:
-            verdicts[i] = _hush(strip, memory[2], limits, frames[i], reports[i])
+            verdicts[i] = _hush(strip, place[11], memory[2], limits, frames[i], reports[i])
         else:
             verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
         if verdicts[i] == DOUBTFUL:
@@ -106,21 +106,19 @@ def follow_all(
             continue
         known[HUSHED] = 0
         if (mean[STEADY] and wanted != NONE) or wanted == STEP:
-            covariances[i] = place[9]
+            covariances[i] = place[10]
         elif wanted == WHOLE:
             covariance(strip, place[2], covariances[i])
     return len(frames)
 
 
 @njit(cache=True, error_model="numpy")
-def _hush(strip, known, limits, frame, report) -> int:
+def _hush(strip, own, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
     pixels, _, size, groups = limits
-    left, root = np.empty_like(strip[4]), np.empty_like(strip[4])
-    grey = np.zeros_like(left)
-    hidden = take(strip, frame, grey, np.empty(len(frame), np.int64))
-    silence(strip, grey, hidden, left, root)
-    describe(left, strip[6], len(strip[13]), report)
+    take(strip, frame, own)
+    silence(strip, own)
+    describe(strip, own, report)
     known[LEFT] -= 1
     if looks_like_noise(report, pixels + size, groups, QUIET, QUIET):
         known[RAISED] = 0

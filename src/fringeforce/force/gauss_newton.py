@@ -3,8 +3,8 @@
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
 the top of the likelihood.  What the last frame's evaluation left behind is where the first step
 starts, so that a frame costs one evaluation; and the matrix is kept until the phase has moved by
-some hundredths of what would bend it.  Where the matrix was computed the phase is known from all
-pixels; from there on its change is, from the nodes.
+some hundredths of what would bend it.  Now and then the phase is computed at every pixel; its
+change since then, at the nodes.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from fringeforce.force.evaluation import (
     compare,
     describe,
     evaluate,
+    room,
     shift,
     shine,
     silence,
@@ -42,6 +43,8 @@ CLOSE = 0.25
 """Gain of twice the log-likelihood that the next step promises, below which it is the last."""
 FRESH = 0.015
 """Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
+FAR = 0.1
+"""Mean squared change of the phase beyond which it is computed at every pixel again [rad^2]."""
 RIDGE = 1e-7
 """Share of the trace that keeps the step finite where a load leaves no trace."""
 _ZERO, _HALF = np.float32(0), np.float32(0.5)
@@ -58,16 +61,18 @@ class Place:
         Loads at which the rest was evaluated [N].
     phase, slope, level : ndarray, shape (size,)
         Phase [rad], grey level per phase in units of the noise, and expected grey level.
-    base : ndarray, shape (m,)
-        Loads at which the matrix was computed [N].
-    anchor, steep : ndarray, shape (size,)
-        Phase and slope there.
+    base, ground : ndarray, shapes (m,) and (size,)
+        Loads at which the phase was computed at every pixel [N], and that phase [rad].
+    anchor, steep : ndarray, shape (places,)
+        Phase and slope where the matrix was computed, in one row.
     factor : ndarray, shape (rows, rows)
         Cholesky factor of the matrix, lower triangle [1/N].
     weakest : ndarray, shape (m + 1,)
         Direction of the loads that the frame says least of, one deviation long [N]; its bend.
     covariance : ndarray, shape (m, m)
         Inverse of the matrix [N^2].
+    room : tuple of ndarray
+        See `evaluation.room`.
     """
 
     loads: Array
@@ -75,20 +80,24 @@ class Place:
     slope: Single
     level: Single
     base: Array
+    ground: Single
     anchor: Single
     steep: Single
     factor: Array
     weakest: Array
     covariance: Array
+    room: tuple[Any, ...]
 
     @classmethod
     def at(cls, strip: Strip, loads: Array) -> Place:
         """At given loads, shape (m,) [N]."""
         rows, base = len(strip.nodes), loads.copy()
-        phase, slope, level, anchor, steep = np.zeros((5, len(strip.inverse)), dtype=np.float32)
+        phase, slope, level, ground = np.zeros((4, strip.layout.size), dtype=np.float32)
+        anchor, steep = np.zeros((2, strip.layout.places), dtype=np.float32)
         factor, weakest = np.zeros((rows, rows)), np.ones(strip.loads + 1)
         found = np.zeros((strip.loads, strip.loads))
-        place = cls(loads.copy(), phase, slope, level, base, anchor, steep, factor, weakest, found)
+        light, ways, own = (phase, slope, level), (base, ground, anchor, steep), room(strip.arrays)
+        place = cls(loads.copy(), *light, *ways, factor, weakest, found, own)
         settle(strip.arrays, place.arrays)
         return place
 
@@ -101,6 +110,7 @@ class Place:
 @njit(cache=True, error_model="numpy", nogil=True)
 def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
+    survey(strip, place)
     for _ in range(3):
         _anchor(strip, place, np.ones_like(place[1]))
 
@@ -125,13 +135,12 @@ def follow(strip, place, frame, estimate, report) -> None:
         computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
         says least.
     """
-    loads, phase, slope, level, base, anchor, steep, factor, weakest, covariance = place
-    left, root = np.empty_like(slope), np.empty_like(slope)
-    gradient, step = np.empty(len(strip[1])), np.empty(len(loads))
-    grey = np.zeros_like(slope)
-    hidden = take(strip, frame, grey, np.empty(len(frame), np.int64))
-    beyond, renewed = 0.0, False
-    compare(strip, grey, hidden, slope, level, left, root, gradient)
+    loads, phase, slope, level, base, ground, anchor, steep, factor, weakest, covariance, own = place
+    _, _, root, _, gradient, _ = own
+    step = np.empty(len(loads))
+    take(strip, frame, own)
+    beyond, way, renewed = 0.0, 0.0, False
+    compare(strip, slope, level, own)
     for turn in range(STEPS):
         if turn > 0:
             step_matrix(strip, slope, root, factor)
@@ -139,32 +148,42 @@ def follow(strip, place, frame, estimate, report) -> None:
             renewed = True
         multiply(covariance, gradient, step)
         loads -= step
-        shift(strip, anchor, loads - base, phase)
+        way = shift(strip, ground, loads - base, phase, own)
         shine(strip, phase, slope, level)
-        beyond = compare(strip, grey, hidden, slope, level, left, root, gradient)
+        beyond = compare(strip, slope, level, own)
         multiply(covariance, gradient, step)
         report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
         if not report[PROMISED] > CLOSE:
             break
     estimate[:] = loads - step
-    describe(left, strip[6], len(strip[13]), report)
+    describe(strip, own, report)
+    if way > FAR:
+        survey(strip, place)
     report[BENT] = bend(strip, anchor, phase, steep, level)
     if renewed or report[BENT] > FRESH:
         _anchor(strip, place, root)
     report[WEAK] = weakest[-1]
-    report[GAIN] = silence(strip, grey, hidden, left, root) - report[SQUARES] - beyond
+    report[GAIN] = silence(strip, own) - report[SQUARES] - beyond
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def survey(strip, place) -> None:
+    """Compute the phase of a place at every pixel."""
+    loads, phase, slope, level, base, ground = place[:6]
+    evaluate(strip, loads, phase, slope, level)
+    base[:], ground[:] = loads, phase
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _anchor(strip, place, root) -> None:
     """Compute the matrix where the place is."""
-    loads, phase, slope, level, base, anchor, steep, factor, weakest, covariance = place
-    evaluate(strip, loads, phase, slope, level)
+    _, phase, slope, level, _, _, anchor, steep, factor, weakest, covariance, own = place
     step_matrix(strip, slope, root, factor)
-    base[:], anchor[:], steep[:] = loads, phase, slope
-    weaken(factor, len(loads), weakest)
     invert(factor, covariance)
-    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
+    keep(strip, phase, anchor)
+    keep(strip, slope, steep)
+    weaken(covariance, weakest)
+    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level, own)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -173,56 +192,56 @@ def step_matrix(strip, slope, root, factor) -> None:
     factorise_information(strip, (slope * root) ** 2, RIDGE, factor)
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def bend(strip, before, after, steep, level) -> float:
-    """Second-order change of the levels on a way, relative to the first.
-
-    A mirror image lies where both cancel: at a bend of one.
-    """
-    amplitude, offset, inverse = strip[2], strip[3], strip[4]
-    first, second = _ZERO, _ZERO
-    for k in range(len(before)):
-        moved = after[k] - before[k]
-        # A/4 cos p, from the level at the end of the way
-        curve = (amplitude[k] * _HALF + offset[k] - level[k]) * inverse[k] * _HALF
-        straight = steep[k] * moved
-        bent = curve * moved * moved
-        first += straight * straight
-        second += bent * bent
-    return np.sqrt(second / max(first, _TINY))
+@njit(cache=True, error_model="numpy", nogil=True)
+def keep(strip, values, kept) -> None:
+    """Fill in the one row that says how bent a way is."""
+    kept[:] = values[strip[15] : strip[15] + len(kept)]
 
 
 @njit(cache=True, error_model="numpy")
-def weaken(factor: Array, size: int, direction: Array) -> None:
+def bend(strip, anchor, phase, steep, level) -> float:
+    """Second-order change of the levels on the way from an anchor, relative to the first.
+
+    A mirror image lies where both cancel: at a bend of one.
+    """
+    moved = phase[strip[15] : strip[15] + len(anchor)] - anchor
+    first, second = _changes(strip, moved, steep, level)
+    return np.sqrt(second / max(first, _TINY))
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def _changes(strip, moved, steep, level):
+    """Squared changes of the levels on a way, of first and second order, over one row."""
+    row = slice(strip[15], strip[15] + len(moved))
+    amplitude, offset, inverse = strip[2][row], strip[3][row], strip[4][row]
+    grey, first, second = level[row], _ZERO, _ZERO
+    for k in range(len(moved)):
+        # A/4 cos p, from the level at the end of the way
+        curve = (amplitude[k] * _HALF + offset[k] - grey[k]) * inverse[k] * _HALF
+        straight = steep[k] * moved[k]
+        bent = curve * moved[k] * moved[k]
+        first += straight * straight
+        second += bent * bent
+    return first, second
+
+
+@njit(cache=True, error_model="numpy")
+def weaken(covariance: Array, direction: Array) -> None:
     """Turn a direction towards the one of least information, and make it one deviation long.
 
     One round of inverse iteration from the last frame's direction.
     """
-    solve(factor, size, direction, direction)
-    direction = direction[:size]
-    length = 0.0
-    for j in range(size):
-        along = 0.0
-        for i in range(j, size):
-            along += factor[i, j] * direction[i]
-        length += along * along
-    direction /= np.sqrt(length)
+    size = len(covariance)
+    before = direction[:size].copy()
+    multiply(covariance, before, direction[:size])
+    direction[:size] /= np.sqrt(np.dot(before, direction[:size]))
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def weak_bend(strip, direction, slope, level) -> float:
-    """Bend of a way of one deviation, from the pixels at the nodes."""
-    nodes = strip[1]
-    amplitude, offset, inverse = strip[2], strip[3], strip[4]
-    short, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros(nodes.shape[1], np.float32)
+@njit(cache=True, error_model="numpy")
+def weak_bend(strip, direction, slope, level, room) -> float:
+    """Bend of a way of one deviation."""
+    _, way, short, nothing = room[5]
     short[: len(direction)] = direction
-    way = np.empty_like(nothing)
-    combine(nodes, short, nothing, way)
-    first, second = _ZERO, _ZERO
-    for k in range(len(way)):
-        curve = (amplitude[k] * _HALF + offset[k] - level[k]) * inverse[k] * _HALF
-        straight = slope[k] * way[k]
-        bent = curve * way[k] * way[k]
-        first += straight * straight
-        second += bent * bent
+    combine(strip[1], short, nothing, way)
+    first, second = _changes(strip, way, slope[strip[15] : strip[15] + len(way)], level)
     return np.sqrt(second / np.float32(len(strip[13]))) / max(first, _TINY)

@@ -22,13 +22,12 @@ from fringeforce.force.evaluation import (
     WEAK,
     compare,
     describe,
-    evaluate,
     shift,
     shine,
     silence,
     take,
 )
-from fringeforce.force.gauss_newton import FRESH, RIDGE, bend, weak_bend, weaken
+from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, survey, weak_bend, weaken
 from fringeforce.force.information import factorise_information
 from fringeforce.force.vector_loops import combine, invert, invert_factor, multiply
 
@@ -65,6 +64,7 @@ def steady(strip, place, variance, memory) -> None:
     steepness = strip[5]
     for k in range(len(variance)):
         variance[k] = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
+    survey(strip, place)
     _anchor(strip, place, np.ones_like(place[1]), variance, ROUNDS)
 
 
@@ -84,28 +84,31 @@ def step_steadily(strip, place, variance, memory, frame, estimate, report) -> No
         As of `gauss_newton.follow`, but PROMISED is what the step gains, and BENT and WEAK are of
         the step and of one deviation.
     """
-    loads, phase, slope, level, base, anchor, steep, _, weakest, covariance = place
-    left, root = np.empty_like(slope), np.empty_like(slope)
-    gradient, step = np.empty(len(strip[1])), np.empty(len(loads))
-    grey = np.zeros_like(slope)
-    hidden = take(strip, frame, grey, np.empty(len(frame), np.int64))
-    beyond = compare(strip, grey, hidden, slope, level, left, root, gradient)
+    loads, phase, slope, level, base, ground, anchor, steep, _, weakest, covariance, own = place
+    _, left, root, _, gradient, _ = own
+    step = np.empty(len(loads))
+    take(strip, frame, own)
+    beyond = compare(strip, slope, level, own)
     if memory[FRAMES] > 0 and bend(strip, anchor, phase, steep, level) > 2 * FRESH:
         _anchor(strip, place, root, variance, 1)
     multiply(covariance, gradient, step)
     report[PROMISED] = np.dot(step, gradient[: len(loads)])
     moved = np.zeros_like(slope)
-    shift(strip, moved, -step, moved)
-    report[BENT] = bend(strip, phase, phase + moved, slope, level)
+    shift(strip, moved, -step, moved, own)
+    here, there = np.empty_like(anchor), np.empty_like(anchor)
+    keep(strip, phase, here)
+    keep(strip, slope, there)
+    report[BENT] = bend(strip, here, phase + moved, there, level)
     left += slope * moved
-    describe(left, strip[6], len(strip[13]), report)
+    describe(strip, own, report)
     report[WEAK] = weakest[-1]
     estimate[:] = loads - step
     _take_in(memory, report[PROMISED] / len(loads))
     loads -= memory[GAINED] * step
-    shift(strip, anchor, loads - base, phase)
+    if shift(strip, ground, loads - base, phase, own) > FAR:
+        survey(strip, place)
     shine(strip, phase, slope, level)
-    report[GAIN] = silence(strip, grey, hidden, left, root) - report[SQUARES] - beyond
+    report[GAIN] = silence(strip, own) - report[SQUARES] - beyond
 
 
 @njit(cache=True, error_model="numpy")
@@ -131,15 +134,15 @@ def uncertainty(memory) -> float:
 @njit(cache=True, error_model="numpy")
 def _anchor(strip, place, root, variance, rounds) -> None:
     """Compute the matrix where the place is, the phase's own variance in mind."""
-    loads, phase, slope, level, base, anchor, steep, factor, weakest, covariance = place
-    evaluate(strip, loads, phase, slope, level)
+    loads, phase, slope, level, _, _, anchor, steep, factor, weakest, covariance, own = place
     for _ in range(rounds):
         _smooth_matrix(strip, slope, root, variance, factor)
         _vary(strip[1], factor, len(loads), variance)
-        weaken(factor, len(loads), weakest)
-    base[:], anchor[:], steep[:] = loads, phase, slope
-    invert(factor, covariance)
-    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
+        invert(factor, covariance)
+        weaken(covariance, weakest)
+    keep(strip, phase, anchor)
+    keep(strip, slope, steep)
+    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level, own)
 
 
 @njit(cache=True, error_model="numpy")

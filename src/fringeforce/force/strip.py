@@ -42,6 +42,8 @@ class Strip:
         Of the nodes around it in a pixel; see `Layout`.
     order : ndarray, shape (P,)
         Where the pixels lie.
+    row : int
+        First place of the row of which most pixels are used.
     layout : Layout
         The same for others than compiled loops.
     """
@@ -61,6 +63,7 @@ class Strip:
     dark: Single
     shares: Single
     order: NDArray[np.int64]
+    row: int
     layout: Layout
 
     @classmethod
@@ -96,6 +99,7 @@ class Strip:
             steepness=self.steepness * seen,
             share=_shares(self.layout, seen),
             pixels=int(used.sum()),
+            row=_fullest(self.layout, seen),
         )
 
     @cached_property
@@ -117,12 +121,14 @@ class Strip:
 def _seen(layout: Layout, response: Response, used: NDArray[np.bool_]) -> dict[str, Any]:
     """What the light and the pixels to use decide."""
     whole, inverse = np.ones(len(used)), used / np.sqrt(response.variance)
+    seen = layout.lay(used.astype(float))
     return {
         "amplitude": layout.lay(whole * response.amplitude),
         "offset": layout.lay(whole * response.offset),
         "inverse": layout.lay(inverse),
         "steepness": layout.lay(inverse * response.amplitude),
-        "share": _shares(layout, layout.lay(used.astype(float))),
+        "share": _shares(layout, seen),
+        "row": _fullest(layout, seen),
         "floor": float(response.floor),
         "ceiling": float(response.ceiling),
         "pixels": int(used.sum()),
@@ -135,3 +141,8 @@ def _shares(layout: Layout, seen: Single) -> Single:
     """Inverse numbers of used pixels in groups."""
     counts = seen.reshape(layout.every, -1, GROUP // layout.every).sum(axis=(0, 2))
     return np.divide(1, counts, out=np.zeros_like(counts), where=counts > 0)
+
+
+def _fullest(layout: Layout, seen: Single) -> int:
+    """First place of the row of which most pixels are used."""
+    return layout.places * int(seen.reshape(layout.every, -1).sum(axis=1).argmax())

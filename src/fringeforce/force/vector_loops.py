@@ -66,15 +66,6 @@ def square_sum(values: Single) -> np.float32:
     return total
 
 
-@njit(cache=True, error_model="numpy")
-def count_beyond(values: Single, square: np.float32) -> np.int32:
-    """Number of values whose square exceeds a limit."""
-    count = np.int32(0)
-    for k in range(len(values)):
-        count += np.int32(values[k] * values[k] > square)
-    return count
-
-
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def combine(matrix: Single, loads: Single, bias: Single, phase: Single) -> None:
     """Fill in the phase: a bias and the sum of the matrix's rows times loads."""
@@ -121,7 +112,8 @@ def interpolate(nodes: Single, shares: Single, base: Single, values: Single) -> 
     p, q, r = nodes[:last], nodes[1 : last + 1], nodes[2 : last + 2]
     s, t, u = nodes[3 : last + 3], nodes[4 : last + 4], nodes[5 : last + 5]
     for row in range(1, len(shares)):
-        a, b, c, d, e, f = shares[row]
+        a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]
+        d, e, f = shares[row, 3], shares[row, 4], shares[row, 5]
         first = row * places + BEFORE
         origin, target = base[first : first + last], values[first : first + last]
         for k in range(last):
@@ -137,7 +129,8 @@ def gather(values: Single, shares: Single, nodes: Single) -> None:
     nodes[:] = values[:places]
     target = nodes[BEHIND:-BEFORE]
     for row in range(1, len(shares)):
-        a, b, c, d, e, f = shares[row]
+        a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]
+        d, e, f = shares[row, 3], shares[row, 4], shares[row, 5]
         line = values[row * places : (row + 1) * places]
         p, q, r = line[5 : last + 5], line[4 : last + 4], line[3 : last + 3]
         s, t, u = line[2 : last + 2], line[1 : last + 1], line[:last]
