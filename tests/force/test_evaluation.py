@@ -7,10 +7,19 @@ from scipy.special import log_ndtr
 from fringeforce.force import evaluation
 from fringeforce.force.bounds import covariance, systematic_covariance, systematic_errors
 from fringeforce.force.estimate import maximum_likelihood
-from fringeforce.force.evaluation import GROUPED, OUTLIERS, REPORTED, SQUARES, describe, room, silence, take
+from fringeforce.force.evaluation import (
+    GROUPED,
+    OUTLIERS,
+    REPORTED,
+    SQUARES,
+    describe,
+    room,
+    silence,
+    take,
+)
 from fringeforce.force.gauss_newton import Place
-from fringeforce.force.likelihood import Response, misfit
 from fringeforce.force.layout import GROUP
+from fringeforce.force.likelihood import Response, misfit
 from fringeforce.force.strip import Strip
 
 P = 700

@@ -1,4 +1,4 @@
-"""What lies between nodes is what a polynomial through them says, and nothing is lost on the way."""
+"""What lies between nodes is what a polynomial through them says, and no pixel is lost."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def test_every_pixel_has_a_place_of_its_own_between_empty_ones(pixels, channels,
 @PLACES
 def test_neighbouring_pixels_stand_in_one_group(pixels: int, channels: int, every: int) -> None:
     layout = Layout(pixels, channels, every)
-    laid = layout.lay(1.0 + np.arange(pixels) % (pixels // channels) // GROUP)
+    laid = layout.lay(np.arange(pixels) % (pixels // channels) // GROUP + np.ones(pixels))
     for group in laid.reshape(every, -1, GROUP // every).swapaxes(0, 1):
         assert len(np.unique(group[group > 0])) <= 1
 

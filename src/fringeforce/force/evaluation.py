@@ -27,7 +27,7 @@ _ZERO, _SUSPECT = np.float32(0), np.float32(OUTLIER**2)
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def room(strip):
-    """Room for one frame, for the functions below; they would take a third longer to find their own.
+    """Room for one frame, which the functions below would lose time to find for themselves.
 
     Grey levels and residuals, in units of the noise, shape (size,); roots of the pixels' weights,
     one but for clipped pixels; number of clipped pixels and their places; gradient of half the
@@ -81,7 +81,7 @@ def shift(strip, base, change, phase, room) -> float:
     short[: len(change)] = change
     combine(strip[1], short, nothing, moved)
     interpolate(moved, strip[13], base, phase)
-    return square_sum(moved) / len(moved)
+    return float(square_sum(moved)) / len(moved)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

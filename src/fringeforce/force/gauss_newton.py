@@ -33,7 +33,7 @@ from fringeforce.force.evaluation import (
 )
 from fringeforce.force.information import factorise_information
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import REORDERED, Single, combine, invert, multiply, solve
+from fringeforce.force.vector_loops import REORDERED, Single, combine, invert, multiply
 
 Array = NDArray[np.float64]
 
@@ -135,7 +135,9 @@ def follow(strip, place, frame, estimate, report) -> None:
         computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
         says least.
     """
-    loads, phase, slope, level, base, ground, anchor, steep, factor, weakest, covariance, own = place
+    loads, phase, slope, level, base, ground, anchor, steep, factor, weakest, covariance, own = (
+        place
+    )
     _, _, root, _, gradient, _ = own
     step = np.empty(len(loads))
     take(strip, frame, own)

@@ -98,9 +98,7 @@ class Layout:
         beyond = basis @ np.linalg.inv(basis[BEFORE:-BEHIND])
         for first in range(GROUP, laid.shape[1], self.width):
             last = first + self.nodes
-            laid[:, first - BEFORE : first] = (
-                laid[:, first : first + TAPS] @ beyond[:BEFORE].T
-            )
+            laid[:, first - BEFORE : first] = laid[:, first : first + TAPS] @ beyond[:BEFORE].T
             laid[:, last : last + BEHIND] = laid[:, last - TAPS : last] @ beyond[-BEHIND:].T
         return laid.astype(np.float32)
 

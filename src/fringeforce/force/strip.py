@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.force.information import spacing
-from fringeforce.force.likelihood import Response
 from fringeforce.force.layout import GROUP, Layout
+from fringeforce.force.likelihood import Response
 from fringeforce.force.vector_loops import ROWS, Single
 
 Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class Strip:
