@@ -147,7 +147,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
     """Move loads to the top; returns their loss."""
     rows, size = len(strip[1]), strip[9]
     own, phase = room(strip), np.empty_like(strip[4])
-    _, _, root, _, gradient, _ = own
+    _, _, root, _, gradient, _, _ = own
     take(strip, frame, own)
     slope, level = np.empty_like(phase), np.empty_like(phase)
     information, factor = np.empty((rows, rows)), np.empty((rows, rows))

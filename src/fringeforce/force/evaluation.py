@@ -31,22 +31,23 @@ def room(strip):
 
     Grey levels and residuals, in units of the noise, shape (size,); roots of the pixels' weights,
     one but for clipped pixels; number of clipped pixels and their places; gradient of half the
-    loss, shape (rows,); and what lies idle in between.
+    loss, shape (rows,); sums of residuals over groups, in units of their noise; and what lies idle
+    in between.
     """
     nodes, size = strip[1], len(strip[4])
     grey, root = np.zeros(size, np.float32), np.ones(size, np.float32)
     left, pull = np.zeros(size, np.float32), np.zeros(size, np.float32)
     hidden, gradient = np.zeros(1 + size, np.int64), np.zeros(len(nodes))
     weight, short = np.zeros(nodes.shape[1], np.float32), np.zeros(len(nodes), np.float32)
-    nothing = np.zeros(nodes.shape[1], np.float32)
-    return grey, left, root, hidden, gradient, (pull, weight, short, nothing)
+    nothing, sums = np.zeros(nodes.shape[1], np.float32), np.zeros(nodes.shape[1], np.float32)
+    return grey, left, root, hidden, gradient, sums, (pull, weight, short, nothing)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def take(strip, frame, room) -> None:
     """Lay a frame out, shape (P,), and find its clipped pixels."""
     floor, ceiling, order = strip[7], strip[8], strip[14]
-    grey, _, root, hidden, _, _ = room
+    grey, _, root, hidden, _, _, _ = room
     for i in range(len(order)):
         grey[order[i]] = frame[i]
     if floor > -np.inf or ceiling < np.inf:
@@ -77,7 +78,7 @@ def shift(strip, base, change, phase, room) -> float:
     Four times as fast as `evaluate`, and exact to some ten thousandths of the phase's change, of
     which the mean square is returned [rad^2].
     """
-    _, moved, short, nothing = room[5]
+    _, moved, short, nothing = room[6]
     short[: len(change)] = change
     combine(strip[1], short, nothing, moved)
     interpolate(moved, strip[13], base, phase)
@@ -96,7 +97,7 @@ def compare(strip, slope, level, room) -> float:
 
     Returns what clipped pixels add to the sum of squared residuals to make it the loss.
     """
-    _, left, _, _, gradient, (pull, weight, _, _) = room
+    _, left, _, _, gradient, _, (pull, weight, _, _) = room
     beyond = _residuals(strip, level, room)
     _multiply(left, slope, pull)
     gather(pull, strip[13], weight)
@@ -121,7 +122,7 @@ def _multiply(first, second, product) -> None:
 @njit(cache=True, error_model="numpy")
 def _residuals(strip, level, room) -> float:
     """Fill in residuals and roots of weights; returns what clipped pixels add to the loss."""
-    grey, left, _, hidden, _, _ = room
+    grey, left, _, hidden, _, _, _ = room
     _subtract(level, grey, strip[4], left)
     return _hide(strip, level, room) if hidden[0] > 0 else 0.0
 
@@ -136,7 +137,7 @@ def _subtract(level, grey, inverse, left) -> None:
 def _hide(strip, level, room) -> float:
     """Correct pixels at the converter's limits; see `likelihood.misfit`."""
     inverse, floor, ceiling, added = strip[4], strip[7], strip[8], 0.0
-    grey, left, root, hidden, _, _ = room
+    grey, left, root, hidden, _, _, _ = room
     for i in range(1, 1 + hidden[0]):
         k = hidden[i]
         sign, limit = (1.0, ceiling - 0.5) if grey[k] >= ceiling else (-1.0, floor + 0.5)
@@ -160,7 +161,7 @@ def _log_normal_tail(x: float) -> float:
 @njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
 def describe(strip, room, report) -> None:
     """Fill in what residuals look like."""
-    left, share, every, (_, sums, _, _) = room[1], strip[6], len(strip[13]), room[5]
+    left, share, every, sums = room[1], strip[6], len(strip[13]), room[5]
     places, squares, outliers = len(sums), _ZERO, np.int32(0)
     sums[:] = 0
     for row in range(every):
@@ -177,5 +178,6 @@ def describe(strip, room, report) -> None:
             sums[j] = sums[2 * j] + sums[2 * j + 1]
     grouped = _ZERO
     for j in range(len(share)):
-        grouped += sums[j] * sums[j] * share[j]
+        sums[j] *= share[j]
+        grouped += sums[j] * sums[j]
     report[SQUARES], report[GROUPED], report[OUTLIERS] = squares, grouped, outliers

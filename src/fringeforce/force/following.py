@@ -33,6 +33,7 @@ from fringeforce.force.gauss_newton import follow, settle
 from fringeforce.force.information import factorise_information
 from fringeforce.force.steady import REMEMBERED, STEADY, steady, step_steadily
 from fringeforce.force.strip import Strip
+from fringeforce.force.trend import TRENDS, lingers
 from fringeforce.force.vector_loops import invert
 
 Array = NDArray[np.float64]
@@ -53,22 +54,27 @@ class Memory:
         See `steady`.
     known : ndarray, shape (KNOWN,)
         See `certainty.OPEN`.
+    trend, lasting : ndarray, shapes (groups,) and (TRENDS,)
+        See `trend.lingers`.
     """
 
     variance: NDArray[np.float32]
     mean: Array
     known: Array
+    trend: NDArray[np.float32]
+    lasting: Array
 
     @classmethod
     def of(cls, strip: Strip) -> Memory:
         """Of nothing yet."""
-        variance = np.zeros(len(strip.nodes.T), dtype=np.float32)
-        return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN))
+        variance = np.zeros(strip.layout.places, dtype=np.float32)
+        trend = np.zeros(len(strip.share), dtype=np.float32)
+        return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN), trend, np.zeros(TRENDS))
 
     @property
     def arrays(self) -> tuple[Any, ...]:
         """What the compiled functions take."""
-        return self.variance, self.mean, self.known
+        return self.variance, self.mean, self.known, self.trend, self.lasting
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -96,6 +102,8 @@ def follow_all(
             verdicts[i] = _hush(strip, place[11], memory[2], limits, frames[i], reports[i])
         else:
             verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
+            if verdicts[i] != SILENT and lingers(place[11][5], limits[1], memory[3], memory[4]):
+                verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i
         if verdicts[i] == SILENT:
@@ -131,7 +139,7 @@ def _hush(strip, own, known, limits, frame, report) -> int:
 @njit(cache=True, error_model="numpy")
 def _touch(strip, place, memory, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
-    variance, mean, known = memory
+    variance, mean, known = memory[:3]
     known[LOOKED] -= 1
     order = NOISE if known[LOOKED] > 0 else ORDER
     if not mean[STEADY]:

@@ -138,7 +138,7 @@ def follow(strip, place, frame, estimate, report) -> None:
     loads, phase, slope, level, base, ground, anchor, steep, factor, weakest, covariance, own = (
         place
     )
-    _, _, root, _, gradient, _ = own
+    _, _, root, _, gradient, _, _ = own
     step = np.empty(len(loads))
     take(strip, frame, own)
     beyond, way, renewed = 0.0, 0.0, False
@@ -242,7 +242,7 @@ def weaken(covariance: Array, direction: Array) -> None:
 @njit(cache=True, error_model="numpy")
 def weak_bend(strip, direction, slope, level, room) -> float:
     """Bend of a way of one deviation."""
-    _, way, short, nothing = room[5]
+    _, way, short, nothing = room[6]
     short[: len(direction)] = direction
     combine(strip[1], short, nothing, way)
     first, second = _changes(strip, way, slope[strip[15] : strip[15] + len(way)], level)

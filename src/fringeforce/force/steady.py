@@ -85,7 +85,7 @@ def step_steadily(strip, place, variance, memory, frame, estimate, report) -> No
         the step and of one deviation.
     """
     loads, phase, slope, level, base, ground, anchor, steep, _, weakest, covariance, own = place
-    _, left, root, _, gradient, _ = own
+    _, left, root, _, gradient, _, _ = own
     step = np.empty(len(loads))
     take(strip, frame, own)
     beyond = compare(strip, slope, level, own)

@@ -32,7 +32,8 @@ class Strip:
     inverse, steepness : ndarray, shape (size,)
         Inverse of the noise, zero for pixels that are not used; and the same times A.
     share : ndarray, shape (size // GROUP,)
-        Inverse of the number of used pixels in a group, zero if there are none.
+        Inverse deviation of the noise of a group's sum, in units of that of a pixel; zero for
+        groups without a pixel that is used.
     floor, ceiling : float
         Where the converter clips.
     loads, pixels : int
@@ -139,9 +140,9 @@ def _seen(layout: Layout, response: Response, used: NDArray[np.bool_]) -> dict[s
 
 
 def _shares(layout: Layout, seen: Single) -> Single:
-    """Inverse numbers of used pixels in groups."""
+    """Inverse square roots of the numbers of used pixels in groups."""
     counts = seen.reshape(layout.every, -1, GROUP // layout.every).sum(axis=(0, 2))
-    return np.divide(1, counts, out=np.zeros_like(counts), where=counts > 0)
+    return np.divide(1, np.sqrt(counts), out=np.zeros_like(counts), where=counts > 0)
 
 
 def _fullest(layout: Layout, seen: Single) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.certainty import FOLLOWED, HELD, SILENT, UNSETTLED, Limits, begin
+from fringeforce.force.certainty import CONTACT, FOLLOWED, HELD, SILENT, UNSETTLED, Limits, begin
 from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
 from fringeforce.force.following import (
     NONE,
@@ -25,6 +25,7 @@ from fringeforce.force.goodness import absorbed
 from fringeforce.force.shape import shape_error
 from fringeforce.force.steady import STEADY, steady
 from fringeforce.force.strip import Strip
+from fringeforce.force.trend import begin_trend
 from fringeforce.reading.judgement import Interpretation, widening
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
@@ -89,6 +90,7 @@ class Tracker:
         self._strip: Strip | None = None
         self._sound = np.empty(0, dtype=bool)
         self._place: Place | None = None
+        self._last: Place | None = None
         self._memory: Memory | None = None
         self._compiled: tuple[Any, Any, Any, Any] = ((), (), (), ())
         self._excess, self.rivals = np.empty((0, 0)), np.empty((0, 0))
@@ -132,6 +134,7 @@ class Tracker:
         silent = not self._place.loads.any()
         done = follow_all(*self._compiled, silent, frames, wanted, *track.since(first))
         if done < len(frames):
+            self._last = self._place
             self.release()
         return done
 
@@ -160,11 +163,20 @@ class Tracker:
         self._excess = found.covariance - found.noise
         unsettled = found.status is Status.AMBIGUOUS
         memory.mean[:] = 0
+        begin_trend(memory.lasting, self._confirms(found))
         begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled:
             steady(strip.arrays, place.arrays, memory.variance, memory.mean)
         self._compiled = (strip.arrays, place.arrays, memory.arrays, self._limits.numbers)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
+
+    def _confirms(self, found: Interpretation) -> bool:
+        """Whether a search found what was followed before it."""
+        if self._last is None:
+            return False
+        off = found.loads - self._last.loads
+        size = len(off)
+        return bool(off @ np.linalg.solve(found.noise, off) < size + CONTACT * np.sqrt(2 * size))
 
     def _taken(self, found: Interpretation, sound: Mask) -> float:
         """Degrees of freedom that the loads take from sums over neighbours."""
