@@ -3,22 +3,20 @@
 import numpy as np
 import pytest
 
-from fringeforce.force.evaluation import GAIN, OUTLIERS, REPORTED, SQUARES, compare
+from fringeforce.force.evaluation import GAIN, OUTLIERS, REPORTED, SQUARES, compare, take
 from fringeforce.force.following import covariance_at
 from fringeforce.force.gauss_newton import Place, follow
 from fringeforce.force.likelihood import Response, misfit
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import (
-    CHUNK,
     add_gram,
-    chunked,
     expose,
     factorise,
     invert,
     solve,
 )
 
-P, M = 700, 10
+P, M, SIZE = 700, 10, 256
 
 
 @pytest.fixture
@@ -32,9 +30,9 @@ def scene() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_the_vectorised_sine_is_numpys() -> None:
-    phase = np.linspace(-300, 300, 40 * CHUNK).astype(np.float32).reshape(-1, CHUNK)
-    one, none = np.ones(CHUNK, np.float32), np.zeros(CHUNK, np.float32)
-    level, slope = np.empty((2, CHUNK), np.float32)
+    phase = np.linspace(-300, 300, 40 * SIZE).astype(np.float32).reshape(-1, SIZE)
+    one, none = np.ones(SIZE, np.float32), np.zeros(SIZE, np.float32)
+    level, slope = np.empty((2, SIZE), np.float32)
     for row in phase:
         expose(row, one, none, one, level, slope)
         exact = row.astype(float)
@@ -49,9 +47,9 @@ def test_the_gradient_is_the_slope_of_the_likelihood(scene, floor, ceiling) -> N
     response = Response(240.0, 6.0, 9.0, floor, ceiling)
     strip = Strip.of(influence, response, np.ones(P, bool))
     place = Place.at(strip, loads)
-    left, root = np.empty((2, *place.phase.shape), np.float32)
-    gradient = np.empty(strip.matrix.shape[1])
-    compare(strip.arrays, chunked(frame), place.slope, place.level, left, root, gradient)
+    take(strip.arrays, frame, place.room)
+    compare(strip.arrays, place.slope, place.level, place.room)
+    gradient = place.room[4]
 
     def loss(at: np.ndarray) -> float:
         return misfit(frame, response.level(influence @ at), response).loss
@@ -71,7 +69,7 @@ def test_one_frame_is_climbed_to_where_the_gradient_vanishes(scene) -> None:
     strip = Strip.of(influence, response, used)
     place = Place.at(strip, loads + 0.02)
     found, report = np.empty(M), np.empty(REPORTED)
-    follow(strip.arrays, place.arrays, chunked(np.where(used, frame, 0)), found, report)
+    follow(strip.arrays, place.arrays, np.where(used, frame, 0), found, report)
     left = misfit(frame[used], response.level(influence[used] @ found), response)
     slope = response.slope(influence[used] @ found) / 3
     gradient = influence[used].T @ (slope * left.slope)
@@ -87,9 +85,9 @@ def test_one_frame_is_climbed_to_where_the_gradient_vanishes(scene) -> None:
 
 def test_small_dense_algebra_is_numpys() -> None:
     rng = np.random.default_rng(0)
-    rows = rng.normal(size=(12, CHUNK)).astype(np.float32)
-    weight, total = rng.random(CHUNK).astype(np.float32), np.zeros((12, 12))
-    add_gram(rows, weight, np.empty_like(rows), total)
+    rows = rng.normal(size=(12, SIZE)).astype(np.float32)
+    weight, total = rng.random(SIZE).astype(np.float32), np.zeros((12, 12))
+    add_gram(rows, weight, 0, np.empty_like(rows), total)
     exact = (rows * weight).astype(float) @ rows.T
     np.testing.assert_allclose(np.tril(total), np.tril(exact), rtol=1e-4, atol=1e-3)
     exact = np.tril(total) + np.tril(total, -1).T

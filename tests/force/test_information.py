@@ -5,24 +5,12 @@ import pytest
 
 import fringeforce as ff
 from fringeforce.force.following import covariance_at
-from fringeforce.force.information import EXACT, spacing, spread
+from fringeforce.force.information import EXACT, spacing
 from fringeforce.force.strip import Strip
+from fringeforce.force.vector_loops import gather
 
 
-@pytest.mark.parametrize("every", [2, 4])
-def test_a_quintic_between_the_nodes_is_summed_exactly(every: int) -> None:
-    rng = np.random.default_rng(every)
-    nodes = 20
-    values = np.zeros(nodes * every, dtype=np.float32)
-    values[2 * every : (nodes - 3) * every] = rng.random((nodes - 5) * every)
-    weight = np.empty(nodes, dtype=np.float32)
-    spread(values, every, weight)
-    quintic = np.polynomial.Polynomial(rng.normal(size=6))
-    x = np.arange(len(values)) / len(values)
-    assert weight @ quintic(x[::every]) == pytest.approx(values @ quintic(x), rel=1e-5, abs=1e-5)
-
-
-@pytest.mark.parametrize(("pixels", "every"), [(2048, 4), (1024, 2), (256, 1)])
+@pytest.mark.parametrize(("pixels", "every"), [(2048, 8), (1024, 4), (256, 1)])
 @pytest.mark.parametrize("size", [0.5, 16.0])
 def test_deviations_are_those_of_all_pixels_whatever_the_fringes_and_dead_ones(
     sensor: ff.Sensor, pixels: int, every: int, size: float
@@ -36,5 +24,11 @@ def test_deviations_are_those_of_all_pixels_whatever_the_fringes_and_dead_ones(
     slope = model.response.slope(influence @ loads) * used
     slope /= np.sqrt(model.response.variance)
     exact = np.linalg.inv((influence.T * slope**2) @ influence)
-    found = covariance_at(Strip.of(influence, model.response, used), loads)
-    np.testing.assert_allclose(np.diag(found), np.diag(exact), rtol=EXACT)
+    strip = Strip.of(influence, model.response, used)
+    nodes, weight = strip.nodes[:22].astype(float), np.empty(strip.layout.places, np.float32)
+    gather(strip.layout.lay(slope**2), strip.shares, weight)
+    shared = np.linalg.inv((nodes * weight) @ nodes.T)
+    np.testing.assert_allclose(np.diag(shared), np.diag(exact), rtol=EXACT)
+    # sums in single precision leave the direction that the frame says least of to rounding
+    found = covariance_at(strip, loads)
+    np.testing.assert_allclose(np.diag(found), np.diag(exact), rtol=2 * EXACT)

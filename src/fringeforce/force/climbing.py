@@ -13,10 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.force.evaluation import compare, evaluate
+from fringeforce.force.evaluation import compare, evaluate, room, take
 from fringeforce.force.information import fill_information
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import CHUNK, Single, combine, factorise, solve, square_sum
+from fringeforce.force.vector_loops import Single, combine, factorise, solve, square_sum
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def climb(strip: Strip, frame: NDArray[Any], start: Array, steps: int, tolerance
     ----------
     strip : Strip
         The pixels.
-    frame : ndarray, shape (chunks, CHUNK)
+    frame : ndarray, shape (P,)
         Grey levels, finite.
     start : ndarray, shape (m,)
         Loads to start from [N].
@@ -71,18 +71,17 @@ def node_phase(strip: Strip, loads: Array) -> Single:
     The phase bends so little between them that two explanations are told apart there as well as
     at all pixels.  Where no pixel is used it is zero.
     """
-    phase = np.empty((len(strip.nodes), CHUNK), dtype=np.float32)
+    phase = np.empty_like(strip.watched)
     _node_phase(strip.nodes, loads, strip.watched, phase)
-    return phase.ravel()
+    return phase
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _node_phase(nodes, loads, watched, phase) -> None:
-    short, nothing = np.zeros(nodes.shape[1], np.float32), np.zeros(CHUNK, np.float32)
+    short = np.zeros(len(nodes), np.float32)
     short[: len(loads)] = loads
-    for i in range(len(nodes)):
-        combine(nodes[i], short, nothing, phase[i])
-        phase[i] *= watched[i]
+    combine(nodes, short, np.zeros_like(watched), phase)
+    phase *= watched
 
 
 class Phases:
@@ -146,15 +145,15 @@ def _distance(others, phase, even):
 @njit(cache=True, error_model="numpy", nogil=True)
 def _climb(strip, frame, loads, steps, tolerance) -> float:
     """Move loads to the top; returns their loss."""
-    rows, size = strip[0].shape[1], strip[9]
-    phase = np.empty(frame.shape, np.float32)
+    rows, size = len(strip[1]), strip[9]
+    own, phase = room(strip), np.empty_like(strip[4])
+    _, _, root, _, gradient, _, _ = own
+    take(strip, frame, own)
     slope, level = np.empty_like(phase), np.empty_like(phase)
-    left, root = np.empty_like(phase), np.empty_like(phase)
     information, factor = np.empty((rows, rows)), np.empty((rows, rows))
-    gradient, step = np.empty(rows), np.empty(size)
-    start, downhill = np.empty(size), np.empty(rows)
+    step, start, downhill = np.empty(size), np.empty(size), np.empty(rows)
     evaluate(strip, loads, phase, slope, level)
-    loss = compare(strip, frame, slope, level, left, root, gradient) + _squares(left)
+    loss = _loss(strip, slope, level, own)
     damping = FIRST
     for _ in range(steps):
         fill_information(strip, (slope * root) ** 2, information)
@@ -168,7 +167,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
             solve(factor, size, downhill, step)
             loads[:] = start - step
             evaluate(strip, loads, phase, slope, level)
-            loss = compare(strip, frame, slope, level, left, root, gradient) + _squares(left)
+            loss = _loss(strip, slope, level, own)
             if loss <= before or damping > STRONGEST:
                 break
             damping *= 10
@@ -182,11 +181,9 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _squares(left) -> float:
-    total = 0.0
-    for i in range(len(left)):
-        total += float(square_sum(left[i]))
-    return total
+def _loss(strip, slope, level, own) -> float:
+    """Twice the negative logarithm of the likelihood, less a constant; see `compare`."""
+    return compare(strip, slope, level, own) + float(square_sum(own[1]))
 
 
 @njit(cache=True, error_model="numpy")

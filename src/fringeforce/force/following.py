@@ -28,12 +28,13 @@ from fringeforce.force.certainty import (
     trust,
     verdict,
 )
-from fringeforce.force.evaluation import describe, evaluate, silence
+from fringeforce.force.evaluation import describe, evaluate, silence, take
 from fringeforce.force.gauss_newton import follow, settle
 from fringeforce.force.information import factorise_information
 from fringeforce.force.steady import REMEMBERED, STEADY, steady, step_steadily
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import CHUNK, invert
+from fringeforce.force.trend import TRENDS, lingers
+from fringeforce.force.vector_loops import invert
 
 Array = NDArray[np.float64]
 
@@ -47,28 +48,33 @@ class Memory:
 
     Attributes
     ----------
-    variance : ndarray, shape (fewer chunks, CHUNK)
+    variance : ndarray, shape (places,)
         Of the phase at the nodes of the information [rad^2].
     mean : ndarray, shape (REMEMBERED,)
         See `steady`.
     known : ndarray, shape (KNOWN,)
         See `certainty.OPEN`.
+    trend, lasting : ndarray, shapes (groups,) and (TRENDS,)
+        See `trend.lingers`.
     """
 
     variance: NDArray[np.float32]
     mean: Array
     known: Array
+    trend: NDArray[np.float32]
+    lasting: Array
 
     @classmethod
     def of(cls, strip: Strip) -> Memory:
         """Of nothing yet."""
-        variance = np.zeros((len(strip.nodes), CHUNK), dtype=np.float32)
-        return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN))
+        variance = np.zeros(strip.layout.places, dtype=np.float32)
+        trend = np.zeros(len(strip.share), dtype=np.float32)
+        return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN), trend, np.zeros(TRENDS))
 
     @property
     def arrays(self) -> tuple[Any, ...]:
         """What the compiled functions take."""
-        return self.variance, self.mean, self.known
+        return self.variance, self.mean, self.known, self.trend, self.lasting
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -83,7 +89,7 @@ def follow_all(
         `Strip.arrays`, `Place.arrays` and `Memory.arrays`, which are moved, and `Limits.numbers`.
     silent : bool
         Whether nothing touched the sensor in the frame before.
-    frames : ndarray, shape (k, chunks, CHUNK)
+    frames : ndarray, shape (k, P)
         Grey levels, finite.
     wanted : int
         Which covariances: STEP, WHOLE or NONE.
@@ -93,9 +99,11 @@ def follow_all(
     mean, known = memory[1], memory[2]
     for i in range(len(frames)):
         if silent:
-            verdicts[i] = _hush(strip, memory[2], limits, frames[i], reports[i])
+            verdicts[i] = _hush(strip, place[11], memory[2], limits, frames[i], reports[i])
         else:
             verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
+            if verdicts[i] != SILENT and lingers(place[11][5], limits[1], memory[3], memory[4]):
+                verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i
         if verdicts[i] == SILENT:
@@ -106,19 +114,19 @@ def follow_all(
             continue
         known[HUSHED] = 0
         if (mean[STEADY] and wanted != NONE) or wanted == STEP:
-            covariances[i] = place[8]
+            covariances[i] = place[10]
         elif wanted == WHOLE:
             covariance(strip, place[2], covariances[i])
     return len(frames)
 
 
 @njit(cache=True, error_model="numpy")
-def _hush(strip, known, limits, frame, report) -> int:
+def _hush(strip, own, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
     pixels, _, size, groups = limits
-    left, root = np.empty(frame.shape, np.float32), np.empty(frame.shape, np.float32)
-    silence(strip, frame, left, root)
-    describe(left, strip[6], report)
+    take(strip, frame, own)
+    silence(strip, own)
+    describe(strip, own, report)
     known[LEFT] -= 1
     if looks_like_noise(report, pixels + size, groups, QUIET, QUIET):
         known[RAISED] = 0
@@ -131,7 +139,7 @@ def _hush(strip, known, limits, frame, report) -> int:
 @njit(cache=True, error_model="numpy")
 def _touch(strip, place, memory, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
-    variance, mean, known = memory
+    variance, mean, known = memory[:3]
     known[LOOKED] -= 1
     order = NOISE if known[LOOKED] > 0 else ORDER
     if not mean[STEADY]:
@@ -159,7 +167,7 @@ def covariance(strip, slope, result) -> None:
     The inverse of Fisher's information; a place that passed `verdict` lies far enough from where
     the curvature counts.
     """
-    rows = strip[1].shape[1]
+    rows = len(strip[1])
     factor = np.empty((rows, rows))
     factorise_information(strip, slope * slope, 1e-12, factor)
     invert(factor, result)
@@ -167,7 +175,7 @@ def covariance(strip, slope, result) -> None:
 
 def covariance_at(strip: Strip, loads: Array) -> Array:
     """Covariance of loads from the slopes of all pixels, shape (m, m) [N^2]."""
-    phase, slope, level = np.empty((3, len(strip.matrix), CHUNK), dtype=np.float32)
+    phase, slope, level = np.empty((3, len(strip.inverse)), dtype=np.float32)
     evaluate(strip.arrays, loads, phase, slope, level)
     result = np.empty((strip.loads, strip.loads))
     covariance(strip.arrays, slope, result)

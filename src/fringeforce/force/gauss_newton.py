@@ -1,9 +1,10 @@
 """From one frame to the next: Gauss and Newton's step in tens of microseconds.
 
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
-the top of the likelihood.  What the last
-frame's evaluation left behind is where the first step starts, so that a frame costs one evaluation;
-and the matrix is kept until the phase has moved by some hundredths of what would bend it.
+the top of the likelihood.  What the last frame's evaluation left behind is where the first step
+starts, so that a frame costs one evaluation; and the matrix is kept until the phase has moved by
+some hundredths of what would bend it.  Now and then the phase is computed at every pixel; its
+change since then, at the nodes.
 """
 
 from __future__ import annotations
@@ -24,18 +25,15 @@ from fringeforce.force.evaluation import (
     compare,
     describe,
     evaluate,
+    room,
+    shift,
+    shine,
     silence,
+    take,
 )
 from fringeforce.force.information import factorise_information
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import (
-    CHUNK,
-    REORDERED,
-    Single,
-    combine,
-    invert,
-    solve,
-)
+from fringeforce.force.vector_loops import REORDERED, Single, combine, invert, multiply
 
 Array = NDArray[np.float64]
 
@@ -45,6 +43,8 @@ CLOSE = 0.25
 """Gain of twice the log-likelihood that the next step promises, below which it is the last."""
 FRESH = 0.015
 """Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
+FAR = 0.1
+"""Mean squared change of the phase beyond which it is computed at every pixel again [rad^2]."""
 RIDGE = 1e-7
 """Share of the trace that keeps the step finite where a load leaves no trace."""
 _ZERO, _HALF = np.float32(0), np.float32(0.5)
@@ -59,36 +59,45 @@ class Place:
     ----------
     loads : ndarray, shape (m,)
         Loads at which the rest was evaluated [N].
-    phase, slope, level : ndarray, shape (chunks, CHUNK)
+    phase, slope, level : ndarray, shape (size,)
         Phase [rad], grey level per phase in units of the noise, and expected grey level.
-    anchor, steep : ndarray, shape (chunks, CHUNK)
-        Phase and slope where the matrix was computed.
+    base, ground : ndarray, shapes (m,) and (size,)
+        Loads at which the phase was computed at every pixel [N], and that phase [rad].
+    anchor, steep : ndarray, shape (places,)
+        Phase and slope where the matrix was computed, in one row.
     factor : ndarray, shape (rows, rows)
-        Its Cholesky factor, lower triangle [1/N].
+        Cholesky factor of the matrix, lower triangle [1/N].
     weakest : ndarray, shape (m + 1,)
         Direction of the loads that the frame says least of, one deviation long [N]; its bend.
     covariance : ndarray, shape (m, m)
         Inverse of the matrix [N^2].
+    room : tuple of ndarray
+        See `evaluation.room`.
     """
 
     loads: Array
     phase: Single
     slope: Single
     level: Single
+    base: Array
+    ground: Single
     anchor: Single
     steep: Single
     factor: Array
     weakest: Array
     covariance: Array
+    room: tuple[Any, ...]
 
     @classmethod
     def at(cls, strip: Strip, loads: Array) -> Place:
         """At given loads, shape (m,) [N]."""
-        rows, chunks = strip.matrix.shape[1], len(strip.matrix)
-        phase, slope, level, anchor, steep = np.zeros((5, chunks, CHUNK), dtype=np.float32)
+        rows, base = len(strip.nodes), loads.copy()
+        phase, slope, level, ground = np.zeros((4, strip.layout.size), dtype=np.float32)
+        anchor, steep = np.zeros((2, strip.layout.places), dtype=np.float32)
         factor, weakest = np.zeros((rows, rows)), np.ones(strip.loads + 1)
-        covariance = np.zeros((strip.loads, strip.loads))
-        place = cls(loads.copy(), phase, slope, level, anchor, steep, factor, weakest, covariance)
+        found = np.zeros((strip.loads, strip.loads))
+        light, ways, own = (phase, slope, level), (base, ground, anchor, steep), room(strip.arrays)
+        place = cls(loads.copy(), *light, *ways, factor, weakest, found, own)
         settle(strip.arrays, place.arrays)
         return place
 
@@ -101,10 +110,9 @@ class Place:
 @njit(cache=True, error_model="numpy", nogil=True)
 def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
-    loads, phase, slope, level, _, _, _, _, _ = place
-    evaluate(strip, loads, phase, slope, level)
+    survey(strip, place)
     for _ in range(3):
-        _anchor(strip, place, np.ones_like(slope))
+        _anchor(strip, place, np.ones_like(place[1]))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -115,8 +123,8 @@ def follow(strip, place, frame, estimate, report) -> None:
     ----------
     strip, place : tuple
         `Strip.arrays` and `Place.arrays`; the place is moved.
-    frame : ndarray, shape (chunks, CHUNK)
-        Grey levels.
+    frame : ndarray, shape (P,)
+        Grey levels, finite.
     estimate : ndarray, shape (m,)
         Filled with the loads [N]: those of the place, and one step more that is too small to
         evaluate again.
@@ -127,41 +135,57 @@ def follow(strip, place, frame, estimate, report) -> None:
         computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
         says least.
     """
-    loads, phase, slope, level, anchor, steep, factor, weakest, _ = place
-    left, root = np.empty_like(slope), np.empty_like(slope)
-    gradient, step = np.empty(strip[0].shape[1]), np.empty(len(loads))
-    beyond, renewed = 0.0, False
-    compare(strip, frame, slope, level, left, root, gradient)
+    loads, phase, slope, level, base, ground, anchor, steep, factor, weakest, covariance, own = (
+        place
+    )
+    _, _, root, _, gradient, _, _ = own
+    step = np.empty(len(loads))
+    take(strip, frame, own)
+    beyond, way, renewed = 0.0, 0.0, False
+    compare(strip, slope, level, own)
     for turn in range(STEPS):
         if turn > 0:
             step_matrix(strip, slope, root, factor)
+            invert(factor, covariance)
             renewed = True
-        solve(factor, len(loads), gradient, step)
+        multiply(covariance, gradient, step)
         loads -= step
-        evaluate(strip, loads, phase, slope, level)
-        beyond = compare(strip, frame, slope, level, left, root, gradient)
-        solve(factor, len(loads), gradient, step)
+        way = shift(strip, ground, loads - base, phase, own)
+        shine(strip, phase, slope, level)
+        beyond = compare(strip, slope, level, own)
+        multiply(covariance, gradient, step)
         report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
         if not report[PROMISED] > CLOSE:
             break
     estimate[:] = loads - step
-    describe(left, strip[6], report)
+    describe(strip, own, report)
+    if way > FAR:
+        survey(strip, place)
     report[BENT] = bend(strip, anchor, phase, steep, level)
     if renewed or report[BENT] > FRESH:
         _anchor(strip, place, root)
     report[WEAK] = weakest[-1]
-    report[GAIN] = silence(strip, frame, left, root) - report[SQUARES] - beyond
+    report[GAIN] = silence(strip, own) - report[SQUARES] - beyond
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def survey(strip, place) -> None:
+    """Compute the phase of a place at every pixel."""
+    loads, phase, slope, level, base, ground = place[:6]
+    evaluate(strip, loads, phase, slope, level)
+    base[:], ground[:] = loads, phase
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _anchor(strip, place, root) -> None:
     """Compute the matrix where the place is."""
-    loads, phase, slope, level, anchor, steep, factor, weakest, covariance = place
+    _, phase, slope, level, _, _, anchor, steep, factor, weakest, covariance, own = place
     step_matrix(strip, slope, root, factor)
-    anchor[:], steep[:] = phase, slope
-    weaken(factor, len(loads), weakest)
     invert(factor, covariance)
-    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
+    keep(strip, phase, anchor)
+    keep(strip, slope, steep)
+    weaken(covariance, weakest)
+    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level, own)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -170,62 +194,56 @@ def step_matrix(strip, slope, root, factor) -> None:
     factorise_information(strip, (slope * root) ** 2, RIDGE, factor)
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def bend(strip, before, after, steep, level) -> float:
-    """Second-order change of the levels on a way, relative to the first.
-
-    A mirror image lies where both cancel: at a bend of one.
-    """
-    amplitude, offset, inverse = strip[2], strip[3], strip[4]
-    first, second = _ZERO, _ZERO
-    for i in range(len(before)):
-        for k in range(CHUNK):
-            moved = after[i, k] - before[i, k]
-            # A/4 cos p, from the level at the end of the way
-            curve = (amplitude[i, k] * _HALF + offset[i, k] - level[i, k]) * inverse[i, k] * _HALF
-            straight = steep[i, k] * moved
-            bent = curve * moved * moved
-            first += straight * straight
-            second += bent * bent
-    return np.sqrt(second / max(first, _TINY))
+@njit(cache=True, error_model="numpy", nogil=True)
+def keep(strip, values, kept) -> None:
+    """Fill in the one row that says how bent a way is."""
+    kept[:] = values[strip[15] : strip[15] + len(kept)]
 
 
 @njit(cache=True, error_model="numpy")
-def weaken(factor: Array, size: int, direction: Array) -> None:
+def bend(strip, anchor, phase, steep, level) -> float:
+    """Second-order change of the levels on the way from an anchor, relative to the first.
+
+    A mirror image lies where both cancel: at a bend of one.
+    """
+    moved = phase[strip[15] : strip[15] + len(anchor)] - anchor
+    first, second = _changes(strip, moved, steep, level)
+    return np.sqrt(second / max(first, _TINY))
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def _changes(strip, moved, steep, level):
+    """Squared changes of the levels on a way, of first and second order, over one row."""
+    row = slice(strip[15], strip[15] + len(moved))
+    amplitude, offset, inverse = strip[2][row], strip[3][row], strip[4][row]
+    grey, first, second = level[row], _ZERO, _ZERO
+    for k in range(len(moved)):
+        # A/4 cos p, from the level at the end of the way
+        curve = (amplitude[k] * _HALF + offset[k] - grey[k]) * inverse[k] * _HALF
+        straight = steep[k] * moved[k]
+        bent = curve * moved[k] * moved[k]
+        first += straight * straight
+        second += bent * bent
+    return first, second
+
+
+@njit(cache=True, error_model="numpy")
+def weaken(covariance: Array, direction: Array) -> None:
     """Turn a direction towards the one of least information, and make it one deviation long.
 
     One round of inverse iteration from the last frame's direction.
     """
-    solve(factor, size, direction, direction)
-    direction = direction[:size]
-    length = 0.0
-    for j in range(size):
-        along = 0.0
-        for i in range(j, size):
-            along += factor[i, j] * direction[i]
-        length += along * along
-    direction /= np.sqrt(length)
+    size = len(covariance)
+    before = direction[:size].copy()
+    multiply(covariance, before, direction[:size])
+    direction[:size] /= np.sqrt(np.dot(before, direction[:size]))
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def weak_bend(strip, direction, slope, level) -> float:
-    """Bend of a way of one deviation, from the pixels at the nodes."""
-    nodes, size, every = strip[1], strip[9], strip[13]
-    amplitude, offset = strip[2].reshape(-1, every), strip[3].reshape(-1, every)
-    inverse = strip[4].reshape(-1, every)
-    steep, grey = slope.reshape(-1, every), level.reshape(-1, every)
-    short = np.zeros(nodes.shape[1], dtype=np.float32)
-    short[:size] = direction
-    moved = np.empty((len(nodes), CHUNK), dtype=np.float32)
-    nothing = np.zeros(CHUNK, dtype=np.float32)
-    for i in range(len(nodes)):
-        combine(nodes[i], short, nothing, moved[i])
-    way = moved.reshape(-1)
-    first, second = _ZERO, _ZERO
-    for k in range(len(steep)):
-        curve = (amplitude[k, 0] * _HALF + offset[k, 0] - grey[k, 0]) * inverse[k, 0] * _HALF
-        straight = steep[k, 0] * way[k]
-        bent = curve * way[k] * way[k]
-        first += straight * straight
-        second += bent * bent
-    return np.sqrt(second / np.float32(every)) / max(first, _TINY)
+@njit(cache=True, error_model="numpy")
+def weak_bend(strip, direction, slope, level, room) -> float:
+    """Bend of a way of one deviation."""
+    _, way, short, nothing = room[6]
+    short[: len(direction)] = direction
+    combine(strip[1], short, nothing, way)
+    first, second = _changes(strip, way, slope[strip[15] : strip[15] + len(way)], level)
+    return np.sqrt(second / np.float32(len(strip[13]))) / max(first, _TINY)

@@ -1,8 +1,8 @@
 """Fisher's information of the loads: every pixel's slope counts, but few products are formed.
 
 The slopes change from pixel to pixel, fringe by fringe; the influence does so only over the depth
-of the cover.  So the influence is taken at every fourth pixel, and quintic interpolation
-between these nodes shares out the squared slopes of all pixels among them.
+of the cover.  So products are formed at the nodes, among which the squared slopes of all pixels are
+shared out.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.force.vector_loops import CHUNK, REORDERED, add_gram, factorise
+from fringeforce.force.layout import TAPS, Layout
+from fringeforce.force.vector_loops import add_gram, factorise, gather
 
 Array = NDArray[np.float64]
 
-SPACINGS = (4, 2)
+SPACINGS = (8, 4, 2)
 """Distances of the nodes that are tried, in pixels."""
-TAPS = 6
-"""Nodes among which a pixel is shared out."""
-EXACT = 3e-4
+BLOCK = 512
+"""Nodes whose products are summed in single precision, and stay in the fastest cache."""
+EXACT = 2e-3
 """Relative error of the information in any direction that a spacing may cause."""
 
 
-def spacing(influence: Array, used: NDArray[np.bool_]) -> int:
+def spacing(influence: Array, used: NDArray[np.bool_], channels: int = 1) -> int:
     """Largest distance of nodes at which the information of all pixels is kept.
 
     Parameters
@@ -32,73 +33,42 @@ def spacing(influence: Array, used: NDArray[np.bool_]) -> int:
         Influence matrix [rad/N].
     used : ndarray of bool, shape (P,)
         Pixels that count.
+    channels : int
+        Channels that they belong to, one after the other.
     """
     # slopes that no neighbour shares are harder than any fringes
     square = np.random.default_rng(0).random(len(influence)) * used
     whole = (influence.T * square) @ influence
     root = np.linalg.cholesky(whole + np.eye(len(whole)) * (1e-9 * np.trace(whole) + 1e-300))
     for every in SPACINGS:
-        nodes = influence[::every]
-        padded = np.zeros(len(nodes) * every, dtype=np.float32)
-        padded[: len(square)] = square
-        weight = np.zeros(len(nodes), dtype=np.float32)
-        spread(padded, every, weight)
-        off = np.linalg.solve(root, (nodes.T * weight) @ nodes - whole)
+        layout = Layout(len(influence), channels, every)
+        if layout.nodes < TAPS:
+            continue
+        nodes = layout.at_nodes(influence).astype(float)
+        weight = np.zeros(nodes.shape[1], dtype=np.float32)
+        gather(layout.lay(square), layout.shares, weight)
+        off = np.linalg.solve(root, (nodes * weight) @ nodes.T - whole)
         if np.linalg.norm(np.linalg.solve(root, off.T), 2) < EXACT:
             return every
     return 1
 
 
-@njit(cache=True, error_model="numpy")
-def _lagrange(t, share) -> None:
-    """Lagrange's polynomials of the nodes around a place t nodes behind the middle one."""
-    for i in range(TAPS):
-        product = 1.0
-        for j in range(TAPS):
-            if j != i:
-                product *= (t + TAPS // 2 - 1 - j) / (i - j)
-        share[i] = product
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def spread(square, every, weight) -> None:
-    """Share out values over pixels, shape (nodes * every,), among nodes, shape (nodes,)."""
-    nodes = len(weight)
-    pixels = square[: nodes * every].reshape(nodes, every)
-    column, share = np.empty(nodes, np.float32), np.empty(TAPS, np.float32)
-    weight[:] = 0
-    for d in range(every):
-        _lagrange(d / every, share)
-        column[:] = pixels[:, d]
-        for i in range(TAPS):
-            part, ahead = share[i], i + 1 - TAPS // 2
-            low, high = max(0, -ahead), min(nodes, nodes - ahead)
-            # slices, whose indices need no look at their signs, let the loop be vectorised
-            source, target = column[low:high], weight[low + ahead : high + ahead]
-            for k in range(len(source)):
-                target[k] += part * source[k]
-            # beyond the last nodes there is none; the strip's ends say next to nothing
-            for k in range(low):
-                weight[0] += part * column[k]
-            for k in range(high, nodes):
-                weight[nodes - 1] += part * column[k]
-
-
 @njit(cache=True, error_model="numpy", nogil=True)
 def fill_information(strip, square, matrix) -> None:
-    """Fill in the lower triangle of the information of squared slopes, shape (chunks, CHUNK)."""
-    nodes, every, count = strip[1], strip[13], strip[14]
-    scaled = np.empty(nodes.shape[1:], dtype=np.float32)
-    weight = np.zeros(nodes.shape[0] * CHUNK, dtype=np.float32)
-    spread(square.reshape(-1), every, weight[:count])
+    """Fill in the lower triangle of the information of squared slopes, shape (size,)."""
+    nodes, shares = strip[1], strip[13]
+    rows, places = nodes.shape
+    weight = np.empty(places, dtype=np.float32)
+    gather(square, shares, weight)
     matrix[:] = 0
-    for i in range(len(nodes)):
-        add_gram(nodes[i], weight[i * CHUNK : (i + 1) * CHUNK], scaled, matrix)
+    for first in range(0, places, BLOCK):
+        scaled = np.empty((rows, min(BLOCK, places - first)), dtype=np.float32)
+        add_gram(nodes, weight, first, scaled, matrix)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def factorise_information(strip, square, ridge, factor) -> None:
-    """Fill in the Cholesky factor of the information of squared slopes, shape (chunks, CHUNK)."""
+    """Fill in the Cholesky factor of the information of squared slopes, shape (size,)."""
     size = strip[9]
     fill_information(strip, square, factor)
     trace = 0.0

@@ -9,7 +9,7 @@ mean takes in as many frames as it can without lagging behind.
 
 from __future__ import annotations
 
-from math import exp, sqrt
+from math import sqrt
 
 import numpy as np
 from numba import njit
@@ -22,20 +22,16 @@ from fringeforce.force.evaluation import (
     WEAK,
     compare,
     describe,
-    evaluate,
+    shift,
+    shine,
     silence,
+    take,
 )
-from fringeforce.force.gauss_newton import FRESH, RIDGE, bend, weak_bend, weaken
+from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, survey, weak_bend, weaken
 from fringeforce.force.information import factorise_information
-from fringeforce.force.vector_loops import (
-    CHUNK,
-    combine,
-    expose,
-    invert,
-    invert_factor,
-)
+from fringeforce.force.vector_loops import combine, invert, invert_factor, multiply
 
-_ONE, _EIGHTH = np.float32(1), np.float32(1 / 8)
+_ZERO, _ONE, _EIGHTH = np.float32(0), np.float32(1), np.float32(1 / 8)
 STEADY, FRAMES, GAINED, SURPRISE = range(4)
 """What a memory holds: whether frames are followed in this way; number of frames in the mean;
 share of a new frame in it; running mean of what a frame surprises by, relative to noise."""
@@ -59,21 +55,17 @@ def steady(strip, place, variance, memory) -> None:
     ----------
     strip, place : tuple
         `Strip.arrays` and `Place.arrays`.
-    variance : ndarray, shape (fewer chunks, CHUNK)
+    variance : ndarray, shape (places,)
         Filled with the variance of the phase at the nodes [rad^2].
     memory : ndarray, shape (REMEMBERED,)
         Filled.
     """
-    loads, phase, slope, level, _, _, _, _, _ = place
     memory[STEADY], memory[FRAMES], memory[GAINED], memory[SURPRISE] = 1, 0, 1, 1
-    evaluate(strip, loads, phase, slope, level)
-    steepness = strip[5].reshape(-1, strip[13])
-    flat = variance.reshape(-1)
-    flat[:] = 0
-    for k in range(len(steepness)):
-        if steepness[k, 0] > 0:
-            flat[k] = np.float32(1) / steepness[k, 0]
-    _anchor(strip, place, np.ones_like(slope), variance, ROUNDS)
+    steepness = strip[5]
+    for k in range(len(variance)):
+        variance[k] = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
+    survey(strip, place)
+    _anchor(strip, place, np.ones_like(place[1]), variance, ROUNDS)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -84,41 +76,39 @@ def step_steadily(strip, place, variance, memory, frame, estimate, report) -> No
     ----------
     strip, place, variance, memory
         As of `steady`; the place is moved to the new mean.
-    frame : ndarray, shape (chunks, CHUNK)
-        Grey levels.
+    frame : ndarray, shape (P,)
+        Grey levels, finite.
     estimate : ndarray, shape (m,)
         Filled with the loads [N].
     report : ndarray, shape (REPORTED,)
         As of `gauss_newton.follow`, but PROMISED is what the step gains, and BENT and WEAK are of
         the step and of one deviation.
     """
-    loads, phase, slope, level, anchor, steep, _, weakest, covariance = place
-    left, root = np.empty_like(slope), np.empty_like(slope)
-    moved = np.empty_like(slope)
-    gradient = np.empty(strip[0].shape[1])
-    beyond = compare(strip, frame, slope, level, left, root, gradient)
+    loads, phase, slope, level, base, ground, anchor, steep, _, weakest, covariance, own = place
+    _, left, root, _, gradient, _, _ = own
+    step = np.empty(len(loads))
+    take(strip, frame, own)
+    beyond = compare(strip, slope, level, own)
     if memory[FRAMES] > 0 and bend(strip, anchor, phase, steep, level) > 2 * FRESH:
         _anchor(strip, place, root, variance, 1)
-    size = len(loads)
-    step = -np.dot(covariance, gradient[:size])
-    report[PROMISED] = -np.dot(step, gradient[:size])
-    _way(strip, step, moved)
-    report[BENT] = bend(strip, phase, phase + moved, slope, level)
+    multiply(covariance, gradient, step)
+    report[PROMISED] = np.dot(step, gradient[: len(loads)])
+    moved = np.zeros_like(slope)
+    shift(strip, moved, -step, moved, own)
+    here, there = np.empty_like(anchor), np.empty_like(anchor)
+    keep(strip, phase, here)
+    keep(strip, slope, there)
+    report[BENT] = bend(strip, here, phase + moved, there, level)
     left += slope * moved
-    describe(left, strip[6], report)
+    describe(strip, own, report)
     report[WEAK] = weakest[-1]
-    estimate[:] = loads + step
-    _take_in(memory, report[PROMISED] / size)
-    gain = np.float32(memory[GAINED])
-    loads += memory[GAINED] * step
-    phase += gain * moved
-    expose(*_flat(phase, strip[2]), *_flat(strip[3], strip[5]), *_flat(level, slope))
-    report[GAIN] = silence(strip, frame, left, root) - report[SQUARES] - beyond
-
-
-@njit(cache=True, error_model="numpy")
-def _flat(first, second):
-    return first.reshape(-1), second.reshape(-1)
+    estimate[:] = loads - step
+    _take_in(memory, report[PROMISED] / len(loads))
+    loads -= memory[GAINED] * step
+    if shift(strip, ground, loads - base, phase, own) > FAR:
+        survey(strip, place)
+    shine(strip, phase, slope, level)
+    report[GAIN] = silence(strip, own) - report[SQUARES] - beyond
 
 
 @njit(cache=True, error_model="numpy")
@@ -142,38 +132,27 @@ def uncertainty(memory) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _way(strip, step, moved) -> None:
-    """Fill in the change of the phase under a change of the loads."""
-    matrix = strip[0]
-    short, nothing = np.zeros(matrix.shape[1], np.float32), np.zeros(CHUNK, np.float32)
-    short[: len(step)] = step
-    for i in range(len(matrix)):
-        combine(matrix[i], short, nothing, moved[i])
-
-
-@njit(cache=True, error_model="numpy")
 def _anchor(strip, place, root, variance, rounds) -> None:
     """Compute the matrix where the place is, the phase's own variance in mind."""
-    loads, phase, slope, level, anchor, steep, factor, weakest, covariance = place
+    loads, phase, slope, level, _, _, anchor, steep, factor, weakest, covariance, own = place
     for _ in range(rounds):
         _smooth_matrix(strip, slope, root, variance, factor)
         _vary(strip[1], factor, len(loads), variance)
-        weaken(factor, len(loads), weakest)
-    anchor[:], steep[:] = phase, slope
-    invert(factor, covariance)
-    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level)
+        invert(factor, covariance)
+        weaken(covariance, weakest)
+    keep(strip, phase, anchor)
+    keep(strip, slope, steep)
+    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level, own)
 
 
 @njit(cache=True, error_model="numpy")
 def _smooth_matrix(strip, slope, root, variance, factor) -> None:
     """Fill in the Cholesky factor of the information; see `bounds.fisher_information`."""
-    every, vary = strip[13], variance.reshape(-1)
-    square = (slope * root) ** 2
-    pixels, most = square.reshape(-1, every), (strip[5] * root).reshape(-1, every)
-    for k in range(len(pixels)):
-        kept = np.float32(exp(-2 * vary[k]))
-        for d in range(every):
-            pixels[k, d] = kept * pixels[k, d] + (_ONE - kept) * _EIGHTH * most[k, d] ** 2
+    kept = np.exp(np.float32(-2) * variance)
+    square, most = (slope * root) ** 2, (strip[5] * root) ** 2
+    for first in range(0, len(square), len(kept)):
+        row = slice(first, first + len(kept))
+        square[row] = kept * square[row] + (_ONE - kept) * _EIGHTH * most[row]
     factorise_information(strip, square, RIDGE, factor)
 
 
@@ -182,14 +161,10 @@ def _vary(nodes, factor, size, variance) -> None:
     """Move the variance of the phase half way, geometrically, to what the information allows."""
     half = np.zeros((size, size))
     invert_factor(factor, half)
-    row, turned = np.zeros(nodes.shape[1], np.float32), np.empty(CHUNK, np.float32)
-    nothing, total = np.zeros(CHUNK, np.float32), np.empty(CHUNK, np.float32)
-    for i in range(len(nodes)):
-        total[:] = 0
-        for j in range(size):
-            row[:size] = half[j]
-            combine(nodes[i], row, nothing, turned)
-            for k in range(CHUNK):
-                total[k] += turned[k] * turned[k]
-        for k in range(CHUNK):
-            variance[i, k] = np.sqrt(variance[i, k] * total[k])
+    row, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros_like(variance)
+    turned, total = np.empty_like(variance), np.zeros_like(variance)
+    for j in range(size):
+        row[:size] = half[j]
+        combine(nodes, row, nothing, turned)
+        total += turned * turned
+    variance[:] = np.sqrt(variance * total)

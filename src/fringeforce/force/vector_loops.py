@@ -1,8 +1,6 @@
 """Loops over pixels that the compiler turns into vector instructions, in single precision.
 
-Pixels come in chunks that stay in the fastest cache: an array over pixels has the shape
-(chunks, CHUNK), a matrix (chunks, rows, CHUNK).  Single precision costs 1e-5 rad of phase, where
-noise costs 1e-2 rad and more.
+Single precision costs 1e-5 rad of phase, where noise costs 1e-2 rad and more.
 """
 
 from __future__ import annotations
@@ -13,13 +11,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.force.layout import BEFORE, BEHIND
+
 Single = NDArray[np.float32]
 Array = NDArray[np.float64]
 
-CHUNK = 256
-"""Pixels of a chunk."""
-ROWS = 12
-"""Rows of a matrix come in multiples of this, so that loops over fours and threes end evenly."""
+ROWS = 4
+"""Rows of a matrix come in multiples of this, so that loops over fours end evenly."""
 
 # The order of sums is left to the compiler, which needs that freedom to vectorise them; numbers
 # that are not finite keep their meaning.
@@ -33,22 +31,6 @@ _C2, _C4, _C6, _C8, _C10, _C12 = (
 )
 
 
-def chunked(values: Array, fill: float = 0.0) -> Single:
-    """Values over pixels in chunks, the last one filled up, shape (chunks, CHUNK)."""
-    chunks = -(-len(values) // CHUNK)
-    padded = np.full(chunks * CHUNK, fill, dtype=np.float32)
-    padded[: len(values)] = values
-    return padded.reshape(chunks, CHUNK)
-
-
-def chunked_matrix(matrix: Array) -> Single:
-    """A matrix over pixels (P, m) in chunks, shape (chunks, rows, CHUNK); new rows are zero."""
-    rows = -(-matrix.shape[1] // ROWS) * ROWS
-    columns = [chunked(column) for column in matrix.T]
-    columns += [np.zeros_like(columns[0])] * (rows - len(columns))
-    return np.ascontiguousarray(np.stack(columns, axis=1))
-
-
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def expose(
     phase: Single,
@@ -58,7 +40,7 @@ def expose(
     level: Single,
     slope: Single,
 ) -> None:
-    """Fill in A sin^2(p/2) + I_o and s sin(p/2) cos(p/2) for one chunk, to single precision.
+    """Fill in A sin^2(p/2) + I_o and s sin(p/2) cos(p/2) to single precision.
 
     Both have the period pi in p/2, so no quadrant needs to be kept.  Half a period either side of
     zero Taylor's series is exact enough; pi is taken off in two parts that keep the digits (Cody
@@ -77,25 +59,16 @@ def expose(
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def square_sum(values: Single) -> np.float32:
-    """Sum of squares over one chunk."""
+    """Sum of squares."""
     total = np.float32(0)
     for k in range(len(values)):
         total += values[k] * values[k]
     return total
 
 
-@njit(cache=True, error_model="numpy")
-def count_beyond(values: Single, square: np.float32) -> np.int32:
-    """Number of values in one chunk whose square exceeds a limit."""
-    count = np.int32(0)
-    for k in range(len(values)):
-        count += np.int32(values[k] * values[k] > square)
-    return count
-
-
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def combine(matrix: Single, loads: Single, bias: Single, phase: Single) -> None:
-    """Fill in the phase of one chunk: a bias and the sum of the matrix's rows times loads."""
+    """Fill in the phase: a bias and the sum of the matrix's rows times loads."""
     rows, pixels = matrix.shape
     for k in range(pixels):
         phase[k] = bias[k]
@@ -108,7 +81,7 @@ def combine(matrix: Single, loads: Single, bias: Single, phase: Single) -> None:
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def add_products(matrix: Single, values: Single, total: Array) -> None:
-    """Add the products of one chunk's rows with values over its pixels, shape (rows,)."""
+    """Add the products of the rows with values over pixels, shape (rows,)."""
     rows, pixels = matrix.shape
     for j in range(0, rows, 4):
         p, q, r, s = matrix[j], matrix[j + 1], matrix[j + 2], matrix[j + 3]
@@ -126,41 +99,102 @@ def add_products(matrix: Single, values: Single, total: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def add_gram(matrix: Single, weight: Single, scaled: Single, total: Array) -> None:
-    """Add one chunk's weighted rows times its rows; of `total` the lower triangle is valid.
+def interpolate(nodes: Single, shares: Single, base: Single, values: Single) -> None:
+    """Add to a base what lies between nodes; see `Layout.shares`.
 
-    Nine products at a time, so that every number loaded is used three times.
+    Arrays have the shapes (places,), (every, TAPS) and (size,).
     """
-    rows, pixels = matrix.shape
+    places = len(nodes)
+    last = places - BEFORE - BEHIND
+    for k in range(places):
+        values[k] = base[k] + nodes[k]
+    # slices, whose indices need no look at their signs, let the loop be vectorised
+    p, q, r = nodes[:last], nodes[1 : last + 1], nodes[2 : last + 2]
+    s, t, u = nodes[3 : last + 3], nodes[4 : last + 4], nodes[5 : last + 5]
+    for row in range(1, len(shares)):
+        a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]
+        d, e, f = shares[row, 3], shares[row, 4], shares[row, 5]
+        first = row * places + BEFORE
+        origin, target = base[first : first + last], values[first : first + last]
+        for k in range(last):
+            outer, inner = a * p[k] + f * u[k] + b * q[k], e * t[k] + c * r[k] + d * s[k]
+            target[k] = origin[k] + (outer + inner)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def gather(values: Single, shares: Single, nodes: Single) -> None:
+    """Fill in what the nodes get of values between them: the transpose of `interpolate`."""
+    places = len(nodes)
+    last = places - BEFORE - BEHIND
+    nodes[:] = values[:places]
+    target = nodes[BEHIND:-BEFORE]
+    for row in range(1, len(shares)):
+        a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]
+        d, e, f = shares[row, 3], shares[row, 4], shares[row, 5]
+        line = values[row * places : (row + 1) * places]
+        p, q, r = line[5 : last + 5], line[4 : last + 4], line[3 : last + 3]
+        s, t, u = line[2 : last + 2], line[1 : last + 1], line[:last]
+        for k in range(last):
+            outer, inner = a * p[k] + f * u[k] + b * q[k], e * t[k] + c * r[k] + d * s[k]
+            target[k] += outer + inner
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def add_gram(matrix: Single, weight: Single, first: int, scaled: Single, total: Array) -> None:
+    """Add the weighted rows times the rows, over some pixels from the `first` on.
+
+    As many at `scaled`, shape (rows, pixels), has room for; of `total` the lower triangle is valid.
+    Sixteen products at a time, so that every number loaded is used four times.
+    """
+    rows, pixels = scaled.shape
+    span = slice(first, first + pixels)
+    heavy, zero = weight[span], np.float32(0)
     for j in range(rows):
+        row = matrix[j][span]
         for k in range(pixels):
-            scaled[j, k] = matrix[j, k] * weight[k]
-    for i in range(0, rows, 3):
-        a, b, c = scaled[i], scaled[i + 1], scaled[i + 2]
-        for j in range(0, i + 1, 3):
-            p, q, r = matrix[j], matrix[j + 1], matrix[j + 2]
-            ap, aq, ar = np.float32(0), np.float32(0), np.float32(0)
-            bp, bq, br = np.float32(0), np.float32(0), np.float32(0)
-            cp, cq, cr = np.float32(0), np.float32(0), np.float32(0)
+            scaled[j, k] = row[k] * heavy[k]
+    for i in range(0, rows, 4):
+        a, b, c, d = scaled[i], scaled[i + 1], scaled[i + 2], scaled[i + 3]
+        for j in range(0, i + 1, 4):
+            p, q = matrix[j][span], matrix[j + 1][span]
+            r, t = matrix[j + 2][span], matrix[j + 3][span]
+            ap, aq, ar, at = zero, zero, zero, zero
+            bp, bq, br, bt = zero, zero, zero, zero
+            cp, cq, cr, ct = zero, zero, zero, zero
+            dp, dq, dr, dt = zero, zero, zero, zero
             for k in range(pixels):
                 ap += a[k] * p[k]
                 aq += a[k] * q[k]
                 ar += a[k] * r[k]
+                at += a[k] * t[k]
                 bp += b[k] * p[k]
                 bq += b[k] * q[k]
                 br += b[k] * r[k]
+                bt += b[k] * t[k]
                 cp += c[k] * p[k]
                 cq += c[k] * q[k]
                 cr += c[k] * r[k]
+                ct += c[k] * t[k]
+                dp += d[k] * p[k]
+                dq += d[k] * q[k]
+                dr += d[k] * r[k]
+                dt += d[k] * t[k]
             total[i, j] += ap
             total[i, j + 1] += aq
             total[i, j + 2] += ar
+            total[i, j + 3] += at
             total[i + 1, j] += bp
             total[i + 1, j + 1] += bq
             total[i + 1, j + 2] += br
+            total[i + 1, j + 3] += bt
             total[i + 2, j] += cp
             total[i + 2, j + 1] += cq
             total[i + 2, j + 2] += cr
+            total[i + 2, j + 3] += ct
+            total[i + 3, j] += dp
+            total[i + 3, j + 1] += dq
+            total[i + 3, j + 2] += dr
+            total[i + 3, j + 3] += dt
 
 
 @njit(cache=True, error_model="numpy")
@@ -206,6 +240,16 @@ def invert_factor(factor: Array, half: Array) -> None:
         for j in range(i):
             row[j] /= factor[i, i]
         row[i] = 1 / factor[i, i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def multiply(matrix: Array, values: Array, product: Array) -> None:
+    """Fill in a symmetric matrix (size, size) times the first of some values, shape (size,)."""
+    product[:] = 0
+    for j in range(len(product)):
+        row, value = matrix[j], values[j]
+        for i in range(len(product)):
+            product[i] += row[i] * value
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)

@@ -18,7 +18,7 @@ from fringeforce.force.goodness import DEVIATIONS, absorbed, is_noise
 from fringeforce.force.likelihood import Response
 from fringeforce.force.shape import ShapeError, shape_error
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import Single, chunked
+from fringeforce.force.vector_loops import Single
 from fringeforce.phase.reflections import reflections
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ class Scene:
         Which pixels they are.
     strip : Strip
         These pixels for the compiled loops.
-    packed : ndarray, shape (chunks, CHUNK)
+    packed : ndarray, shape (P,)
         Grey levels for them.
     doubt : callable, optional
         What grey levels are uncertain by besides noise.
@@ -90,7 +90,7 @@ class Scene:
             model_error=model_error,
             pixels=used,
             strip=strip.under(response, used),
-            packed=chunked(np.where(used, levels, 0)),
+            packed=np.where(used, levels, 0).astype(np.float32),
             doubt=doubt,
         )
 

@@ -101,7 +101,7 @@ class SingleFrameReader:
             self.strip,
             self.model.sensor.camera.full_scale,
             self.model_error,
-            len(self.model.sensor.polariscope.pictures),
+            self.channels,
             self.drift,
             self.doubt,
         )
@@ -110,7 +110,12 @@ class SingleFrameReader:
     @cached_property
     def strip(self) -> Strip:
         """All usable pixels, in the light of the calibration, for the compiled loops."""
-        return Strip.of(self.influence, self.model.response, self._usable)
+        return Strip.of(self.influence, self.model.response, self._usable, self.channels)
+
+    @property
+    def channels(self) -> int:
+        """Channels of a frame, which see the same strip along the same pixels."""
+        return len(self.model.sensor.polariscope.pictures)
 
     @cached_property
     def doubt(self) -> CalibrationDoubt | None:

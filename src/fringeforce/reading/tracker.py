@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.certainty import FOLLOWED, HELD, SILENT, UNSETTLED, Limits, begin
+from fringeforce.force.certainty import CONTACT, FOLLOWED, HELD, SILENT, UNSETTLED, Limits, begin
 from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
 from fringeforce.force.following import (
     NONE,
@@ -25,7 +25,7 @@ from fringeforce.force.goodness import absorbed
 from fringeforce.force.shape import shape_error
 from fringeforce.force.steady import STEADY, steady
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import CHUNK
+from fringeforce.force.trend import begin_trend
 from fringeforce.reading.judgement import Interpretation, widening
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
@@ -90,6 +90,7 @@ class Tracker:
         self._strip: Strip | None = None
         self._sound = np.empty(0, dtype=bool)
         self._place: Place | None = None
+        self._last: Place | None = None
         self._memory: Memory | None = None
         self._compiled: tuple[Any, Any, Any, Any] = ((), (), (), ())
         self._excess, self.rivals = np.empty((0, 0)), np.empty((0, 0))
@@ -105,27 +106,21 @@ class Tracker:
         return used is self._used or np.array_equal(used, self._used)
 
     def packed(self, levels: NDArray[Any], used: Mask) -> NDArray[Any]:
-        """Frames (k, n_pixels) as the compiled loops want them, shape (k, chunks, CHUNK)."""
-        count, pixels = levels.shape
-        if not levels.flags.writeable:
+        """Frames (k, n_pixels) as the compiled loops want them."""
+        if levels.dtype.str not in KINDS:
+            levels = levels.astype(np.float32)
+        if not self.single.complete(used):
+            levels = np.where(used, levels, 0)  # for those left out may hold no number
+        elif not levels.flags.writeable:
             levels = levels.copy()  # or the loops would be compiled again, for arrays like this
-        direct, whole = levels.dtype.str in KINDS, self.single.complete(used)
-        if direct and whole and pixels % CHUNK == 0:
-            return np.ascontiguousarray(levels).reshape(count, -1, CHUNK)
-        packed = np.zeros(
-            (count, -(-pixels // CHUNK) * CHUNK), levels.dtype if direct else np.float32
-        )
-        packed[:, :pixels] = levels
-        if not whole:
-            packed[:, :pixels][:, ~used] = 0  # for they may hold no number
-        return packed.reshape(count, -1, CHUNK)
+        return np.ascontiguousarray(levels)
 
     def advance(self, frames: NDArray[Any], track: Track, first: int, whole: bool = False) -> int:
         """Follow frames until one is doubtful; returns how many were done before it.
 
         Parameters
         ----------
-        frames : ndarray, shape (k, chunks, CHUNK)
+        frames : ndarray, shape (k, n_pixels)
             Packed frames.
         track : Track
             Filled from its frame number `first`; covariances if it has room for them.
@@ -139,6 +134,7 @@ class Tracker:
         silent = not self._place.loads.any()
         done = follow_all(*self._compiled, silent, frames, wanted, *track.since(first))
         if done < len(frames):
+            self._last = self._place
             self.release()
         return done
 
@@ -158,7 +154,7 @@ class Tracker:
         # the search, too, leaves out pixels that alone contradict all others
         sound = sound & ~(np.abs(levels - expected) > OUTLIER * np.sqrt(response.variance))
         if self._strip is None or not np.array_equal(sound, self._sound):
-            self._strip = Strip.of(self.single.influence, response, sound)
+            self._strip = self.single.strip.without(sound)
             self._sound, self._memory = sound, None
         strip, memory = self._strip, self._memory or Memory.of(self._strip)
         self._used = used
@@ -167,11 +163,20 @@ class Tracker:
         self._excess = found.covariance - found.noise
         unsettled = found.status is Status.AMBIGUOUS
         memory.mean[:] = 0
+        begin_trend(memory.lasting, self._confirms(found))
         begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled:
             steady(strip.arrays, place.arrays, memory.variance, memory.mean)
         self._compiled = (strip.arrays, place.arrays, memory.arrays, self._limits.numbers)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
+
+    def _confirms(self, found: Interpretation) -> bool:
+        """Whether a search found what was followed before it."""
+        if self._last is None:
+            return False
+        off = found.loads - self._last.loads
+        size = len(off)
+        return bool(off @ np.linalg.solve(found.noise, off) < size + CONTACT * np.sqrt(2 * size))
 
     def _taken(self, found: Interpretation, sound: Mask) -> float:
         """Degrees of freedom that the loads take from sums over neighbours."""
