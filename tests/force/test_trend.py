@@ -67,7 +67,8 @@ def test_only_a_doubt_that_a_search_confirmed_is_allowed_for(confirmed, alarmed,
     assert state[COUNT] == state[VARIANCE] == state[ALARMED] == 0
 
 
-def test_the_limit_stays_finite() -> None:
-    state = np.array([0.0, 0.0, MOST, 1.0])
+@pytest.mark.parametrize(("before", "after"), [(MOST, MOST), (0, 1)])
+def test_the_limit_is_neither_none_nor_without_end(before: float, after: float) -> None:
+    state = np.array([0.0, 0.0, before, 1.0])
     begin_trend(state, confirmed=True)
-    assert state[LENIENCE] == MOST
+    assert state[LENIENCE] == after

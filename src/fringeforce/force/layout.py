@@ -1,9 +1,9 @@
 """Where the compiled loops keep pixels: beside those that lie alike between two nodes.
 
 The influence bends so little from pixel to pixel that it, and all that is linear in it, is known
-from every fourth pixel, a node; a quintic polynomial through six nodes says what lies between.
-Pixels at the same distance from the node before them share its coefficients, and stand in a row, so
-that every loop runs over neighbours in memory.
+from every eighth pixel, or as many as it takes: the nodes.  A quintic polynomial through six of
+them says what lies between.  Pixels at the same distance from the node before them share its
+coefficients, and stand in a row, so that every loop runs over neighbours in memory.
 """
 
 from __future__ import annotations

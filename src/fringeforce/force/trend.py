@@ -26,8 +26,8 @@ MOST = 64.0
 
 def begin_trend(state, confirmed: bool) -> None:
     """Begin anew after a search; with twice the limit if it confirmed what the mean had doubted."""
-    doubled = state[LENIENCE] * (2 if state[ALARMED] else 1)
-    state[:] = 0, 0, min(doubled, MOST) if confirmed else 1, 0
+    allowed = state[LENIENCE] * (2 if state[ALARMED] else 1) if confirmed else 1
+    state[:] = 0, 0, min(max(allowed, 1), MOST), 0
 
 
 @njit(cache=True, error_model="numpy")
