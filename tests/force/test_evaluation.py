@@ -13,7 +13,7 @@ from fringeforce.force.evaluation import (
     REPORTED,
     SQUARES,
     describe,
-    room,
+    room_for,
     silence,
     take,
 )
@@ -45,8 +45,8 @@ def test_squares_groups_and_outliers_are_counted_over_the_pixels_in_use(influenc
     residuals[[10, 300, 301]] = 5.5, -6.0, 4.9
     residuals[~used] = 0
     report = np.empty(REPORTED)
-    own = room(strip.arrays)
-    own[1][:] = strip.layout.lay(residuals)
+    own = room_for(strip.arrays)
+    own.left[:] = strip.layout.lay(residuals)
     describe(strip.arrays, own, report)
     assert report[SQUARES] == pytest.approx(residuals @ residuals, rel=1e-5)
     assert report[OUTLIERS] == 2
@@ -66,9 +66,9 @@ def test_silence_has_the_loss_of_no_loads(influence, floor: float, ceiling: floa
     frame = np.clip(np.rint(response.level(np.zeros(P)) + rng.normal(0, 3, P)), floor, ceiling)
     strip = Strip.of(influence, response, np.ones(P, bool))
     exact = misfit(frame, response.level(np.zeros(P)), response)
-    own, pick = room(strip.arrays), strip.layout.pick
+    own, pick = room_for(strip.arrays), strip.layout.pick
     take(strip.arrays, frame, own)
-    found, (_, left, root, *_) = silence(strip.arrays, own), own
+    found, left, root = silence(strip.arrays, own), own.left, own.root
     assert found == pytest.approx(exact.loss, rel=1e-4)
     np.testing.assert_allclose(pick(left), exact.slope, atol=2e-3)
     np.testing.assert_allclose(pick(root) ** 2, np.maximum(exact.weight, 0), atol=2e-3)

@@ -49,7 +49,7 @@ def test_the_gradient_is_the_slope_of_the_likelihood(scene, floor, ceiling) -> N
     place = Place.at(strip, loads)
     take(strip.arrays, frame, place.room)
     compare(strip.arrays, place.slope, place.level, place.room)
-    gradient = place.room[4]
+    gradient = place.room.gradient
 
     def loss(at: np.ndarray) -> float:
         return misfit(frame, response.level(influence @ at), response).loss

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.force.evaluation import compare, evaluate, room, take
+from fringeforce.force.evaluation import compare, evaluate, room_for, take
 from fringeforce.force.information import fill_information
 from fringeforce.force.strip import Strip
 from fringeforce.force.vector_loops import Single, combine, factorise, solve, square_sum
@@ -145,18 +145,18 @@ def _distance(others, phase, even):
 @njit(cache=True, error_model="numpy", nogil=True)
 def _climb(strip, frame, loads, steps, tolerance) -> float:
     """Move loads to the top; returns their loss."""
-    rows, size = len(strip[1]), strip[9]
-    own, phase = room(strip), np.empty_like(strip[4])
-    _, _, root, _, gradient, _, _ = own
-    take(strip, frame, own)
+    rows, size = len(strip.nodes), strip.loads
+    room, phase = room_for(strip), np.empty_like(strip.inverse)
+    gradient = room.gradient
+    take(strip, frame, room)
     slope, level = np.empty_like(phase), np.empty_like(phase)
     information, factor = np.empty((rows, rows)), np.empty((rows, rows))
     step, start, downhill = np.empty(size), np.empty(size), np.empty(rows)
     evaluate(strip, loads, phase, slope, level)
-    loss = _loss(strip, slope, level, own)
+    loss = _loss(strip, slope, level, room)
     damping = FIRST
     for _ in range(steps):
-        fill_information(strip, (slope * root) ** 2, information)
+        fill_information(strip, (slope * room.root) ** 2, information)
         _factorise(information, size, 1e-6, factor)
         solve(factor, size, gradient, step)
         if np.dot(step, gradient[:size]) < tolerance / 10:
@@ -167,7 +167,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
             solve(factor, size, downhill, step)
             loads[:] = start - step
             evaluate(strip, loads, phase, slope, level)
-            loss = _loss(strip, slope, level, own)
+            loss = _loss(strip, slope, level, room)
             if loss <= before or damping > STRONGEST:
                 break
             damping *= 10
@@ -181,9 +181,9 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _loss(strip, slope, level, own) -> float:
+def _loss(strip, slope, level, room) -> float:
     """Twice the negative logarithm of the likelihood, less a constant; see `compare`."""
-    return compare(strip, slope, level, own) + float(square_sum(own[1]))
+    return compare(strip, slope, level, room) + float(square_sum(room.left))
 
 
 @njit(cache=True, error_model="numpy")

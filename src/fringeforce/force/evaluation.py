@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from math import erfc, exp, log, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from fringeforce.force.vector_loops import (
     REORDERED,
+    Single,
     add_products,
     combine,
     expose,
@@ -25,34 +28,69 @@ OUTLIER = 5.0
 _ZERO, _SUSPECT = np.float32(0), np.float32(OUTLIER**2)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def room(strip):
+class Room(NamedTuple):
     """Room for one frame, which the functions below would lose time to find for themselves.
 
-    Grey levels and residuals, in units of the noise, shape (size,); roots of the pixels' weights,
-    one but for clipped pixels; number of clipped pixels and their places; gradient of half the
-    loss, shape (rows,); sums of residuals over groups, in units of their noise; and what lies idle
-    in between.
+    Attributes
+    ----------
+    grey, left : ndarray, shape (size,)
+        Grey levels, and residuals in units of the noise.
+    root : ndarray, shape (size,)
+        Roots of the pixels' weights, one but for clipped pixels.
+    hidden : ndarray, shape (1 + size,)
+        Number of clipped pixels, and their places.
+    new : ndarray, shape (1,)
+        Whether the frame is not the one before again.
+    gradient : ndarray, shape (rows,)
+        Of half the loss [1/N].
+    sums : ndarray, shape (places,)
+        Of residuals over groups, in units of their noise; as many as there are groups.
+    pull, weight, short, nothing : ndarray
+        Intermediate results, and zeros.
     """
-    nodes, size = strip[1], len(strip[4])
-    grey, root = np.zeros(size, np.float32), np.ones(size, np.float32)
-    left, pull = np.zeros(size, np.float32), np.zeros(size, np.float32)
-    hidden, gradient = np.zeros(1 + size, np.int64), np.zeros(len(nodes))
-    weight, short = np.zeros(nodes.shape[1], np.float32), np.zeros(len(nodes), np.float32)
-    nothing, sums = np.zeros(nodes.shape[1], np.float32), np.zeros(nodes.shape[1], np.float32)
-    return grey, left, root, hidden, gradient, sums, (pull, weight, short, nothing)
+
+    grey: Single
+    left: Single
+    root: Single
+    hidden: NDArray[np.int64]
+    new: NDArray[np.bool_]
+    gradient: NDArray[np.float64]
+    sums: Single
+    pull: Single
+    weight: Single
+    short: Single
+    nothing: Single
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def room_for(strip):
+    """Find room for the frames of a strip."""
+    size, (rows, places) = len(strip.inverse), strip.nodes.shape
+    grey, left, pull = (
+        np.zeros(size, np.float32),
+        np.zeros(size, np.float32),
+        np.zeros(size, np.float32),
+    )
+    root, hidden = np.ones(size, np.float32), np.zeros(1 + size, np.int64)
+    gradient, short = np.zeros(rows), np.zeros(rows, np.float32)
+    sums, weight = np.zeros(places, np.float32), np.zeros(places, np.float32)
+    nothing, new = np.zeros(places, np.float32), np.ones(1, np.bool_)
+    return Room(grey, left, root, hidden, new, gradient, sums, pull, weight, short, nothing)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def take(strip, frame, room) -> None:
     """Lay a frame out, shape (P,), and find its clipped pixels."""
-    floor, ceiling, order = strip[7], strip[8], strip[14]
-    grey, _, root, hidden, _, _, _ = room
+    order, grey, floor, ceiling = strip.order, room.grey, strip.floor, strip.ceiling
+    same = 0
+    while same < len(order) and grey[order[same]] == frame[same]:
+        same += 1
+    room.new[0] = same < len(order)
     for i in range(len(order)):
         grey[order[i]] = frame[i]
     if floor > -np.inf or ceiling < np.inf:
-        inverse = strip[4]
-        hidden[0], root[:] = 0, 1
+        inverse, hidden = strip.inverse, room.hidden
+        hidden[0], room.root[:] = 0, 1
         for i in range(len(order)):
             if inverse[order[i]] > 0 and (frame[i] <= floor or frame[i] >= ceiling):
                 hidden[0] += 1
@@ -62,7 +100,7 @@ def take(strip, frame, room) -> None:
 @njit(cache=True, error_model="numpy", nogil=True)
 def evaluate(strip, loads, phase, slope, level) -> None:
     """Fill in phase, bias included, slope and level of all pixels at given loads."""
-    matrix, bias = strip[0], strip[11]
+    matrix, bias = strip.matrix, strip.bias
     short = np.zeros(matrix.shape[1], dtype=np.float32)
     short[: len(loads)] = loads
     for i in range(len(matrix)):
@@ -78,17 +116,16 @@ def shift(strip, base, change, phase, room) -> float:
     Four times as fast as `evaluate`, and exact to some ten thousandths of the phase's change, of
     which the mean square is returned [rad^2].
     """
-    _, moved, short, nothing = room[6]
-    short[: len(change)] = change
-    combine(strip[1], short, nothing, moved)
-    interpolate(moved, strip[13], base, phase)
-    return float(square_sum(moved)) / len(moved)
+    room.short[: len(change)] = change
+    combine(strip.nodes, room.short, room.nothing, room.weight)
+    interpolate(room.weight, strip.shares, base, phase)
+    return float(square_sum(room.weight)) / len(room.weight)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def shine(strip, phase, slope, level) -> None:
     """Fill in slope and level of all pixels from their phase."""
-    expose(phase, strip[2], strip[3], strip[5], level, slope)
+    expose(phase, strip.amplitude, strip.offset, strip.steepness, level, slope)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -97,20 +134,19 @@ def compare(strip, slope, level, room) -> float:
 
     Returns what clipped pixels add to the sum of squared residuals to make it the loss.
     """
-    _, left, _, _, gradient, _, (pull, weight, _, _) = room
     beyond = _residuals(strip, level, room)
-    _multiply(left, slope, pull)
-    gather(pull, strip[13], weight)
-    gradient[:] = 0
-    add_products(strip[1], weight, gradient)
+    _multiply(room.left, slope, room.pull)
+    gather(room.pull, strip.shares, room.weight)
+    room.gradient[:] = 0
+    add_products(strip.nodes, room.weight, room.gradient)
     return beyond
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def silence(strip, room) -> float:
     """Loss of no load at all; fills in its residuals."""
-    beyond = _residuals(strip, strip[12], room)
-    return beyond + float(square_sum(room[1]))
+    beyond = _residuals(strip, strip.dark, room)
+    return beyond + float(square_sum(room.left))
 
 
 @njit(cache=True, error_model="numpy")
@@ -122,9 +158,8 @@ def _multiply(first, second, product) -> None:
 @njit(cache=True, error_model="numpy")
 def _residuals(strip, level, room) -> float:
     """Fill in residuals and roots of weights; returns what clipped pixels add to the loss."""
-    grey, left, _, hidden, _, _, _ = room
-    _subtract(level, grey, strip[4], left)
-    return _hide(strip, level, room) if hidden[0] > 0 else 0.0
+    _subtract(level, room.grey, strip.inverse, room.left)
+    return _hide(strip, level, room) if room.hidden[0] > 0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -136,8 +171,8 @@ def _subtract(level, grey, inverse, left) -> None:
 @njit(cache=True, error_model="numpy")
 def _hide(strip, level, room) -> float:
     """Correct pixels at the converter's limits; see `likelihood.misfit`."""
-    inverse, floor, ceiling, added = strip[4], strip[7], strip[8], 0.0
-    grey, left, root, hidden, _, _, _ = room
+    inverse, floor, ceiling, added = strip.inverse, strip.floor, strip.ceiling, 0.0
+    grey, left, root, hidden = room.grey, room.left, room.root, room.hidden
     for i in range(1, 1 + hidden[0]):
         k = hidden[i]
         sign, limit = (1.0, ceiling - 0.5) if grey[k] >= ceiling else (-1.0, floor + 0.5)
@@ -161,7 +196,7 @@ def _log_normal_tail(x: float) -> float:
 @njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
 def describe(strip, room, report) -> None:
     """Fill in what residuals look like."""
-    left, share, every, sums = room[1], strip[6], len(strip[13]), room[5]
+    left, share, every, sums = room.left, strip.share, len(strip.shares), room.sums
     places, squares, outliers = len(sums), _ZERO, np.int32(0)
     sums[:] = 0
     for row in range(every):

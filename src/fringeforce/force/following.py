@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import namedtuple
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -22,17 +23,18 @@ from fringeforce.force.certainty import (
     QUIET,
     RAISED,
     SILENT,
+    Limits,
     looks_like_noise,
     rests,
     steady_verdict,
     trust,
     verdict,
 )
-from fringeforce.force.evaluation import describe, evaluate, silence, take
-from fringeforce.force.gauss_newton import follow, settle
+from fringeforce.force.evaluation import Room, describe, evaluate, silence, take
+from fringeforce.force.gauss_newton import Place, Standing, follow, settle
 from fringeforce.force.information import factorise_information
 from fringeforce.force.steady import REMEMBERED, STEADY, steady, step_steadily
-from fringeforce.force.strip import Strip
+from fringeforce.force.strip import Pixels, Strip
 from fringeforce.force.trend import TRENDS, lingers
 from fringeforce.force.vector_loops import invert
 
@@ -74,19 +76,33 @@ class Memory:
     @property
     def arrays(self) -> tuple[Any, ...]:
         """What the compiled functions take."""
-        return self.variance, self.mean, self.known, self.trend, self.lasting
+        return Remembered(*(getattr(self, name) for name in Remembered._fields))
+
+
+Remembered = namedtuple("Remembered", [field.name for field in fields(Memory)])
+"""What the compiled functions take of a memory, under the same names."""
+
+
+def state_of(strip: Strip, place: Place, memory: Memory, limits: Limits) -> tuple[Any, ...]:
+    """What `follow_all` takes: plain tuples, for names cost several microseconds at the door."""
+    *standing, room = place.arrays
+    return (
+        tuple(strip.arrays),
+        tuple(standing),
+        tuple(room),
+        tuple(memory.arrays),
+        limits.numbers,
+    )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def follow_all(
-    strip, place, memory, limits, silent, frames, wanted, loads, covariances, reports, verdicts
-) -> int:
+def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdicts) -> int:
     """Follow frames until one is doubtful; returns how many were done before it.
 
     Parameters
     ----------
-    strip, place, memory, limits : tuple
-        `Strip.arrays`, `Place.arrays` and `Memory.arrays`, which are moved, and `Limits.numbers`.
+    state : tuple
+        See `state_of`; the place and the memory are moved.
     silent : bool
         Whether nothing touched the sensor in the frame before.
     frames : ndarray, shape (k, P)
@@ -96,13 +112,17 @@ def follow_all(
     loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k, REPORTED), (k,)
         Filled; of the covariances only what is wanted.
     """
-    mean, known = memory[1], memory[2]
+    strip, place = Pixels(*state[0]), Standing(*state[1], Room(*state[2]))
+    memory, limits = Remembered(*state[3]), state[4]
+    mean, known = memory.mean, memory.known
     for i in range(len(frames)):
         if silent:
-            verdicts[i] = _hush(strip, place[11], memory[2], limits, frames[i], reports[i])
+            verdicts[i] = _hush(strip, place.room, known, limits, frames[i], reports[i])
         else:
             verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
-            if verdicts[i] != SILENT and lingers(place[11][5], limits[1], memory[3], memory[4]):
+            sums, trend, lasting = place.room.sums, memory.trend, memory.lasting
+            judged = verdicts[i] != SILENT and place.room.new[0]
+            if judged and lingers(sums, limits[1], trend, lasting):
                 verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i
@@ -110,23 +130,23 @@ def follow_all(
             loads[i] = 0
             known[HUSHED] += 1
             if not silent and known[HUSHED] >= HUSHES:
-                silent, mean[STEADY], place[0][:] = True, 0, 0
+                silent, mean[STEADY], place.loads[:] = True, 0, 0
             continue
         known[HUSHED] = 0
         if (mean[STEADY] and wanted != NONE) or wanted == STEP:
-            covariances[i] = place[10]
+            covariances[i] = place.covariance
         elif wanted == WHOLE:
-            covariance(strip, place[2], covariances[i])
+            covariance(strip, place.slope, covariances[i])
     return len(frames)
 
 
 @njit(cache=True, error_model="numpy")
-def _hush(strip, own, known, limits, frame, report) -> int:
+def _hush(strip, room, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
     pixels, _, size, groups = limits
-    take(strip, frame, own)
-    silence(strip, own)
-    describe(strip, own, report)
+    take(strip, frame, room)
+    silence(strip, room)
+    describe(strip, room, report)
     known[LEFT] -= 1
     if looks_like_noise(report, pixels + size, groups, QUIET, QUIET):
         known[RAISED] = 0
@@ -139,23 +159,23 @@ def _hush(strip, own, known, limits, frame, report) -> int:
 @njit(cache=True, error_model="numpy")
 def _touch(strip, place, memory, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
-    variance, mean, known = memory[:3]
+    variance, mean, known = memory.variance, memory.mean, memory.known
     known[LOOKED] -= 1
     order = NOISE if known[LOOKED] > 0 else ORDER
     if not mean[STEADY]:
-        before = place[0].copy()
+        before = place.loads.copy()
         follow(strip, place, frame, loads, report)
         found = verdict(report, limits, order)
         if found == FOLLOWED:
             trust(known)
         if found != DOUBTFUL:
             return found
-        place[0][:] = before
+        place.loads[:] = before
         steady(strip, place, variance, mean)
     step_steadily(strip, place, variance, mean, frame, loads, report)
     found = steady_verdict(report, limits, mean, known, order)
     if found == FOLLOWED and rests(report):
-        mean[STEADY], place[0][:] = 0, loads
+        mean[STEADY], place.loads[:] = 0, loads
         settle(strip, place)
     return found
 
@@ -167,7 +187,7 @@ def covariance(strip, slope, result) -> None:
     The inverse of Fisher's information; a place that passed `verdict` lies far enough from where
     the curvature counts.
     """
-    rows = len(strip[1])
+    rows = len(strip.nodes)
     factor = np.empty((rows, rows))
     factorise_information(strip, slope * slope, 1e-12, factor)
     invert(factor, result)

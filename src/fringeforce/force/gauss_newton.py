@@ -9,6 +9,7 @@ change since then, at the nodes.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -22,10 +23,11 @@ from fringeforce.force.evaluation import (
     PROMISED,
     SQUARES,
     WEAK,
+    Room,
     compare,
     describe,
     evaluate,
-    room,
+    room_for,
     shift,
     shine,
     silence,
@@ -71,8 +73,8 @@ class Place:
         Direction of the loads that the frame says least of, one deviation long [N]; its bend.
     covariance : ndarray, shape (m, m)
         Inverse of the matrix [N^2].
-    room : tuple of ndarray
-        See `evaluation.room`.
+    room : Room
+        For the frame that is looked at.
     """
 
     loads: Array
@@ -86,7 +88,7 @@ class Place:
     factor: Array
     weakest: Array
     covariance: Array
-    room: tuple[Any, ...]
+    room: Room
 
     @classmethod
     def at(cls, strip: Strip, loads: Array) -> Place:
@@ -96,7 +98,11 @@ class Place:
         anchor, steep = np.zeros((2, strip.layout.places), dtype=np.float32)
         factor, weakest = np.zeros((rows, rows)), np.ones(strip.loads + 1)
         found = np.zeros((strip.loads, strip.loads))
-        light, ways, own = (phase, slope, level), (base, ground, anchor, steep), room(strip.arrays)
+        light, ways, own = (
+            (phase, slope, level),
+            (base, ground, anchor, steep),
+            room_for(strip.arrays),
+        )
         place = cls(loads.copy(), *light, *ways, factor, weakest, found, own)
         settle(strip.arrays, place.arrays)
         return place
@@ -104,7 +110,11 @@ class Place:
     @property
     def arrays(self) -> tuple[Any, ...]:
         """What the compiled functions take."""
-        return tuple(getattr(self, field.name) for field in fields(self))
+        return Standing(*(getattr(self, name) for name in Standing._fields))
+
+
+Standing = namedtuple("Standing", [field.name for field in fields(Place)])
+"""What the compiled functions take of a place, under the same names."""
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -112,7 +122,7 @@ def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
     survey(strip, place)
     for _ in range(3):
-        _anchor(strip, place, np.ones_like(place[1]))
+        _anchor(strip, place, np.ones_like(place.phase))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -135,57 +145,60 @@ def follow(strip, place, frame, estimate, report) -> None:
         computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
         says least.
     """
-    loads, phase, slope, level, base, ground, anchor, steep, factor, weakest, covariance, own = (
-        place
-    )
-    _, _, root, _, gradient, _, _ = own
+    room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
+    level, covariance, gradient = place.level, place.covariance, place.room.gradient
     step = np.empty(len(loads))
-    take(strip, frame, own)
+    take(strip, frame, room)
     beyond, way, renewed = 0.0, 0.0, False
-    compare(strip, slope, level, own)
+    compare(strip, slope, level, room)
     for turn in range(STEPS):
         if turn > 0:
-            step_matrix(strip, slope, root, factor)
-            invert(factor, covariance)
+            step_matrix(strip, slope, room.root, place.factor)
+            invert(place.factor, covariance)
             renewed = True
         multiply(covariance, gradient, step)
         loads -= step
-        way = shift(strip, ground, loads - base, phase, own)
+        way = shift(strip, place.ground, loads - place.base, phase, room)
         shine(strip, phase, slope, level)
-        beyond = compare(strip, slope, level, own)
+        beyond = compare(strip, slope, level, room)
         multiply(covariance, gradient, step)
         report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
         if not report[PROMISED] > CLOSE:
             break
     estimate[:] = loads - step
-    describe(strip, own, report)
+    describe(strip, room, report)
     if way > FAR:
         survey(strip, place)
-    report[BENT] = bend(strip, anchor, phase, steep, level)
+    report[BENT] = bend(strip, place.anchor, phase, place.steep, level)
     if renewed or report[BENT] > FRESH:
-        _anchor(strip, place, root)
-    report[WEAK] = weakest[-1]
-    report[GAIN] = silence(strip, own) - report[SQUARES] - beyond
+        _anchor(strip, place, room.root)
+    report[WEAK] = place.weakest[-1]
+    report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def survey(strip, place) -> None:
     """Compute the phase of a place at every pixel."""
-    loads, phase, slope, level, base, ground = place[:6]
-    evaluate(strip, loads, phase, slope, level)
-    base[:], ground[:] = loads, phase
+    evaluate(strip, place.loads, place.phase, place.slope, place.level)
+    place.base[:], place.ground[:] = place.loads, place.phase
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _anchor(strip, place, root) -> None:
     """Compute the matrix where the place is."""
-    _, phase, slope, level, _, _, anchor, steep, factor, weakest, covariance, own = place
-    step_matrix(strip, slope, root, factor)
-    invert(factor, covariance)
-    keep(strip, phase, anchor)
-    keep(strip, slope, steep)
-    weaken(covariance, weakest)
-    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level, own)
+    step_matrix(strip, place.slope, root, place.factor)
+    invert(place.factor, place.covariance)
+    weaken(place.covariance, place.weakest)
+    keep(strip, place)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def keep(strip, place) -> None:
+    """Keep what says how bent a way from here is, and how bent one of one deviation."""
+    places, weakest = len(place.anchor), place.weakest
+    place.anchor[:] = row_of(strip, place.phase, places)
+    place.steep[:] = row_of(strip, place.slope, places)
+    weakest[-1] = weak_bend(strip, weakest[:-1], place.slope, place.level, place.room)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -195,9 +208,9 @@ def step_matrix(strip, slope, root, factor) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def keep(strip, values, kept) -> None:
-    """Fill in the one row that says how bent a way is."""
-    kept[:] = values[strip[15] : strip[15] + len(kept)]
+def row_of(strip, values, places):
+    """The one row of which the pixels say how bent a way is, shape (places,)."""
+    return values[strip.row : strip.row + places]
 
 
 @njit(cache=True, error_model="numpy")
@@ -206,7 +219,7 @@ def bend(strip, anchor, phase, steep, level) -> float:
 
     A mirror image lies where both cancel: at a bend of one.
     """
-    moved = phase[strip[15] : strip[15] + len(anchor)] - anchor
+    moved = row_of(strip, phase, len(anchor)) - anchor
     first, second = _changes(strip, moved, steep, level)
     return np.sqrt(second / max(first, _TINY))
 
@@ -214,9 +227,9 @@ def bend(strip, anchor, phase, steep, level) -> float:
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def _changes(strip, moved, steep, level):
     """Squared changes of the levels on a way, of first and second order, over one row."""
-    row = slice(strip[15], strip[15] + len(moved))
-    amplitude, offset, inverse = strip[2][row], strip[3][row], strip[4][row]
-    grey, first, second = level[row], _ZERO, _ZERO
+    places, first, second = len(moved), _ZERO, _ZERO
+    amplitude, offset = row_of(strip, strip.amplitude, places), row_of(strip, strip.offset, places)
+    inverse, grey = row_of(strip, strip.inverse, places), row_of(strip, level, places)
     for k in range(len(moved)):
         # A/4 cos p, from the level at the end of the way
         curve = (amplitude[k] * _HALF + offset[k] - grey[k]) * inverse[k] * _HALF
@@ -242,8 +255,7 @@ def weaken(covariance: Array, direction: Array) -> None:
 @njit(cache=True, error_model="numpy")
 def weak_bend(strip, direction, slope, level, room) -> float:
     """Bend of a way of one deviation."""
-    _, way, short, nothing = room[6]
-    short[: len(direction)] = direction
-    combine(strip[1], short, nothing, way)
-    first, second = _changes(strip, way, slope[strip[15] : strip[15] + len(way)], level)
-    return np.sqrt(second / np.float32(len(strip[13]))) / max(first, _TINY)
+    way, room.short[: len(direction)] = room.weight, direction
+    combine(strip.nodes, room.short, room.nothing, way)
+    first, second = _changes(strip, way, row_of(strip, slope, len(way)), level)
+    return np.sqrt(second / np.float32(len(strip.shares))) / max(first, _TINY)

@@ -56,7 +56,7 @@ def spacing(influence: Array, used: NDArray[np.bool_], channels: int = 1) -> int
 @njit(cache=True, error_model="numpy", nogil=True)
 def fill_information(strip, square, matrix) -> None:
     """Fill in the lower triangle of the information of squared slopes, shape (size,)."""
-    nodes, shares = strip[1], strip[13]
+    nodes, shares = strip.nodes, strip.shares
     rows, places = nodes.shape
     weight = np.empty(places, dtype=np.float32)
     gather(square, shares, weight)
@@ -69,7 +69,7 @@ def fill_information(strip, square, matrix) -> None:
 @njit(cache=True, error_model="numpy", nogil=True)
 def factorise_information(strip, square, ridge, factor) -> None:
     """Fill in the Cholesky factor of the information of squared slopes, shape (size,)."""
-    size = strip[9]
+    size = strip.loads
     fill_information(strip, square, factor)
     trace = 0.0
     for j in range(size):

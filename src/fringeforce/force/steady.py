@@ -27,7 +27,7 @@ from fringeforce.force.evaluation import (
     silence,
     take,
 )
-from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, survey, weak_bend, weaken
+from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, row_of, survey, weaken
 from fringeforce.force.information import factorise_information
 from fringeforce.force.vector_loops import combine, invert, invert_factor, multiply
 
@@ -61,11 +61,11 @@ def steady(strip, place, variance, memory) -> None:
         Filled.
     """
     memory[STEADY], memory[FRAMES], memory[GAINED], memory[SURPRISE] = 1, 0, 1, 1
-    steepness = strip[5]
+    steepness = strip.steepness
     for k in range(len(variance)):
         variance[k] = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
     survey(strip, place)
-    _anchor(strip, place, np.ones_like(place[1]), variance, ROUNDS)
+    _anchor(strip, place, np.ones_like(place.phase), variance, ROUNDS)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -84,31 +84,28 @@ def step_steadily(strip, place, variance, memory, frame, estimate, report) -> No
         As of `gauss_newton.follow`, but PROMISED is what the step gains, and BENT and WEAK are of
         the step and of one deviation.
     """
-    loads, phase, slope, level, base, ground, anchor, steep, _, weakest, covariance, own = place
-    _, left, root, _, gradient, _, _ = own
-    step = np.empty(len(loads))
-    take(strip, frame, own)
-    beyond = compare(strip, slope, level, own)
-    if memory[FRAMES] > 0 and bend(strip, anchor, phase, steep, level) > 2 * FRESH:
-        _anchor(strip, place, root, variance, 1)
-    multiply(covariance, gradient, step)
-    report[PROMISED] = np.dot(step, gradient[: len(loads)])
-    moved = np.zeros_like(slope)
-    shift(strip, moved, -step, moved, own)
-    here, there = np.empty_like(anchor), np.empty_like(anchor)
-    keep(strip, phase, here)
-    keep(strip, slope, there)
-    report[BENT] = bend(strip, here, phase + moved, there, level)
-    left += slope * moved
-    describe(strip, own, report)
-    report[WEAK] = weakest[-1]
+    room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
+    level, places, step = place.level, len(place.anchor), np.empty(len(place.loads))
+    take(strip, frame, room)
+    beyond = compare(strip, slope, level, room)
+    if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
+        _anchor(strip, place, room.root, variance, 1)
+    multiply(place.covariance, room.gradient, step)
+    report[PROMISED] = np.dot(step, room.gradient[: len(loads)])
     estimate[:] = loads - step
+    ahead = np.zeros_like(phase)
+    shift(strip, place.ground, estimate - place.base, ahead, room)
+    here, there = row_of(strip, phase, places), row_of(strip, slope, places)
+    report[BENT] = bend(strip, here, ahead, there, level)
+    room.left[:] += slope * (ahead - phase)
+    describe(strip, room, report)
+    report[WEAK] = place.weakest[-1]
     _take_in(memory, report[PROMISED] / len(loads))
     loads -= memory[GAINED] * step
-    if shift(strip, ground, loads - base, phase, own) > FAR:
+    if shift(strip, place.ground, loads - place.base, phase, room) > FAR:
         survey(strip, place)
     shine(strip, phase, slope, level)
-    report[GAIN] = silence(strip, own) - report[SQUARES] - beyond
+    report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
 
 
 @njit(cache=True, error_model="numpy")
@@ -134,22 +131,19 @@ def uncertainty(memory) -> float:
 @njit(cache=True, error_model="numpy")
 def _anchor(strip, place, root, variance, rounds) -> None:
     """Compute the matrix where the place is, the phase's own variance in mind."""
-    loads, phase, slope, level, _, _, anchor, steep, factor, weakest, covariance, own = place
     for _ in range(rounds):
-        _smooth_matrix(strip, slope, root, variance, factor)
-        _vary(strip[1], factor, len(loads), variance)
-        invert(factor, covariance)
-        weaken(covariance, weakest)
-    keep(strip, phase, anchor)
-    keep(strip, slope, steep)
-    weakest[-1] = weak_bend(strip, weakest[:-1], slope, level, own)
+        _smooth_matrix(strip, place.slope, root, variance, place.factor)
+        _vary(strip.nodes, place.factor, len(place.loads), variance)
+        invert(place.factor, place.covariance)
+        weaken(place.covariance, place.weakest)
+    keep(strip, place)
 
 
 @njit(cache=True, error_model="numpy")
 def _smooth_matrix(strip, slope, root, variance, factor) -> None:
     """Fill in the Cholesky factor of the information; see `bounds.fisher_information`."""
     kept = np.exp(np.float32(-2) * variance)
-    square, most = (slope * root) ** 2, (strip[5] * root) ** 2
+    square, most = (slope * root) ** 2, (strip.steepness * root) ** 2
     for first in range(0, len(square), len(kept)):
         row = slice(first, first + len(kept))
         square[row] = kept * square[row] + (_ONE - kept) * _EIGHTH * most[row]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -115,9 +116,13 @@ class Strip:
         return int(np.count_nonzero(self.share))
 
     @cached_property
-    def arrays(self) -> tuple[Any, ...]:
+    def arrays(self) -> Pixels:
         """What the compiled functions take."""
-        return tuple(getattr(self, field.name) for field in fields(self) if field.name != "layout")
+        return Pixels(*(getattr(self, name) for name in Pixels._fields))
+
+
+Pixels = namedtuple("Pixels", [field.name for field in fields(Strip) if field.name != "layout"])
+"""What the compiled functions take of a strip, under the same names."""
 
 
 def _seen(layout: Layout, response: Response, used: NDArray[np.bool_]) -> dict[str, Any]:

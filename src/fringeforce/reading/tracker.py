@@ -19,6 +19,7 @@ from fringeforce.force.following import (
     Memory,
     covariance_at,
     follow_all,
+    state_of,
 )
 from fringeforce.force.gauss_newton import Place
 from fringeforce.force.goodness import absorbed
@@ -92,7 +93,7 @@ class Tracker:
         self._place: Place | None = None
         self._last: Place | None = None
         self._memory: Memory | None = None
-        self._compiled: tuple[Any, Any, Any, Any] = ((), (), (), ())
+        self._state: tuple[Any, ...] = ()
         self._excess, self.rivals = np.empty((0, 0)), np.empty((0, 0))
 
     def release(self) -> None:
@@ -132,7 +133,7 @@ class Tracker:
             return 0
         wanted = (WHOLE if whole else STEP) if len(track.covariances) else NONE
         silent = not self._place.loads.any()
-        done = follow_all(*self._compiled, silent, frames, wanted, *track.since(first))
+        done = follow_all(self._state, silent, frames, wanted, *track.since(first))
         if done < len(frames):
             self._last = self._place
             self.release()
@@ -167,7 +168,7 @@ class Tracker:
         begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled:
             steady(strip.arrays, place.arrays, memory.variance, memory.mean)
-        self._compiled = (strip.arrays, place.arrays, memory.arrays, self._limits.numbers)
+        self._state = state_of(strip, place, memory, self._limits)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
 
     def _confirms(self, found: Interpretation) -> bool:
