@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from fringeforce.design_parts import Converter
+from fringeforce.design_parts import Converter, Part
 from fringeforce.fields import Count, Finite, Length, Place
 
 
-class Channel(BaseModel):
+class Channel(Part):
     """One picture of the strip among those that are taken together."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     wavelength: Length | None = Field(
         default=None,
@@ -27,10 +25,8 @@ class Channel(BaseModel):
     )
 
 
-class Plates(BaseModel):
+class Plates(Part):
     """What is wrong with the polarisers and the two quarter-wave plates."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     retardance_error: Finite = Field(
         default=0.0, gt=-90, lt=90, description="retardance beyond a quarter wave [degrees]"
@@ -48,10 +44,8 @@ class Plates(BaseModel):
     )
 
 
-class Polariscope(BaseModel):
+class Polariscope(Part):
     """The light, the polarisers and the pictures that are taken of the strip together."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     wavelength: Length = Field(description="wavelength in vacuum [m]")
     channels: tuple[Channel, ...] = Field(

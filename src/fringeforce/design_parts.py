@@ -13,7 +13,7 @@ from fringeforce.validation import suggestion, validated
 
 
 class Part(BaseModel):
-    """A table of a design: frozen, and no keys that it does not know."""
+    """A table of a design or of a study: frozen, and no keys that it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", protected_namespaces=())
 

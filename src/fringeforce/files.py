@@ -33,6 +33,8 @@ from fringeforce.storage import (
     read,
     text,
     write,
+    write_forces,
+    write_frames,
 )
 
 if TYPE_CHECKING:
@@ -127,22 +129,10 @@ def save_frames(
     forces : array_like, shape (k, 2, n), optional
         Normal and tangential forces [N].
     """
-    images = np.asarray(frames)
     with new_file(path, "frames") as file:
-        write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
-        write(file, "x", np.asarray(x, dtype=float), ("x",), "m", "places of the pixels")
-        axes = ("frame", "x")
-        if images.ndim == 3:
-            channels = np.arange(1, images.shape[1] + 1)
-            write(file, "channel", channels, ("channel",), None, "number of the channel")
-            axes = ("frame", "channel", "x")
-        write(file, "grey", images, axes, None, "grey levels")
+        write_frames(file, np.asarray(frames), {"x": (x, "places of the pixels")})
         if forces is not None:
-            loads = np.asarray(forces, dtype=float)
-            tactels = np.arange(1, loads.shape[2] + 1)
-            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
-            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
-            write(file, "forces", loads, ("frame", "component", "tactel"), "N", "applied forces")
+            write_forces(file, forces, COMPONENTS, ("component", "tactel"))
 
 
 def load_frames(path: PathLike) -> NDArray[Any]:

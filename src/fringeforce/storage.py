@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import FileFormatError, InputError
 
@@ -37,16 +37,21 @@ def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
     os.close(handle)
     try:
         with h5py.File(name, "w", track_order=True) as file:
-            file.attrs["format"] = f"fringeforce-{kind}"
-            file.attrs["format_version"] = FORMAT_VERSION
-            file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
-            file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
+            stamp(file, kind)
             yield file
         os.chmod(name, 0o666 & ~_umask())
         os.replace(name, target)
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
+
+
+def stamp(file: h5py.File, kind: str) -> None:
+    """Write what a file is, when it was made and by which versions."""
+    file.attrs["format"] = f"fringeforce-{kind}"
+    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+    file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
 
 
 def _umask() -> int:
@@ -105,14 +110,67 @@ def write(
     data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
     compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
     dataset = file.create_dataset(name, data=data, **compress)
-    dataset.attrs["long_name"] = meaning
-    if unit:
-        dataset.attrs["units"] = unit
+    describe(dataset, meaning, unit)
     if dimensions == (name,):
         dataset.make_scale(name)
         return
     for axis, dimension in enumerate(dimensions):
         dataset.dims[axis].attach_scale(file[dimension])
+
+
+def describe(dataset: h5py.Dataset, meaning: str, unit: str | None) -> None:
+    """Write what an array means, and its unit if it has one."""
+    dataset.attrs["long_name"] = meaning
+    if unit:
+        dataset.attrs["units"] = unit
+
+
+def write_frames(
+    file: h5py.File, images: NDArray[Any], places: Mapping[str, tuple[ArrayLike, str]]
+) -> None:
+    """Write grey levels with the numbers of their frames and channels and the places of pixels.
+
+    Parameters
+    ----------
+    file : h5py.File
+        To write to.
+    images : ndarray, shape (k, ...) or (k, channels, ...)
+        Grey levels.
+    places : mapping
+        For each dimension of a picture, in their order, places [m] and what they are.
+    """
+    write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
+    for name, (values, meaning) in places.items():
+        write(file, name, np.asarray(values, dtype=float), (name,), "m", meaning)
+    axes = ("frame", *places)
+    if images.ndim > len(axes):
+        channels = np.arange(1, images.shape[1] + 1)
+        write(file, "channel", channels, ("channel",), None, "number of the channel")
+        axes = ("frame", "channel", *places)
+    write(file, "grey", images, axes, None, "grey levels")
+
+
+def write_forces(
+    file: h5py.File, forces: ArrayLike, components: tuple[str, ...], axes: tuple[str, str]
+) -> None:
+    """Write the forces behind frames that were written, and the names of their dimensions.
+
+    Parameters
+    ----------
+    file : h5py.File
+        To write to.
+    forces : array_like, shape (k, ...)
+        Forces [N].
+    components : tuple of str
+        Names of the components.
+    axes : (str, str)
+        "component" and "tactel" in the order of the forces' last two dimensions.
+    """
+    loads = np.asarray(forces, dtype=float)
+    tactels = np.arange(1, loads.shape[1 + axes.index("tactel")] + 1)
+    write(file, "component", components, ("component",), None, "direction of the force")
+    write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+    write(file, "forces", loads, ("frame", *axes), "N", "applied forces")
 
 
 def read(file: h5py.File, name: str) -> NDArray[Any]:

@@ -7,9 +7,11 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
+from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
-from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, light_basis, residuals, start
+from fringeforce.calibration.design_entries import STRAIN_OPTIC
+from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.frame_fit import light_basis, residuals, start
 from fringeforce.calibration.normal_equations import linearised
 from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.imaging import Imaging

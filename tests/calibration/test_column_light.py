@@ -131,7 +131,7 @@ def test_the_free_light_is_a_schur_complement_and_the_gradient_that_of_the_loss(
     whole = alone - mixed @ np.linalg.solve(inside, mixed)
     flat = change.ravel()
     assert flat @ found.information @ flat == pytest.approx(whole, rel=1e-6)
-    left = (root * view.slopes).ravel()
+    left = (root * view.residuals).ravel()
     pulled = columns @ left + prior * (pattern.levels - pattern.known).ravel()
     slope = (root * turned).ravel() @ left - mixed @ np.linalg.solve(inside, pulled)
     assert flat @ found.pull == pytest.approx(slope, rel=1e-6)

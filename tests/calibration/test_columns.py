@@ -8,12 +8,14 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
+from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.column_fit import fit_columns
 from fringeforce.calibration.column_modes import column_imaging
 from fringeforce.calibration.column_prior import LENGTHS, most_probable, shapes
 from fringeforce.calibration.column_quadratic import expanded
-from fringeforce.calibration.design_tangent import STRAIN_OPTIC, design_tangent
-from fringeforce.calibration.frame_fit import Bench, climb, light_basis, residuals, start
+from fringeforce.calibration.design_entries import STRAIN_OPTIC
+from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.frame_fit import climb, light_basis, residuals, start
 from fringeforce.calibration.single_press import single_press_matrix
 from fringeforce.force.bounds import (
     covariance,
@@ -202,12 +204,12 @@ def test_the_evidence_finds_the_size_and_nothing_in_noise(small) -> None:
     drawn = np.zeros((4 * N, possible.count))
     drawn[: 2 * N] = size * rng.normal(size=(2 * N, root.shape[1])) @ root.T
     noise = rng.normal(size=drawn.size) * np.sqrt(info)
-    belief = most_probable(
+    posterior = most_probable(
         possible, info * np.eye(drawn.size), info * drawn.ravel() + noise, (4, 0), explore=True
     )
-    assert belief.size == pytest.approx(size, rel=0.3)
-    assert abs(belief.choice[0] - length) <= 1
-    assert belief.choice[1] == 0
+    assert posterior.size == pytest.approx(size, rel=0.3)
+    assert abs(posterior.choice[0] - length) <= 1
+    assert posterior.choice[1] == 0
     silent = most_probable(possible, info * np.eye(drawn.size), noise, (4, 0), explore=True)
     assert silent.size < 2e-3
 
@@ -229,7 +231,7 @@ def test_few_modes_state_what_all_of_them_would(small, bench) -> None:
     sound = np.ones(PIXELS, dtype=bool)
     fit = climb(rows, start(rows, 1), tangent, sound)
     found = fit_columns(rows, (STRAIN_OPTIC,), fit, ~sound, np.ones(len(frames), dtype=bool))
-    assert found.belief.modes.shape[0] > 100
+    assert found.posterior.modes.shape[0] > 100
     few, every = (column_imaging(found, found.sound, 1.0, share) for share in (0.01, 0.0))
     assert len(few.influence_modes) < 0.8 * len(every.influence_modes)
     load = ff.polar(1.5, 5, n=N).ravel()

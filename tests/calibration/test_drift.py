@@ -87,9 +87,9 @@ def test_the_gradient_of_a_drifting_fit_is_that_of_its_loss(true) -> None:
 
     def loss(step: np.ndarray) -> float:
         view = seen(bench, at.moved(step), tangent, even)
-        sizes = np.median(normal.view.slopes**2, axis=1) / bench.averaged
+        sizes = np.median(normal.view.residuals**2, axis=1) / bench.averaged
         weights = 1 / np.maximum(1, sizes / (3 * np.median(sizes))) ** 2
-        return float(weights @ ((view.slopes**2).sum(axis=1) + (view.drift**2).sum(axis=0))) / 2
+        return float(weights @ ((view.residuals**2).sum(axis=1) + (view.drift**2).sum(axis=0))) / 2
 
     steps = 1e-5 * np.eye(len(at.flat))
     differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]

@@ -49,7 +49,7 @@ def test_a_client_gets_every_block_as_json(
     server: WebSocketSink, blocks: list[Readings], whole: Readings
 ) -> None:
     with connect(f"ws://127.0.0.1:{server.port}") as client:
-        _until(lambda: server.remark.startswith("1 clients"))
+        _until(lambda: server.remark.startswith("1 client"))
         for block in blocks:
             server.write(block)
         messages = [_parsed(client.recv(timeout=10)) for _ in blocks]

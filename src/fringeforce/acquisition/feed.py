@@ -9,8 +9,8 @@ from fringeforce.acquisition.tally import Tally
 from fringeforce.cameras.camera import Block, Camera
 from fringeforce.errors import CameraLost
 
-PAUSE = 0.25
-LONGEST_PAUSE = 8.0
+PAUSE, LONGEST_PAUSE = 0.25, 8.0
+"""Time before a lost camera is looked for again, at first and at most [s]."""
 
 
 class Feed:

@@ -11,12 +11,13 @@ import numpy as np
 
 from fringeforce.acquisition.feed import Feed
 from fringeforce.acquisition.outlet import Outlet
-from fringeforce.acquisition.tally import Statistics, Tally
+from fringeforce.acquisition.tally import Delivery, Statistics, Tally
 from fringeforce.cameras.camera import Block, Camera
 from fringeforce.reading.reader import Reader
 from fringeforce.sinks.sink import Readings, Sink
 
 POLL = 0.1
+"""Time to wait for a block before asking whether to go on [s]."""
 Report = Callable[[Statistics, Readings | None], None]
 
 
@@ -111,7 +112,7 @@ def live(
 
 
 def read_block(reader: Reader, block: Block) -> Readings:
-    """Read all lines of a block."""
+    """Read all lines of a block, as those that follow what the reader read last."""
     found = reader.read_on(block.lines)
     return Readings(
         first=block.first,
@@ -124,5 +125,5 @@ def read_block(reader: Reader, block: Block) -> Readings:
     )
 
 
-def _deliveries(outlets: Sequence[Outlet]) -> tuple:
+def _deliveries(outlets: Sequence[Outlet]) -> tuple[Delivery, ...]:
     return tuple(outlet.delivery for outlet in outlets)

@@ -11,6 +11,7 @@ from fringeforce.acquisition.tally import Delivery
 from fringeforce.sinks.sink import Readings, Sink
 
 FAREWELL = 10.0
+"""Time that a sink has to finish [s]."""
 FULL = {errno.ENOSPC: "The disk is full.", errno.EDQUOT: "The disk quota is used up."}
 
 

@@ -12,10 +12,11 @@ import numpy as np
 
 from fringeforce.sinks.sink import Readings
 
-# latencies fall into bins of 5 %, from 10 us to 1000 s, so that a run of any length fits
 EDGES = np.geomspace(1e-5, 1e3, 379)
+"""Of bins of 5 %, into which latencies fall so that a run of any length fits [s]."""
 PERCENTILES = (50, 95, 99)
 WINDOW = 2.0
+"""Time over which the rate is a mean [s]."""
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from fringeforce.calibration.frame_fit import (
     climb,
     light_basis,
     on_strip,
+    pixel_weight,
     residuals,
     sifted,
     start,
@@ -153,11 +154,11 @@ def _fitted(
     previous = None
     for number in range(ROUNDS):
         report(f"Fitting {kept.sum()} frames", min(4 + number, 5), 2 * len(STAGES))
-        seen = on_strip(fit.unknowns.positions(sensor), sensor)
+        weight = pixel_weight(bench, fit.unknowns, sound)
         before = bench, kept, sound
         bench, at = improved(bench, fit)
         if previous is tangent:
-            bench = drifting(bench, at, tangent, (sound & seen).astype(float))
+            bench = drifting(bench, at, tangent, weight)
         clear, kept = sifted(bench, at, tangent, sound)
         sound = sound & clear
         same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
@@ -175,7 +176,7 @@ def _corrected(found: Found, paths: tuple[str, ...]) -> Found:
     bench = found.bench
     stuck = checks.stuck_pixels(bench.levels, bench.sensor.camera)
     columns = fit_columns(bench, paths, found.fit, stuck, found.kept)
-    if columns.belief.size == 0:
+    if columns.posterior.size == 0:
         return found
     return Found(columns.bench, columns.fit, columns.sound, columns.kept, columns)
 

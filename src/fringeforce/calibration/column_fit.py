@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.bench import Bench, Unknowns
-from fringeforce.calibration.column_prior import MIDDLE, Belief, Shapes, most_probable, shapes
+from fringeforce.calibration.column_prior import MIDDLE, Posterior, Shapes, most_probable, shapes
 from fringeforce.calibration.column_quadratic import Quadratic, expanded, pattern_after
 from fringeforce.calibration.design_tangent import DesignTangent, followed
 from fringeforce.calibration.drift import drifting
@@ -20,7 +20,7 @@ from fringeforce.calibration.frame_fit import (
     STAGES,
     Fit,
     calm,
-    on_strip,
+    pixel_weight,
     precision,
     sifted,
     start,
@@ -51,7 +51,7 @@ class ColumnFit:
         Pixels and frames that were used.
     shapes : Shapes
         What the coefficients mean.
-    belief : Belief
+    posterior : Posterior
         The corrections.
     responses : ndarray, shape (U, r)
         What the other unknowns of the bench do in each mode of the corrections.
@@ -64,13 +64,13 @@ class ColumnFit:
     sound: Mask
     kept: Mask
     shapes: Shapes
-    belief: Belief
+    posterior: Posterior
     responses: Array
     own: Array
 
     def correction(self, x: Array) -> Array:
         """What is added to the columns at some places, shape (m, 2n) [rad/N]."""
-        return self.shapes.correction(self.belief.mean, x)
+        return self.shapes.correction(self.posterior.mean, x)
 
     @property
     def origin(self) -> dict[str, str | int]:
@@ -80,7 +80,7 @@ class ColumnFit:
         share = np.sqrt((change**2).sum() / (columns**2).sum())
         return {
             "method": "finite elements, calibrated, columns corrected",
-            "column correction": f"{share:.2%}, smooth over {1e3 * self.belief.length:.2g} mm",
+            "column correction": f"{share:.2%}, smooth over {1e3 * self.posterior.length:.2g} mm",
         }
 
 
@@ -109,12 +109,12 @@ def fit_columns(
     for number in range(ROUNDS):
         limit, explore = STAGES[min(number, len(STAGES) - 1)], number < len(STAGES)
         chosen = kept & calm(bench, at, bent, limit)
-        weight = _weight(bench, at, sound)
+        weight = pixel_weight(bench, at, sound)
         rows = bench.rows(chosen)
         quadratic = expanded(rows, at, bent, possible, weight)
         solved = _solved(rows, at, coefficients, quadratic, possible, tangent, choice, explore)
-        belief, step, choice = solved.belief, solved.step, solved.belief.choice
-        change = belief.mean - coefficients
+        posterior, step, choice = solved.posterior, solved.step, solved.posterior.choice
+        change = posterior.mean - coefficients
         there = at.moved(step[: len(at.flat)])
         share = _share(rows, at, there, bent, possible.correction(change, bent.spline.x), weight)
         turned = possible.correction(change, at.positions(bench.sensor))
@@ -126,33 +126,28 @@ def fit_columns(
         bent = tangent.plus(possible.correction(coefficients, tangent.spline.x))
         if np.isinf(limit):
             before = bench, kept, sound
-            bench = drifting(bench, at, bent, _weight(bench, at, sound))
+            bench = drifting(bench, at, bent, pixel_weight(bench, at, sound))
             clear, kept = sifted(bench, at, bent, sound)
             sound = ~stuck & clear
             same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
             if same and quadratic.gain(step, change.ravel()) < SETTLED:
                 break
-    quadratic = expanded(bench.rows(kept), at, bent, possible, _weight(bench, at, sound))
+    quadratic = expanded(bench.rows(kept), at, bent, possible, pixel_weight(bench, at, sound))
     solved = _solved(bench, at, coefficients, quadratic, possible, tangent, choice, False)
-    belief, count = replace(solved.belief, mean=coefficients), len(at.flat)
-    slopes, normal = quadratic.normal.view.slopes, quadratic.normal
-    final = Fit(at, solved.covariance[:count, :count], slopes, bent, normal)
+    posterior, count = replace(solved.posterior, mean=coefficients), len(at.flat)
+    final = Fit(at, solved.covariance[:count, :count], bent, quadratic.normal)
     responses, own = solved.responses[:count], solved.own[:count, :count]
-    return ColumnFit(bench, final, sound, kept, possible, belief, responses, own)
-
-
-def _weight(bench: Bench, at: Unknowns, sound: Mask) -> Array:
-    return (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
+    return ColumnFit(bench, final, sound, kept, possible, posterior, responses, own)
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Belief in the corrections, and the step of the other unknowns (U,) that goes with it.
+    """Posterior of the corrections, and the step of the other unknowns (U,) that goes with it.
 
     Their responses (U, r) to its modes, and their covariance (U, U) for given corrections.
     """
 
-    belief: Belief
+    posterior: Posterior
     step: Array
     responses: Array
     own: Array
@@ -175,7 +170,7 @@ def _solved(
 ) -> _Solved:
     """The most probable step."""
     frames = np.zeros(len(quadratic.gradient) - len(at.flat))
-    prior = precision(bench, len(at.design), tangent.deviations)
+    prior = precision(bench, tangent.deviations)
     prior, place = np.append(prior, frames), np.append(at.flat, frames)
     origin = np.append(start(bench, len(at.design)).flat, frames)
     own = np.asarray(np.linalg.inv(quadratic.hessian + np.diag(prior)), dtype=float)
@@ -184,16 +179,16 @@ def _solved(
     wanted += prior * origin
     pull = quadratic.information @ here + quadratic.cross.T @ place - quadratic.pull
     eliminated = own @ quadratic.cross
-    belief = most_probable(
+    posterior = most_probable(
         possible,
         quadratic.information - quadratic.cross.T @ eliminated,
         pull - eliminated.T @ wanted,
         first,
         explore,
     )
-    aim = own @ wanted - eliminated @ belief.mean.ravel()
-    responses = -eliminated @ belief.modes.reshape(len(belief.modes), len(here)).T
-    return _Solved(belief, aim - place, responses, own)
+    aim = own @ wanted - eliminated @ posterior.mean.ravel()
+    responses = -eliminated @ posterior.modes.reshape(len(posterior.modes), len(here)).T
+    return _Solved(posterior, aim - place, responses, own)
 
 
 def _share(

@@ -42,8 +42,8 @@ def column_imaging(
         Share of what the calibration adds to the readings' variances that need not be kept.
     """
     others = np.concatenate([found.responses, np.linalg.cholesky(found.own)], axis=1)
-    columns = np.zeros((others.shape[1], *found.belief.mean.shape))
-    columns[: len(found.belief.modes)] = found.belief.modes
+    columns = np.zeros((others.shape[1], *found.posterior.mean.shape))
+    columns[: len(found.posterior.modes)] = found.posterior.modes
     others, columns = others * np.sqrt(scale), columns * np.sqrt(scale)
     few = _imaging(found, used, others, columns, slice(None, None, THINNED))
     turn = _turned(found, few, left_out)

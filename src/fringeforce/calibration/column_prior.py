@@ -111,7 +111,7 @@ def shapes(sensor: Sensor, tangent: DesignTangent, design: Array) -> Shapes:
 
 
 @dataclass(frozen=True, eq=False)
-class Belief:
+class Posterior:
     """The corrections after the frames were seen.
 
     Attributes
@@ -140,7 +140,7 @@ class Belief:
 
 def most_probable(
     shapes: Shapes, information: Array, pull: Array, first: tuple[int, int], explore: bool
-) -> Belief:
+) -> Posterior:
     """Corrections under the prior that makes the frames most probable.
 
     With c = e R z and z standard normal, frames of information S and pull t on c have the evidence
@@ -160,25 +160,27 @@ def most_probable(
     explore : bool
         Whether to go on to neighbouring lengths and kinds for as long as they are more probable.
     """
-    believed: dict[tuple[int, int], Belief] = {}
+    known: dict[tuple[int, int], Posterior] = {}
 
-    def believe(choice: tuple[int, int]) -> Belief:
-        if choice not in believed:
-            believed[choice] = _believed(shapes, information, pull, choice)
-        return believed[choice]
+    def posterior(choice: tuple[int, int]) -> Posterior:
+        if choice not in known:
+            known[choice] = _posterior(shapes, information, pull, choice)
+        return known[choice]
 
     at = first
     while explore:
         near = [at, (at[0] - 1, at[1]), (at[0] + 1, at[1]), (at[0], at[1] - 1), (at[0], at[1] + 1)]
         near = [p for p in near if 0 <= p[0] < len(LENGTHS) and 0 <= p[1] < len(KINDS)]
-        best = max(near, key=lambda choice: believe(choice).evidence)
-        if believe(best).evidence <= believe(at).evidence:
+        best = max(near, key=lambda choice: posterior(choice).evidence)
+        if posterior(best).evidence <= posterior(at).evidence:
             break
         at = best
-    return believe(at)
+    return posterior(at)
 
 
-def _believed(shapes: Shapes, information: Array, pull: Array, choice: tuple[int, int]) -> Belief:
+def _posterior(
+    shapes: Shapes, information: Array, pull: Array, choice: tuple[int, int]
+) -> Posterior:
     """The most probable size of one kind of error of one length, and the corrections with it."""
     length, count = float(LENGTHS[choice[0]] * shapes.depth), shapes.count
     rows, root = len(pull) // count, shapes.root(length)
@@ -192,12 +194,12 @@ def _believed(shapes: Shapes, information: Array, pull: Array, choice: tuple[int
     size, evidence = _size(values, along)
     mean, modes = np.zeros((rows, count)), np.zeros((len(turned), rows, count))
     if size == 0:
-        return Belief(choice, 0.0, length, 0.0, mean, modes[:0])
+        return Posterior(choice, 0.0, length, 0.0, mean, modes[:0])
     shrink, width = 1 + size**2 * values, root.shape[1]
     mean[chosen] = (vectors @ (size**2 * along / shrink)).reshape(-1, width) @ root.T
     spread = (size * vectors / np.sqrt(shrink)).T.reshape(len(turned), -1, width)
     modes[:, chosen] = spread @ root.T
-    return Belief(choice, size, length, evidence, mean, modes)
+    return Posterior(choice, size, length, evidence, mean, modes)
 
 
 def _size(values: Array, along: Array) -> tuple[float, float]:

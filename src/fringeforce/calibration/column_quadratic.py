@@ -164,7 +164,7 @@ def _sides(bench: Bench, normal: Normal) -> _Sides:
     return _Sides(
         gradient=np.concatenate([normal.gradient, still]),
         hessian=normal.whole,
-        pull=derivatives.by_matrix(view.slopes),
+        pull=derivatives.by_matrix(view.residuals),
         cross=np.array(cross),
         information=information,
     )

@@ -11,7 +11,6 @@ from scipy.interpolate import CubicSpline
 from fringeforce.calibration.design_entries import (
     POSITIONS,
     STRAIN_OPTIC,
-    design_value,
     entries,
     prior,
     varied,
@@ -19,8 +18,6 @@ from fringeforce.calibration.design_entries import (
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel, characterize
-
-__all__ = ["STRAIN_OPTIC", "DesignTangent", "design_tangent", "design_value", "varied"]
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.normal_equations import own_light, seen
+from fringeforce.calibration.normal_equations import light_information, own_light, seen
 
 Array = NDArray[np.float64]
 
@@ -21,6 +21,8 @@ OUTSIDE = 4.0
 """Standard deviations beyond which a frame's own light is taken for a wrong press."""
 UNSURE = 4.0
 """Times the variance of the best quarter beyond which a frame says too little of its own light."""
+FREE = 1e-6
+"""Inverse variance of a frame's own light before it is seen, next to none."""
 
 
 def drifting(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Bench:
@@ -44,8 +46,8 @@ def drifting(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) 
     view = seen(replace(bench, drift=(0.0, 0.0)), at, tangent, weight)
     amplitude = view.response.amplitude
     shifts = np.stack([amplitude * view.light, np.ones_like(view.light)]) * view.scale
-    estimates = own_light(view.slopes, shifts, weight, prior=1e-6)
-    own = np.einsum("afp,bfp,p->fab", shifts, shifts, weight) + 1e-6 * np.eye(2)
+    estimates = own_light(view.residuals, shifts, weight, FREE)
+    own = light_information(shifts, weight, FREE)
     variances = np.diagonal(np.linalg.inv(own), axis1=1, axis2=2).T
     sizes = [_scatter(*each) for each in zip(estimates, variances, strict=True)]
     if np.allclose(sizes, bench.drift, rtol=SETTLED, atol=0):

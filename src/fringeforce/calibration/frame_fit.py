@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from fringeforce.calibration import checks
-from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
-from fringeforce.calibration.design_entries import DEVIATION
+from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.design_tangent import DesignTangent
 from fringeforce.calibration.normal_equations import (
     Normal,
@@ -22,14 +21,11 @@ from fringeforce.calibration.normal_equations import (
 from fringeforce.calibration.pattern import eliminated
 from fringeforce.design import Sensor
 
-__all__ = ["PRIOR", "SHIFT", "STAGES", "Bench", "Fit", "Unknowns", "calm", "climb", "light_basis",
-           "on_strip", "phase_and_matrix", "precision", "residuals", "sifted", "start"]  # fmt: skip
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-PRIOR = {"design": DEVIATION["value"], "shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
-"""Standard deviations of the unknowns before any frame is seen; light in units of A."""
+PRIOR = {"shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
+"""Standard deviations of camera and light before any frame is seen; light in units of A."""
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 FAR = 0.15
@@ -38,7 +34,7 @@ FAR = 0.15
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Unknowns and what they leave.
+    """Unknowns, how sure they are, and what they were found with.
 
     Attributes
     ----------
@@ -46,8 +42,6 @@ class Fit:
         The estimate.
     covariance : ndarray
         Of all unknowns, for unit reduced chi-square.
-    slopes : ndarray, shape (F, P)
-        Residuals in units of the noise.
     tangent : DesignTangent
         About which the matrix was linear.
     normal : Normal
@@ -56,7 +50,6 @@ class Fit:
 
     unknowns: Unknowns
     covariance: Array
-    slopes: Array
     tangent: DesignTangent
     normal: Normal
 
@@ -76,6 +69,11 @@ def on_strip(positions: Array, sensor: Sensor) -> Mask:
     return np.abs(positions) < sensor.transducer.length / 2 - margin
 
 
+def pixel_weight(bench: Bench, at: Unknowns, sound: Mask) -> Array:
+    """One for sound pixels that see the strip, zero for the others, shape (P,)."""
+    return (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
+
+
 def start(bench: Bench, parameters: int) -> Unknowns:
     """Unknowns as drawn."""
     camera, ones = bench.sensor.camera, np.ones(bench.basis.shape[1])
@@ -83,22 +81,20 @@ def start(bench: Bench, parameters: int) -> Unknowns:
     return Unknowns(np.zeros(parameters), np.zeros(2), *lights)
 
 
-def precision(bench: Bench, parameters: int, design: ArrayLike = DEVIATION["value"]) -> Array:
+def precision(bench: Bench, design: Array) -> Array:
     """Inverse variances of the unknowns before any frame is seen.
 
     Parameters
     ----------
     bench : Bench
         The frames.
-    parameters : int
-        Number of the design's entries.
-    design : array_like, shape (d,) or scalar
-        Their standard deviations.
+    design : ndarray, shape (d,)
+        Standard deviations of the design's entries.
     """
     size, k = bench.sensor.camera.amplitude, bench.basis.shape[1]
     deviations = np.concatenate(
         [
-            np.broadcast_to(design, parameters),
+            design,
             [PRIOR["shift"], PRIOR["scale"]],
             np.full(k, PRIOR["amplitude"] * size),
             np.full(k, PRIOR["offset"] * size),
@@ -126,13 +122,13 @@ def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps
     steps : int
         Largest number of steps.
     """
-    prior = precision(bench, len(at.design), tangent.deviations)
+    prior = precision(bench, tangent.deviations)
     origin = start(bench, len(at.design)).flat
     damping, step = 1e-3, np.zeros(len(prior))
     for _ in range(steps):
-        weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
+        weight = pixel_weight(bench, at, sound)
         normal = linearised(bench, at, tangent, weight)
-        shares = frame_weights(normal.view.slopes, bench.averaged)
+        shares = frame_weights(normal.view.residuals, bench.averaged)
         before = _loss(normal.view, weight, shares) + prior @ (at.flat - origin) ** 2
         gradient = normal.gradient + prior * (at.flat - origin)
         hessian = normal.profiled + np.diag(prior)
@@ -148,9 +144,9 @@ def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps
         far = np.abs(at.design - tangent.centre).max(initial=0.0) > 0.99 * FAR
         if far or step @ hessian @ step < 1e-4:
             break
-    weight = (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
+    weight = pixel_weight(bench, at, sound)
     normal = linearised(bench, at, tangent, weight)
-    return Fit(at, _covariance(bench, normal, prior), normal.view.slopes, tangent, normal)
+    return Fit(at, _covariance(bench, normal, prior), tangent, normal)
 
 
 def _covariance(bench: Bench, normal: Normal, prior: Array) -> Array:
@@ -165,22 +161,17 @@ def _covariance(bench: Bench, normal: Normal, prior: Array) -> Array:
     return np.asarray(np.linalg.inv(information), float)[:unknowns, :unknowns]
 
 
-def phase_and_matrix(bench: Bench, at: Unknowns, tangent: DesignTangent) -> tuple[Array, Array]:
-    """Phase of every frame, shape (F, P), and matrix with derivatives, (1 + d, P, 2n)."""
-    positions = at.positions(bench.sensor)
-    return bench.loads @ tangent.matrix(at.design, positions).T, tangent.at(positions)
-
-
 def residuals(
     bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
 ) -> Array:
     """Residuals of all frames in units of the noise, shape (F, P)."""
-    return seen(bench, at, tangent, weight).slopes
+    return seen(bench, at, tangent, weight).residuals
 
 
 def calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> Mask:
     """Frames whose phase is small enough, but never less than the calmest quarter, shape (F,)."""
-    peaks = np.abs(phase_and_matrix(bench, at, tangent)[0]).max(axis=1)
+    phase = bench.loads @ tangent.matrix(at.design, at.positions(bench.sensor)).T
+    peaks = np.abs(phase).max(axis=1)
     return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
 
 
@@ -208,4 +199,4 @@ def sifted(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask) -> t
 
 def _loss(view: View, weight: Array, shares: Array) -> float:
     own = (view.drift**2).sum(axis=0) if view.drift.size else np.zeros(len(shares))
-    return float(shares @ (view.slopes**2 @ weight + own))
+    return float(shares @ (view.residuals**2 @ weight + own))

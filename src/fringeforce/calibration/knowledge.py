@@ -143,7 +143,7 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
     paths = checked_paths(sensor, tuple(PARAMETERS if parameters is None else parameters))
     unsure = prior(sensor, paths)
     unknowns = start(bench, len(unsure))
-    root = np.diag(1 / np.sqrt(precision(bench, len(unsure), unsure)))
+    root = np.diag(1 / np.sqrt(precision(bench, unsure)))
     used = on_strip(unknowns.positions(sensor), sensor)
     tangent = design_tangent(sensor, paths, unknowns.design)
     return Knowledge(bench, paths, tangent, unknowns, root, used)

@@ -42,8 +42,8 @@ class View:
         What a frame's own gain and offset change, each by its deviation, in units of the noise.
     drift : ndarray, shape (2, F)
         Own gain and offset of the frames, in units of their deviations.
-    slopes : ndarray, shape (F, P)
-        Residuals in units of the noise.
+    residuals : ndarray, shape (F, P)
+        Likelihood residuals in units of the noise.
     averaged : ndarray, shape (F,)
         How many frames each row is the mean of.
     """
@@ -54,7 +54,7 @@ class View:
     scale: Array
     shifts: Array
     drift: Array
-    slopes: Array
+    residuals: Array
     averaged: Array
 
     def rows(self, chosen: slice) -> View:
@@ -66,7 +66,7 @@ class View:
             scale=self.scale[chosen],
             shifts=self.shifts[:, chosen],
             drift=self.drift[:, chosen],
-            slopes=self.slopes[chosen],
+            residuals=self.residuals[chosen],
             averaged=self.averaged[chosen],
         )
 
@@ -174,7 +174,7 @@ class LevelSlopes:
     def normal(self, weight: Array) -> Normal:
         """Normal equations of the frames, with weights (P,) of the pixels."""
         view, moving, lit, basis = self.view, self.moving, self.lit, self.basis
-        shares = frame_weights(view.slopes, view.averaged)
+        shares = frame_weights(view.residuals, view.averaged)
         weights = shares[:, None] * weight
         heavy = weights * lit
         flat = (moving * np.sqrt(weights)).reshape(len(moving), -1)
@@ -182,13 +182,13 @@ class LevelSlopes:
         pixels = np.einsum("afp,bfp->abp", heavy, lit)
         mixed = np.concatenate(list(np.moveaxis(to_pixels @ basis, 1, 0)), axis=1)
         block = np.block([[basis.T @ (each[:, None] * basis) for each in row] for row in pixels])
-        pixel_gradient = (heavy * view.slopes).sum(axis=1)
+        pixel_gradient = (heavy * view.residuals).sum(axis=1)
         to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
         lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
         return Normal(
             view=view,
             derivatives=Derivatives(self.loads, weights, self.turn, lit, self.changes),
-            gradient=np.concatenate([flat @ (view.slopes * np.sqrt(weights)).ravel(),
+            gradient=np.concatenate([flat @ (view.residuals * np.sqrt(weights)).ravel(),
                                      (pixel_gradient @ basis).ravel()]),
             hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
             side=to_frames,
@@ -219,33 +219,40 @@ def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | Non
     scale = np.sqrt(bench.averaged / response.variance)[:, None]
     root = np.sqrt(bench.averaged)[:, None]
     level = response.amplitude * light + response.offset
-    slopes = misfit(bench.levels, level, response).slope * root
+    residuals = misfit(bench.levels, level, response).slope * root
     gain, offset = bench.drift
     if not (gain or offset):
         none = np.empty((2, 0, light.shape[1]))
-        return View(phase, light, response, scale, none, np.zeros((2, 0)), slopes, bench.averaged)
+        return View(
+            phase, light, response, scale, none, np.zeros((2, 0)), residuals, bench.averaged
+        )
     shifts = np.stack([gain * response.amplitude * light, np.full_like(light, offset)]) * scale
     even = np.ones(light.shape[1]) if weight is None else weight
-    drift = own_light(slopes, shifts, even)
+    drift = own_light(residuals, shifts, even)
     level = level + np.einsum("cf,cfp->fp", drift, shifts) / scale
-    slopes = misfit(bench.levels, level, response).slope * root
-    return View(phase, light, response, scale, shifts, drift, slopes, bench.averaged)
+    residuals = misfit(bench.levels, level, response).slope * root
+    return View(phase, light, response, scale, shifts, drift, residuals, bench.averaged)
 
 
-def own_light(slopes: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
+def own_light(residuals: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
     """Likeliest gain and offset of every frame, shape (2, F), in units of their deviations."""
-    own = np.einsum("afp,bfp,p->fab", shifts, shifts, weight) + prior * np.eye(2)
-    pull = np.einsum("afp,fp,p->fa", shifts, slopes, weight)
+    own = light_information(shifts, weight, prior)
+    pull = np.einsum("afp,fp,p->fa", shifts, residuals, weight)
     return -np.linalg.solve(own, pull[..., None])[..., 0].T
 
 
-def frame_weights(slopes: Array, averaged: Array) -> Array:
+def light_information(shifts: Array, weight: Array, prior: float) -> Array:
+    """Information on every frame's gain and offset, that of the prior included, (F, 2, 2)."""
+    return np.einsum("afp,bfp,p->fab", shifts, shifts, weight) + prior * np.eye(2)
+
+
+def frame_weights(residuals: Array, averaged: Array) -> Array:
     """Weights of frames: less for those that fit much worse than most, shape (F,).
 
     Means of many frames are judged as single ones are: by grey levels, not by their own noise,
     beside which an unfinished fit is always wrong.
     """
-    size = np.median(slopes**2, axis=1) / averaged
+    size = np.median(residuals**2, axis=1) / averaged
     return 1 / np.maximum(1, size / (SUSPECT * max(float(np.median(size)), 1e-12))) ** 2
 
 
@@ -259,7 +266,7 @@ def level_slopes(
 ) -> LevelSlopes:
     """Derivatives of the grey levels of all frames; parameters as in `seen`."""
     view = seen(bench, at, tangent, weight)
-    gain = np.ones((len(view.slopes), 1))
+    gain = np.ones((len(view.residuals), 1))
     if bench.drift[0]:
         gain += bench.drift[0] * view.drift[0][:, None]
     even = np.broadcast_to(view.scale, view.light.shape)

@@ -128,8 +128,8 @@ def patterned(bench: Bench, fit: Fit, references: dict[str, Array], sound: Mask)
     noise, weight = noise_variance(bench.sensor.camera), sound.astype(float)
     view = seen(bench, fit.unknowns, fit.tangent, weight)
     lit = [kind for kind in ("unloaded", "bright") if kind in references]
-    rows = range(len(view.slopes) - len(lit), len(view.slopes))
-    left = {k: -view.slopes[row] / view.scale[row] for k, row in zip(lit, rows, strict=True)}
+    rows = range(len(view.residuals) - len(lit), len(view.residuals))
+    left = {k: -view.residuals[row] / view.scale[row] for k, row in zip(lit, rows, strict=True)}
     dark = None
     if "dark" in references:
         mean = references["dark"].mean(axis=0)

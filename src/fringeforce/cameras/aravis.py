@@ -13,17 +13,15 @@ from typing import Any, Self
 import numpy as np
 
 from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.genicam import BUFFERS, POLL, GenicamCamera
 from fringeforce.cameras.gobject import aravis
-from fringeforce.errors import CameraLost, FringeforceError, InputError
+from fringeforce.errors import CameraLost, FringeforceError
 
-POLL = 0.1
-# frames of the camera that wait in memory: 0.2 s at 20,000 lines/s in blocks of 64
-BUFFERS = 64
 # GigE Vision counts frames from 1 to 65535 and starts again at 1
 FRAME_IDS = 65535
 
 
-class AravisCamera:
+class AravisCamera(GenicamCamera):
     """A GenICam camera; a frame of it is a block of consecutive lines.
 
     Parameters
@@ -43,8 +41,6 @@ class AravisCamera:
         If Aravis is not installed.
     """
 
-    patient = False
-
     def __init__(
         self,
         identity: str,
@@ -53,19 +49,15 @@ class AravisCamera:
         settings: Settings | None = None,
         silence: float = 1.0,
     ) -> None:
-        self.settings = settings or Settings()
-        self.name = f"camera {identity or 'found first'}"
-        self._identity, self._pixels, self._bits = identity or None, pixels, bits
-        self._silence = silence
+        super().__init__(f"camera {identity or 'found first'}", pixels, bits, settings)
+        self._identity, self._silence = identity or None, silence
         self._aravis: Any = aravis()
         self._error: Any = import_module("gi.repository.GLib").Error
-        self._closed = threading.Event()
         self._camera: Any = None
         self._stream: Any = None
-        self._next = 0
 
     def __enter__(self) -> Self:
-        self._closed.clear()
+        super().__enter__()
         self._last_id: int | None = None
         try:
             self._aravis.update_device_list()
@@ -92,15 +84,11 @@ class AravisCamera:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        super().__exit__(kind, error, trace)
         if not isinstance(error, CameraLost):
             with suppress(self._error):
                 self._camera.stop_acquisition()
         self._release(lost=isinstance(error, CameraLost))
-
-    def close(self) -> None:
-        """End the iteration soon; may be called from another thread."""
-        self._closed.set()
 
     def __iter__(self) -> Iterator[Block]:
         heard = time.monotonic()
@@ -112,12 +100,12 @@ class AravisCamera:
                     raise CameraLost(f"{self.name} has sent nothing for {patience:.3g} s.")
                 continue
             heard = time.monotonic()
-            block = self._block(buffer)
+            block = self._lines(buffer)
             self._stream.push_buffer(buffer)
             if block is not None:
                 yield block
 
-    def _block(self, buffer: Any) -> Block | None:
+    def _lines(self, buffer: Any) -> Block | None:
         """Lines of a complete frame; incomplete ones are left out and counted with the next."""
         if buffer.get_status() != self._aravis.BufferStatus.SUCCESS:
             return None
@@ -127,10 +115,7 @@ class AravisCamera:
         dtype = np.uint8 if self._bits <= 8 else np.uint16
         lines = np.frombuffer(buffer.get_data(), dtype).reshape(size, self._pixels)
         arrived = buffer.get_system_timestamp() / 1e9 or time.time()
-        first = self._next + missed * size
-        self._next = first + size
-        ages = np.arange(size - 1, -1, -1) / self.line_rate
-        return Block(lines, arrived - ages, missed * size, first)
+        return self._block(lines, arrived, missed)
 
     def _configure(self, camera: Any) -> None:
         """Put width, height, pixel format, rate and exposure where the design wants them."""
@@ -146,16 +131,9 @@ class AravisCamera:
         except self._error as error:
             if error.matches(library.device_error_quark(), library.DeviceError.TIMEOUT):
                 raise
-            raise InputError(self._refusal(error.message)) from None
+            raise self._refused(error.message) from None
         if (width, height) != (self._pixels, size):
-            raise InputError(self._refusal(f"it delivers {height} of {width}"))
-
-    def _refusal(self, reason: str) -> str:
-        return (
-            f"{self.name} cannot deliver blocks of {self.settings.block} lines of {self._pixels} "
-            f"pixels with {self._bits} bits as set: {reason}. Change the settings, or the camera "
-            "in the design."
-        )
+            raise self._refused(f"it delivers {height} of {width}")
 
     def _set_rate(self, camera: Any) -> float:
         """Set the line rate, and return what the camera made of it [lines/s]."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 from types import TracebackType
@@ -11,14 +10,12 @@ from typing import Any, Self
 import numpy as np
 
 from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.genicam import BUFFERS, POLL, GenicamCamera
 from fringeforce.errors import CameraLost, InputError
 from fringeforce.extras import extra
 
-POLL_MS = 100
-BUFFERS = 64
 
-
-class PylonCamera:
+class PylonCamera(GenicamCamera):
     """A Basler camera; a frame of it is a block of consecutive lines.
 
     Parameters
@@ -36,21 +33,16 @@ class PylonCamera:
         If pypylon is not installed.
     """
 
-    patient = False
-
     def __init__(
         self, serial: str, pixels: int, bits: int = 8, settings: Settings | None = None
     ) -> None:
-        self.settings = settings or Settings()
-        self.name = f"Basler camera {serial or 'found first'}"
-        self._serial, self._pixels, self._bits = serial, pixels, bits
+        super().__init__(f"Basler camera {serial or 'found first'}", pixels, bits, settings)
+        self._serial = serial
         self._pylon: Any = extra("pypylon.pylon", "pylon")
         self._error: Any = extra("pypylon.genicam", "pylon").GenericException
-        self._closed = threading.Event()
-        self._next = 0
 
     def __enter__(self) -> Self:
-        self._closed.clear()
+        super().__enter__()
         wanted = self._pylon.DeviceInfo()
         if self._serial:
             wanted.SetSerialNumber(self._serial)
@@ -64,11 +56,7 @@ class PylonCamera:
             self._configure(self._camera)
         except self._error as error:
             self._camera.Close()
-            raise InputError(
-                f"{self.name} cannot deliver blocks of {self.settings.block} lines of "
-                f"{self._pixels} pixels with {self._bits} bits as set ({_first_line(error)}); "
-                "change the settings, or the camera in the design."
-            ) from None
+            raise self._refused(_first_line(error)) from None
         self._missed = 0
         self._camera.MaxNumBuffer.Value = BUFFERS
         self._camera.StartGrabbing(self._pylon.GrabStrategy_OneByOne)
@@ -80,36 +68,28 @@ class PylonCamera:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        super().__exit__(kind, error, trace)
         self._camera.Close()
-
-    def close(self) -> None:
-        """End the iteration soon; may be called from another thread."""
-        self._closed.set()
 
     def __iter__(self) -> Iterator[Block]:
         while not self._closed.is_set():
             if self._camera.IsCameraDeviceRemoved():
                 raise CameraLost(f"{self.name} was removed.")
             try:
-                grabbed = self._camera.RetrieveResult(POLL_MS, self._pylon.TimeoutHandling_Return)
+                grabbed = self._camera.RetrieveResult(
+                    int(POLL * 1e3), self._pylon.TimeoutHandling_Return
+                )
             except self._error as error:
                 raise CameraLost(f"{self.name} stopped: {_first_line(error)}.") from None
             if not grabbed.IsValid():
                 continue
             self._missed += grabbed.NumberOfSkippedImages
             if grabbed.GrabSucceeded():
-                yield self._block(grabbed)
+                missed, self._missed = self._missed, 0
+                yield self._block(np.array(grabbed.Array), time.time(), missed)
             else:
                 self._missed += 1
             grabbed.Release()
-
-    def _block(self, grabbed: Any) -> Block:
-        size, dropped = self.settings.block, self._missed * self.settings.block
-        first = self._next + dropped
-        self._next, self._missed = first + size, 0
-        ages = np.arange(size - 1, -1, -1) / self.line_rate
-        return Block(np.array(grabbed.Array), time.time() - ages, dropped, first)
 
     def _configure(self, camera: Any) -> None:
         """Put width, height, pixel format, rate and exposure where the design wants them."""

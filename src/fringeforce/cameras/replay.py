@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import numpy as np
 
 from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.interruptible import Interruptible
 from fringeforce.files import load_frames, load_times
 
 
-class ReplayCamera:
+class ReplayCamera(Interruptible):
     """Plays the frames of a file, at the speed they were recorded with or as fast as they are read.
 
     Parameters
@@ -41,14 +40,12 @@ class ReplayCamera:
         settings: Settings | None = None,
         full_speed: bool = False,
     ) -> None:
-        self.settings = settings or Settings()
+        super().__init__(settings)
         self.name = Path(path).name
         self.lines = load_frames(path)
         rate = self.settings.line_rate
         times = np.arange(len(self.lines)) / rate if rate else load_times(path)
         self._offsets = None if times is None or full_speed else times - times[:1]
-        self._next = 0
-        self._closed = threading.Event()
 
     @property
     def patient(self) -> bool:
@@ -56,22 +53,10 @@ class ReplayCamera:
         return self._offsets is None
 
     def __enter__(self) -> Self:
-        self._closed.clear()
+        super().__enter__()
         played = 0.0 if self._offsets is None else float(self._offsets[self._next :][:1].sum())
         self._start = time.time() - played
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the iteration soon; may be called from another thread."""
-        self._closed.set()
 
     def __iter__(self) -> Iterator[Block]:
         while self._next < len(self.lines) and not self._closed.is_set():

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.cameras.camera import Block, Settings
+from fringeforce.cameras.interruptible import Interruptible
 from fringeforce.cameras.touch import PERIOD, touch
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel
@@ -22,7 +21,7 @@ LOOP = 4096
 Script = Callable[[NDArray[Any]], NDArray[Any]]
 
 
-class SimulatedCamera:
+class SimulatedCamera(Interruptible):
     """Plays a script of forces at a line rate; what nobody collects in time is lost and counted.
 
     Parameters
@@ -55,7 +54,7 @@ class SimulatedCamera:
     ) -> None:
         if not period > 0:
             raise InputError(f"period = {period}: must be a number of seconds above 0.")
-        self.settings = settings or Settings()
+        super().__init__(settings)
         self.line_rate = self.settings.line_rate or LINE_RATE
         self.name = f"simulated touch, {self.line_rate:g} lines/s"
         self._per_loop = max(round(period * self.line_rate), 1)
@@ -65,26 +64,12 @@ class SimulatedCamera:
         self.forces = touch(times, positions) if script is None else script(times)
         self.lines: NDArray[Any] = model.expose(self.forces, rng=rng)
         self._kept = max(int(memory * self.line_rate), 2 * self.settings.block)
-        self._next = 0
-        self._closed = threading.Event()
 
     def __enter__(self) -> Self:
-        self._closed.clear()
+        super().__enter__()
         # a camera that was left goes on where it was, without losses in between
         self._start = time.time() - self._next / self.line_rate
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the iteration soon; may be called from another thread."""
-        self._closed.set()
 
     def __iter__(self) -> Iterator[Block]:
         size = self.settings.block

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fringeforce.cli.arguments import Design, Model
+from fringeforce.cli.progress import progress_bar
 
 Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
 
@@ -36,9 +36,6 @@ def calibrate(
     ] = True,
 ) -> None:
     """Make the model agree with the sensor on the bench, from frames with known loads."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.planning import next_presses
@@ -53,12 +50,7 @@ def calibrate(
     images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
     given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
     references = References(*given)
-    with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
-        task = progress.add_task("Calibrating")
-
-        def advance(title: str, done: int, expected: int) -> None:
-            progress.update(task, description=title, completed=done, total=expected)
-
+    with progress_bar("Calibrating") as advance:
         model = calibrated(
             sensor, images, forces, parameter or PARAMETERS, advance, references, columns
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from fringeforce.cli.arguments import Frames, Friction, Model, ModelError
+from fringeforce.cli.progress import progress_bar
 from fringeforce.errors import InputError
 
 
@@ -51,8 +51,6 @@ def read(
     model_error: ModelError = 0.0,
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each."""
-    from rich.progress import track
-
     from fringeforce.files import load_frames, load_model
     from fringeforce.pads.files import load_images
     from fringeforce.pads.model import PadModel
@@ -70,9 +68,11 @@ def read(
         save, draw = save_pad_readings, partial(draw_pad_readings, found.sensor)
     else:
         raise InputError("--friction and --model-error are for strips; read a pad without them.")
-    stream = reader.stream(images)
-    quiet = not sys.stderr.isatty()
-    readings: Any = list(track(stream, "Reading", total=len(images), disable=quiet))
+    readings: Any = []
+    with progress_bar() as advance:
+        for reading in reader.stream(images):
+            readings.append(reading)
+            advance("Reading", len(readings), len(images))
     statuses = save(output, readings)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
     for status in {reading.status: reading for reading in readings}:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.cli.arguments import Design
+from fringeforce.cli.progress import progress_bar
 
 
 def reproduce(
@@ -17,18 +18,10 @@ def reproduce(
     ] = Path("demo"),
 ) -> None:
     """Reproduce the paper's figures and statements as one page."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
     from fringeforce.design import load_strip
     from fringeforce.reproduction.report import reproduce
 
     sensor = load_strip(design)
-    columns = TextColumn("{task.description:<52}"), BarColumn(), MofNCompleteColumn()
-    with Progress(*columns) as progress:
-        task = progress.add_task("Characterising")
-
-        def advance(title: str, number: int, count: int) -> None:
-            progress.update(task, description=title, completed=number, total=count)
-
+    with progress_bar("Characterising", width=52) as advance:
         page = reproduce(sensor, out, advance)
     print(f"Open {page} in a browser.")

@@ -8,8 +8,16 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
-    """A bar on the terminal with an estimate of the time that is left."""
+def progress_bar(title: str = "", width: int = 24) -> Iterator[Callable[[str, int, int], None]]:
+    """A bar on the terminal with an estimate of the time that is left.
+
+    Parameters
+    ----------
+    title : str
+        Shown until the first step tells of itself.
+    width : int
+        Letters that titles have room for.
+    """
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -20,14 +28,14 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     )
 
     columns = (
-        TextColumn("{task.description:<24}"),
+        TextColumn(f"{{task.description:<{width}}}"),
         BarColumn(),
         MofNCompleteColumn(),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=not sys.stderr.isatty()) as progress:
-        task = progress.add_task("")
+        task = progress.add_task(title)
 
         def advance(title: str, done: int, expected: int) -> None:
             progress.update(task, description=title, completed=done, total=expected)

@@ -54,8 +54,7 @@ def study(
     sensor = load_strip(design)
     with progress_bar() as advance:
         found = _answer(question, sensor, load, seed, (scheduler, workers), advance)
-    print("\n".join(found.lines()))
-    print("\n" + ", ".join(str(path) for path in found.save(out)))
+    _tell(found, out)
 
 
 def sweep(
@@ -69,8 +68,7 @@ def sweep(
     plan, sensor = load_study(study)
     with _executor(scheduler, workers) as pool, progress_bar() as advance:
         found = sweep_statement(run_sweep(plan, sensor, output, pool, advance), output.stem)
-    print("\n".join(found.lines()))
-    print("\n" + ", ".join(str(path) for path in [output, *found.save(output.parent)]))
+    _tell(found, output.parent, output)
 
 
 def optimise(
@@ -95,8 +93,13 @@ def optimise(
     found = optimum_statement(best, checks, output.stem)
     drawing = output.with_suffix(".toml")
     drawing.write_text(best.sensor.to_toml(), encoding="utf-8")
+    _tell(found, output.parent, drawing, output)
+
+
+def _tell(found: Statement, folder: Path, *written: Path) -> None:
+    """Print what a study says, save it, and name all files that there are of it."""
     print("\n".join(found.lines()))
-    print("\n" + ", ".join(str(path) for path in [drawing, output, *found.save(output.parent)]))
+    print("\n" + ", ".join(str(path) for path in [*written, *found.save(folder)]))
 
 
 def _answer(

@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fringeforce.design import load_sensor, shipped_designs, shipped_pads
+from fringeforce.design import load_sensor, shipped_pads
 from fringeforce.design_parts import Part
 from fringeforce.errors import DesignError, InputError
 from fringeforce.fields import Count, Finite, Place, Range, Share
 from fringeforce.pads.contacts.random import ContactRanges
 from fringeforce.pads.design import Pad
-from fringeforce.studies.study_file import read_table
+from fringeforce.studies.study_file import design_of, read_table
 
 GOLDEN = (5**0.5 - 1) / 2
 NAMES = ("train", "validation", "test")
@@ -102,8 +102,7 @@ def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad]
     study = read_table(DatasetStudy, place)
     if not study.split.train + study.split.validation + study.split.test > 0:
         raise InputError(f"{place}: the shares of split sum up to nothing; raise one of them.")
-    shipped = study.design in {**shipped_pads(), **shipped_designs()}
-    pad = load_sensor(study.design if shipped else place.parent / study.design)
+    pad = load_sensor(design_of(study.design, place))
     if not isinstance(pad, Pad):
         raise DesignError(
             f"{study.design!r} is a strip, and data sets are of planar pads; take "

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design import Layer, Transducer
-from fringeforce.mechanics.moduli import plane_moduli
+from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
 
 Array = NDArray[np.float64]
 
@@ -31,17 +31,11 @@ _ALPHA_U, _ALPHA_W, _TAU, _SIGMA_Z = range(4)
 
 
 @dataclass(frozen=True)
-class _Layer:
+class _Layer(PlaneModuli):
     """One layer of the strip and the vectors that span its general solution."""
 
     bottom: float
     top: float
-    c11: float
-    c12: float
-
-    @property
-    def shear(self) -> float:
-        return (self.c11 - self.c12) / 2
 
     def basis(self, alpha: Array, z: Array) -> Array:
         """State vectors of the four basis solutions, shape (terms, len(z), 4 states, 4 solutions).

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design_optics import Plates
-from fringeforce.optics.jones import Jones, polariser, retarder
+from fringeforce.optics.jones import Jones, polariser, product, retarder
 
 Array = NDArray[np.float64]
 Arrangement = Literal["dark field", "bright field", "plane", "analyser"]
@@ -30,7 +30,7 @@ def quadratic_form(before: Sequence[Jones], behind: Sequence[Jones]) -> Array:
     before, behind : sequence of ndarray, shape (2, 2)
         Elements in the order in which light meets them.
     """
-    entry, leave = _product(before), _product(behind)
+    entry, leave = product(before), product(behind)
     parts = leave @ _PAULI @ entry
     # natural light is an equal mixture of two states; a perfect polariser's half counts as one
     return np.einsum("kij,lij->kl", parts, parts.conj()).real.round(14)
@@ -82,10 +82,3 @@ def signed(forms: Array) -> bool:
     """
     # near no stress, w = (A, B, 1), the intensity's slope is twice the last column
     return bool(np.linalg.matrix_rank(forms[:, :2, 2], tol=1e-6) == 2)
-
-
-def _product(elements: Sequence[Jones]) -> Jones:
-    product = np.eye(2, dtype=complex)
-    for element in elements:
-        product = element @ product
-    return product

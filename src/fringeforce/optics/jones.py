@@ -100,7 +100,7 @@ def passed(before: Sequence[Jones], phase: ArrayLike, behind: Sequence[Jones]) -
     ndarray, same shape
         One if all light passes.
     """
-    light = _product(behind) @ retarder(phase) @ _product(before)
+    light = product(behind) @ retarder(phase) @ product(before)
     # natural light is an equal mixture of any two states that are at right angles
     return (np.abs(light) ** 2).sum(axis=(-2, -1)) / 2
 
@@ -130,8 +130,9 @@ def _turned(element: Jones, angle: float) -> Jones:
     return turn @ element @ turn.T
 
 
-def _product(elements: Sequence[Jones]) -> Jones:
-    product = np.eye(2, dtype=complex)
+def product(elements: Sequence[Jones]) -> Jones:
+    """What elements do together, shape (2, 2), in the order in which light meets them."""
+    whole = np.eye(2, dtype=complex)
     for element in elements:
-        product = element @ product
-    return product
+        whole = element @ whole
+    return whole

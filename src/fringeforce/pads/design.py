@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from fringeforce.design_optics import Plates
 from fringeforce.design_parts import Converter, Design, Layer, Part, PhotoelasticLayer
@@ -80,10 +80,8 @@ class PadTactels(Part):
         return np.asarray(grid.reshape(-1, 2), dtype=np.float64)
 
 
-class PadChannel(BaseModel):
+class PadChannel(Part):
     """One picture of the pad among those that are taken together."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     wavelength: Length | None = Field(
         default=None,

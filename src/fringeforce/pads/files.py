@@ -25,6 +25,8 @@ from fringeforce.storage import (
     read,
     text,
     write,
+    write_forces,
+    write_frames,
 )
 
 if TYPE_CHECKING:
@@ -101,24 +103,12 @@ def save_images(
     forces : array_like, shape (k, n, 3), optional
         N, T_x, T_y [N].
     """
-    grey = np.asarray(images)
     x, y = pad.pixel_positions
+    places = {"y": (y, "places of the rows"), "x": (x, "places of the columns")}
     with new_file(path, IMAGES) as file:
-        write(file, "frame", np.arange(len(grey)), ("frame",), None, "number of the frame")
-        write(file, "x", x, ("x",), "m", "places of the columns")
-        write(file, "y", y, ("y",), "m", "places of the rows")
-        axes = ("frame", "y", "x")
-        if grey.ndim == 4:
-            channels = np.arange(1, grey.shape[1] + 1)
-            write(file, "channel", channels, ("channel",), None, "number of the channel")
-            axes = ("frame", "channel", "y", "x")
-        write(file, "grey", grey, axes, None, "grey levels")
+        write_frames(file, np.asarray(images), places)
         if forces is not None:
-            tactels = np.arange(1, pad.tactels.total + 1)
-            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
-            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
-            loads = np.asarray(forces, dtype=float)
-            write(file, "forces", loads, ("frame", "tactel", "component"), "N", "applied forces")
+            write_forces(file, forces, COMPONENTS, ("tactel", "component"))
 
 
 def load_images(path: PathLike) -> NDArray[Any]:

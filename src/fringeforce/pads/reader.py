@@ -13,7 +13,6 @@ from fringeforce.errors import InputError
 from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
 from fringeforce.optics.arrangement import signed
-from fringeforce.pads.batch import PadBatch
 from fringeforce.pads.fit import Fit, Start, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
@@ -21,6 +20,7 @@ from fringeforce.pads.rivals import Mirror, Verdict, weighed
 from fringeforce.pads.sampling import Sampling, lattice
 from fringeforce.pads.search import Search
 from fringeforce.pads.verdict import Judge
+from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -248,7 +248,7 @@ class PadReader:
         covariance: bool = False,
         mask: ArrayLike | None = None,
         progress: Callable[[int], None] | None = None,
-    ) -> PadBatch:
+    ) -> Batch:
         """Read a recording, each frame followed from the last.
 
         Parameters
@@ -267,13 +267,8 @@ class PadReader:
         InputError
             If the frames are none of this pad, or the mask does not fit.
         """
-        images = np.asarray(frames)
-        if images.shape[1:] != (shape := self.model.frame_shape) or images.dtype.kind not in "uif":
-            raise InputError(
-                f"A recording of shape {images.shape} and type {images.dtype} does not fit; this "
-                f"pad's are numbers of shape (frames, {', '.join(map(str, shape))})."
-            )
-        batch = PadBatch.of(len(images), self.model.sensor.tactels.total, covariance)
+        images = checked_recording(frames, self.model.frame_shape)
+        batch = Batch.of(len(images), (self.model.sensor.tactels.total, 3), covariance)
         for row, reading in enumerate(self.stream(images, mask)):
             batch.store(row, reading)
             if progress is not None:

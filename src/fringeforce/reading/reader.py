@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.force.admissible import admissible
 from fringeforce.force.certainty import SILENT, UNSETTLED
 from fringeforce.model import SensorModel
-from fringeforce.reading.batch import Batch, checked_recording, read_batch, read_on
+from fringeforce.reading.batch import Batch
 from fringeforce.reading.reading import Reading
+from fringeforce.reading.recording import prepared, read_batch, read_on
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reading.tracker import STATUSES, Track, Tracker
 
@@ -128,8 +129,7 @@ class Reader:
         covariance, mask
             As of `read_batch`.
         """
-        levels = checked_recording(self._single, frames)
-        batch = Batch.of(len(levels), self.model.sensor.tactels.count, covariance)
+        levels, batch = prepared(self._single, frames, covariance)
         read_on(self._tracker, levels, self._single.usable(mask), batch)
         return batch
 

@@ -6,11 +6,8 @@ when the process is killed at any moment, and others can read along while it gro
 
 from __future__ import annotations
 
-import json
 import os
 import re
-from datetime import UTC, datetime
-from importlib.metadata import version
 
 import h5py
 import numpy as np
@@ -21,7 +18,7 @@ from fringeforce.files import COMPONENTS
 from fringeforce.model import SensorModel
 from fringeforce.reading.reading import Status
 from fringeforce.sinks.sink import Readings, Sink
-from fringeforce.storage import FORMAT_VERSION, LIBRARIES
+from fringeforce.storage import describe, stamp
 
 CODES = {status: code for code, status in enumerate(Status)}
 CHUNK = 256
@@ -100,10 +97,7 @@ class Hdf5Sink(Sink):
 
     def _describe(self, model: SensorModel) -> None:
         file, tactels = self._file, model.sensor.tactels.positions
-        file.attrs["format"] = f"fringeforce-{'frames' if self._frames else 'readings'}"
-        file.attrs["format_version"] = FORMAT_VERSION
-        file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
-        file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
+        stamp(file, "frames" if self._frames else "readings")
         file.attrs["design"] = model.sensor.to_toml()
         self._scale("component", np.array(COMPONENTS, dtype="S"), "direction of the force")
         self._scale("tactel", tactels, "places of the tactels", "m")
@@ -123,7 +117,7 @@ class Hdf5Sink(Sink):
 
     def _scale(self, name: str, values: np.ndarray, meaning: str, unit: str = "") -> None:
         dataset = self._file.create_dataset(name, data=values)
-        _name(dataset, meaning, unit)
+        describe(dataset, meaning, unit)
         dataset.make_scale(name)
 
     def _growing(
@@ -134,7 +128,7 @@ class Hdf5Sink(Sink):
         dataset = self._file.create_dataset(
             name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(length, *shape)
         )
-        _name(dataset, meaning, unit)
+        describe(dataset, meaning, unit)
         if name == "frame":
             dataset.make_scale(name)
             return dataset
@@ -146,9 +140,3 @@ class Hdf5Sink(Sink):
         dataset = self._file[name]
         assert isinstance(dataset, h5py.Dataset)
         return dataset
-
-
-def _name(dataset: h5py.Dataset, meaning: str, unit: str) -> None:
-    dataset.attrs["long_name"] = meaning
-    if unit:
-        dataset.attrs["units"] = unit

@@ -72,7 +72,8 @@ class WebSocketSink(Sink):
     def remark(self) -> str:
         """How many clients there are and what the slow ones lost."""
         lost = f", {self._dropped} messages lost by slow clients" if self._dropped else ""
-        return f"{len(self._queues)} clients{lost}"
+        count = len(self._queues)
+        return f"{count} client{'' if count == 1 else 's'}{lost}"
 
     def write(self, readings: Readings) -> None:
         """Send a block to whoever listens; never waits for a client."""

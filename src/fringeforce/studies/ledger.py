@@ -50,7 +50,7 @@ class Ledger:
         for axis in self._axes:
             value = changes[axis.path]
             self._array(axis.path)[number] = (
-                _clipped(str(value), TEXT_BYTES) if _is_text(axis) else value
+                _clipped(str(value), TEXT_BYTES) if axis.text else value
             )
         failed = isinstance(outcome, str)
         if isinstance(outcome, str):
@@ -138,14 +138,12 @@ def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
         number = file.create_dataset("design", data=np.arange(designs))
         number.make_scale("design")
         number.attrs["long_name"] = "number of the design; 0 is the one that the study starts from"
-        numbers = {axis.path: SYMBOLS[axis.unit] for axis in axes if not _is_text(axis)} | UNITS
+        numbers = {axis.path: SYMBOLS[axis.unit] for axis in axes if not axis.text} | UNITS
         columns: dict[str, NDArray[Any]] = {
             "state": np.zeros(designs, dtype=np.uint8),
             "error": np.zeros(designs, dtype=f"S{ERROR_BYTES}"),
         }
-        columns |= {
-            axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if _is_text(axis)
-        }
+        columns |= {axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if axis.text}
         columns |= {name: np.full(designs, np.nan) for name in numbers}
         for name, values in columns.items():
             dataset = file.create_dataset(name, data=values)
@@ -153,10 +151,6 @@ def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
             if numbers.get(name):
                 dataset.attrs["units"] = numbers[name]
         file["state"].attrs["long_name"] = "0 to be done, 1 done, 2 failed"
-
-
-def _is_text(axis: Axis) -> bool:
-    return any(isinstance(choice, str) for choice in axis.choices)
 
 
 def _clipped(text: str, size: int) -> bytes:

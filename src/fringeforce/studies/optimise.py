@@ -17,7 +17,7 @@ from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.studies.evaluation import Progress, Setting, evaluate_missing
 from fringeforce.studies.ledger import Ledger, Outcome, open_ledger, read_results
-from fringeforce.studies.performance import Performance
+from fringeforce.studies.performance import NAMES, Performance
 from fringeforce.studies.sampling import Axis, changes
 from fringeforce.studies.study_file import LARGER_IS_BETTER, Search, StudyFile
 from fringeforce.studies.sweep import Columns, Sweep, meets, prepared, start
@@ -181,8 +181,6 @@ def _best(
     found: dict[str, Any] = {}
     for one in axes:
         value = columns[one.path][best]
-        text = bool(one.choices) and isinstance(one.choices[0], str)
-        found[one.path] = str(value) if text else int(value) if one.whole else float(value)
-    names = Performance.__dataclass_fields__
-    reached = Performance(**{name: float(columns[name][best]) for name in names})
+        found[one.path] = str(value) if one.text else int(value) if one.whole else float(value)
+    reached = Performance(**{name: float(columns[name][best]) for name in NAMES})
     return Optimum(sensor.replace(**found), reached, before, sweep, best)

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from fringeforce.force.bounds import covariance, cramer_rao_bound
+from fringeforce.force.bounds import cramer_rao_bound
 from fringeforce.model import SensorModel
 from fringeforce.studies.loads import load_maps
+from fringeforce.studies.performance import covariances
 from fringeforce.studies.statement import Statement
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ def resolution(model: SensorModel, loads: Array) -> Resolution:
     """Bounds, deviations and crosstalk of a model under given loads, shape (k, 2, n) [N]."""
     psi = model.frame_influence
     phases = loads.reshape(len(loads), -1) @ psi.T
-    spreads = np.array([covariance(phase, psi, model.response) for phase in phases])
+    spreads = covariances(model, loads)
     std = np.sqrt(np.diagonal(spreads, axis1=1, axis2=2))
     correlation = spreads / (std[:, :, None] * std[:, None, :])
     bound = np.array([cramer_rao_bound(phase, psi, model.response) for phase in phases])

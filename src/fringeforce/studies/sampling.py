@@ -51,6 +51,11 @@ class Axis:
     choices: tuple[Value, ...]
     points: int
 
+    @property
+    def text(self) -> bool:
+        """Whether its values are words."""
+        return any(isinstance(choice, str) for choice in self.choices)
+
     def value(self, share: float) -> Value:
         """Value at a share from 0 to 1 of the way from low to high, or of the choices."""
         if self.choices:

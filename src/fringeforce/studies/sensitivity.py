@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from scipy.stats import sobol_indices, uniform
 
-from fringeforce.calibration.design_tangent import design_tangent, design_value
+from fringeforce.calibration.design_entries import design_value
+from fringeforce.calibration.design_tangent import design_tangent
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.force.bounds import fisher_information

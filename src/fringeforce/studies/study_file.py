@@ -7,9 +7,10 @@ import os
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AllowInfNan, BaseModel, Field, model_validator
 
-from fringeforce.design import Sensor, load_strip, shipped_designs
+from fringeforce.design import Sensor, load_strip, shipped_designs, shipped_pads
+from fringeforce.design_parts import Part
 from fringeforce.design_text import toml_values
 from fringeforce.errors import InputError
 from fringeforce.fields import Count, Finite, Length
@@ -22,11 +23,7 @@ Table = TypeVar("Table", bound=BaseModel)
 LARGER_IS_BETTER = ("largest_load",)
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Parameter(_Table):
+class Parameter(Part):
     """A design value that is varied: between two values, or over choices."""
 
     path: str = Field(description='dotted path in a design, such as "transducer.length"')
@@ -46,14 +43,14 @@ class Parameter(_Table):
         return self
 
 
-class Sampling(_Table):
+class Sampling(Part):
     """How designs of a sweep are chosen."""
 
     method: Literal["grid", "latin-hypercube", "sobol"] = "latin-hypercube"
     designs: Count = Field(default=100, description="number of designs; a grid has its points")
 
 
-class Search(_Table):
+class Search(Part):
     """How a best design is sought."""
 
     objective: Objective = Field(description="what is to be as small, or as large, as possible")
@@ -61,7 +58,7 @@ class Search(_Table):
     verify: Count = Field(default=1000, description="noisy frames that the best design must read")
 
 
-class Constraints(_Table):
+class Constraints(Part):
     """What no design may exceed; a design without them is free."""
 
     strain: Finite | None = Field(default=None, gt=0, description="at the working load")
@@ -73,7 +70,7 @@ class Constraints(_Table):
         return self.model_dump(exclude_none=True)
 
 
-class StudyFile(_Table):
+class StudyFile(Part):
     """A sweep or an optimisation."""
 
     design: str = Field(description="shipped design, or a file beside the study, to start from")
@@ -99,8 +96,13 @@ def load_study(path: str | os.PathLike[str]) -> tuple[StudyFile, Sensor]:
         If a file is missing or has problems; all of them are in the message.
     """
     study = read_table(StudyFile, Path(path))
-    shipped = study.design in shipped_designs()
-    return study, load_strip(study.design if shipped else Path(path).parent / study.design)
+    return study, load_strip(design_of(study.design, Path(path)))
+
+
+def design_of(name: str, study: Path) -> str | Path:
+    """The design that a study file names: a shipped one, or a file beside the study."""
+    shipped = name in {**shipped_designs(), **shipped_pads()}
+    return name if shipped else study.parent / name
 
 
 def read_table(model: type[Table], path: Path) -> Table:
