@@ -113,7 +113,22 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
         Filled; of the covariances only what is wanted.
     """
     strip, place = Pixels(*state[0]), Standing(*state[1], Room(*state[2]))
-    memory, limits = Remembered(*state[3]), state[4]
+    # in a function of its own, where the loops need not count who holds the arrays
+    return _follow_all(
+        strip,
+        place,
+        Remembered(*state[3]),
+        state[4],
+        silent,
+        frames,
+        wanted,
+        (loads, covariances, reports, verdicts),
+    )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _follow_all(strip, place, memory, limits, silent, frames, wanted, found) -> int:
+    loads, covariances, reports, verdicts = found
     mean, known = memory.mean, memory.known
     for i in range(len(frames)):
         if silent:
