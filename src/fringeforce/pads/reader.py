@@ -17,7 +17,7 @@ from fringeforce.pads.batch import PadBatch
 from fringeforce.pads.fit import Curvature, Fit, Start, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
-from fringeforce.pads.rivals import Mirror, Verdict, weighed
+from fringeforce.pads.rivals import Mirror, Verdict, are_apart, weighed
 from fringeforce.pads.sampling import Sampling, lattice
 from fringeforce.pads.search import Search
 from fringeforce.pads.verdict import Judge
@@ -168,7 +168,9 @@ class PadReader:
                 if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
                     tops.append(fit.climb(start))
             tops.sort(key=lambda top: top.misfit.loss)
-            if tops[0] is likeliest:
+            # what returned to where it was an image of has the same images again
+            known = likeliest.curvature.information
+            if not are_apart(tops[0].forces, likeliest.forces, known):
                 break
         return tops
 
