@@ -99,7 +99,7 @@ class PadInfluence:
         n = self._bases[0].shape[1]
         result = np.zeros((2, self.modes, len(x), n), dtype=np.float32)
         for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
-            shaped = part.reshape(2, self.modes, -1, part.shape[1])
+            shaped = part.reshape(2, self.modes, len(self.y) * len(self.x) // 4, part.shape[1])
             for field, own in enumerate(FIELDS):
                 weights = _folded_weights(along, across, _signs(parity, own))
                 for mode in range(self.modes):
@@ -175,7 +175,8 @@ def compressed(
                 kept += 4 * float((quarter**2).sum())
                 spline = _quarter_spline(solid, quarter, _signs(parity, FIELDS[field]))
                 part[field, mode] = np.moveaxis(spline, 0, -1)
-    quarters = tuple(part.reshape(-1, part.shape[-1]) for part in parts)
+    # a pad of one tactel has no load of one of the parities
+    quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
     influence = PadInfluence(count, solid.x, solid.y, profile, quarters)
     return influence, left_out, float(np.sqrt(max(1 - kept / total, 0.0)))
 
