@@ -4,7 +4,8 @@ Section mechanics: all 363 unit loads of the shipped pad of 25 x 25 mm with 11 x
 256 x 256 pixels, from the design to the model, one process each; and by how much psi changes from
 elements of one order less.  Section refinement: a smaller pad whose loads are
 as near to its sides, against finer elements of a higher order, for covers that are nearly
-incompressible.  Section strip: the paper's strip in three dimensions against elements of a higher
+incompressible.  Section locking: a small pad with covers ever nearer to incompressible, order by
+order.  Section strip: the paper's strip in three dimensions against elements of a higher
 order.  Errors are those of depth integrals of sigma_x - sigma_y and 2 tau_xy together, for the
 worst unit load: root mean square over the pad over its own, and largest over its own peak.  Run
 with the names of sections; all by default.
@@ -133,6 +134,29 @@ def refinement(console: Console) -> None:
         console.print(table)
 
 
+def locking(console: Console) -> None:
+    """Elements that locked would err the more, the less a cover can be compressed."""
+    layers, ratios = STRIP_DESIGN.transducer, (0.49, 0.499, 0.4999)
+    patches = Patches(np.array([[0.8e-3, -0.5e-3], [-0.5e-3, 0.2e-3]]), 1e-3)
+    x, y = np.linspace(-2.4e-3, 2.4e-3, 21), np.linspace(-1.9e-3, 1.9e-3, 17)
+    found: dict[int, list[Array]] = {}
+    for order in (2, 3, 4, 5, 6):
+        mesh, found[order] = replace(DEFAULT, order=order), []
+        for ratio in ratios:
+            cover = layers.compliant.model_copy(update={"poissons_ratio": ratio})
+            block = Block(5e-3, 4e-3, cover, layers.photoelastic, "free")
+            found[order].append(integrals(sided_influence(block, patches, x, y, mesh=mesh)))
+    title = "2 tactels on 5 x 4 mm, free sides: root mean square beside order 6, worst of 6 loads"
+    table = Table(title=title)
+    for head in ("elements", *(f"cover's nu = {ratio}" for ratio in ratios)):
+        table.add_column(head, justify="right")
+    references = found.pop(6)
+    for order, columns in found.items():
+        pairs = zip(columns, references, strict=True)
+        table.add_row(f"order {order}", *(f"{errors(*pair)[0]:.2%}" for pair in pairs))
+    console.print(table)
+
+
 def strip(console: Console) -> None:
     forces, x = ff.polar(1.0, 10, 11), np.linspace(-12.45e-3, 12.45e-3, 500)
     half = STRIP_DESIGN.transducer.width / 2
@@ -161,6 +185,7 @@ def strip(console: Console) -> None:
 SECTIONS: dict[str, Callable[[Console], None]] = {
     "mechanics": mechanics,
     "refinement": refinement,
+    "locking": locking,
     "strip": strip,
 }
 

@@ -96,7 +96,9 @@ def test_derivatives_of_an_image_are_finite_differences(
 def test_single_pixels_agree_with_images(model: PadModel, forces: np.ndarray) -> None:
     few, modes = lattice(model, 17), model.modes(forces)
     every = modes.reshape(*modes.shape[:2], -1)
-    np.testing.assert_allclose(few.modes(forces.ravel()), every[:, :, few.pixels], atol=2e-5)
+    # images are computed by numbers of 16 bits
+    apart = 5e-5 * np.abs(every).max()
+    np.testing.assert_allclose(few.modes(forces.ravel()), every[:, :, few.pixels], atol=apart)
 
 
 def jacobian(model: PadModel, forces: np.ndarray, size: float = 2e-2) -> np.ndarray:

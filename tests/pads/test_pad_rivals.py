@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fringeforce.force.likelihood import Misfit
-from fringeforce.pads.fit import Place, Top
+from fringeforce.pads.fit import Curvature, Place, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reader import PadReader
 from fringeforce.pads.rivals import Mirror, weighed
@@ -90,7 +90,7 @@ def test_a_frame_that_two_loads_explain_names_both(noisy: PadModel) -> None:
 def top(forces: list[float], loss: float) -> Top:
     one = np.zeros(1)
     place = Place(np.array(forces), np.zeros((2, 1, 1, 1), np.float32), [], one)
-    return Top(np.array(forces), np.eye(3), place, Misfit(loss, one, one))
+    return Top(np.array(forces), Curvature(np.eye(3)), place, Misfit(loss, one, one))
 
 
 def test_rivals_are_weighed_by_their_likelihoods() -> None:

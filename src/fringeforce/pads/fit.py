@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ NEAR = 3.0
 below which it is the last."""
 SLOW = 0.1
 """Share of a promise left after a step, above which the matrix is computed again."""
+STALE = 0.01
+"""The same for a matrix of an earlier frame, before the last step."""
 RIDGE, MASKED = 1e-9, 1e-6
 """Shares of the mean information that keep steps finite where a load leaves no trace, and where a
 mask may hide it, beyond what sums in single precision leave."""
@@ -50,11 +53,11 @@ class Start:
     forces: Array
     modes: Single
 
-    def plus(self, share: float, other: Start) -> Start:
-        """The sum with a share of another, for retardance follows forces."""
-        modes = np.float32(share) * other.modes
-        modes += self.modes
-        return Start(self.forces + share * other.forces, modes)
+    def onward(self, share: float, before: Start) -> Start:
+        """A share of the way from another to here further on, for retardance follows forces."""
+        modes = np.float32(1 + share) * self.modes
+        modes -= np.float32(share) * before.modes
+        return Start(self.forces + share * (self.forces - before.forces), modes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +77,37 @@ class Place(Start):
 
 
 @dataclass(frozen=True, eq=False)
+class Curvature:
+    """Half the expected second derivative of a loss.
+
+    Attributes
+    ----------
+    information : ndarray, shape (3 n, 3 n)
+        The matrix [1/N^2].
+    """
+
+    information: Array
+
+    @cached_property
+    def _factor(self) -> Array | None:
+        return _factor(self.information)
+
+    def step(self, gradient: Array, damping: float = 0.0) -> tuple[Array, float]:
+        """Newton's step, shape (3 n,) [N], and the gain of the loss that it promises.
+
+        Not numbers where there is none.
+        """
+        factor = self._factor
+        if damping:
+            diagonal = damping * np.diag(self.information)
+            factor = _factor(self.information + np.diag(diagonal))
+        if factor is None:
+            return np.full_like(gradient, np.nan), np.nan
+        step = -cho_solve((factor, False), gradient, check_finite=False)
+        return step, float(-(step @ gradient))
+
+
+@dataclass(frozen=True, eq=False)
 class Top:
     """Where the likelihood is largest.
 
@@ -81,8 +115,8 @@ class Top:
     ----------
     forces : ndarray, shape (3 n,)
         N, T_x, T_y of tactel after tactel [N].
-    information : ndarray, shape (3 n, 3 n)
-        Matrix last used [1/N^2].
+    curvature : Curvature
+        Last used.
     place : Place
         Where all was evaluated last, a small step away.
     misfit : Misfit
@@ -90,7 +124,7 @@ class Top:
     """
 
     forces: Array
-    information: Array
+    curvature: Curvature
     place: Place
     misfit: Misfit
 
@@ -144,11 +178,11 @@ class Fit:
         """Half the derivative of the loss, shape (3 n,), exact."""
         scale = np.float32(self.response.amplitude / np.sqrt(self.response.variance))
         pulls = (scale * left.slope.astype(np.float32)).reshape(len(place.lights), -1)
-        by_modes = sum(
+        by_modes = [
             self.model.picture_adjoint(place.modes, picture, light, pull)
             for picture, light, pull in zip(self.model.pictures, place.lights, pulls, strict=True)
-        )
-        return self.model.modes_adjoint(np.asarray(by_modes, dtype=np.float32)).ravel()
+        ]
+        return self.model.modes_adjoint(reduce(np.add, by_modes)).ravel()
 
     def information(self, place: Place) -> Array:
         """Half the expected second derivative of the loss, shape (3 n, 3 n), from some pixels."""
@@ -162,7 +196,9 @@ class Fit:
         total[np.diag_indices(len(total))] += ridge * np.trace(total) / len(total)
         return total
 
-    def climb(self, start: Array | Start, steps: int = 20) -> Top:
+    def climb(
+        self, start: Array | Start, steps: int = 20, curvature: Curvature | None = None
+    ) -> Top:
         """Climb from forces that are nearly right.
 
         Parameters
@@ -171,29 +207,31 @@ class Fit:
             Forces [N], or with their retardance.
         steps : int
             Largest number of steps.
+        curvature : Curvature, optional
+            Of a place near by; computed if not given.
         """
         here = self.place(start) if isinstance(start, Start) else self.at(start)
-        left, information = self.misfit(here), self.information(here)
-        damping, promised = 0.0, np.inf
+        left, given = self.misfit(here), curvature is not None
+        curvature = curvature or Curvature(self.information(here))
+        fresh, damping, promised = not given, 0.0, np.inf
         for _ in range(steps):
-            gradient, before, fresh = self.gradient(here, left), promised, promised == np.inf
-            step = _step(information, gradient, damping)
-            promised = float(-(step @ gradient))
+            gradient, before = self.gradient(here, left), promised
+            step, promised = curvature.step(gradient, damping)
+            last = promised < CLOSE * len(step)
+            if promised > (STALE if last and given else SLOW) * before:
+                curvature, fresh, given = Curvature(self.information(here)), True, False
+                step, promised = curvature.step(gradient, damping)
+                last = promised < CLOSE * len(step)
             if not np.isfinite(promised):
                 # retardance beyond what the optics are computed for
                 break
-            if promised < CLOSE * len(step):
-                return Top(here.forces + step, information, here, left)
-            if promised > SLOW * before and not fresh:
-                information, fresh = self.information(here), True
-                step = _step(information, gradient, damping)
-                if not np.isfinite(step).all():
-                    break
+            if last:
+                return Top(here.forces + step, curvature, here, left)
             there = self.at(here.forces + step)
             beyond = self.misfit(there)
             while not beyond.loss < left.loss and damping < 1e6:
                 damping, fresh = max(10 * damping, 1e-3), False
-                step = _step(information, gradient, damping)
+                step, _ = curvature.step(gradient, damping)
                 if not np.isfinite(step).all():
                     break
                 there = self.at(here.forces + step)
@@ -203,16 +241,13 @@ class Fit:
             here, left = there, beyond
             if fresh and not damping and promised < NEAR * len(step):
                 break
-            damping = damping / 10 if damping > 1e-3 else 0.0
-        return Top(here.forces, information, here, left)
+            damping, fresh = damping / 10 if damping > 1e-3 else 0.0, False
+        return Top(here.forces, curvature, here, left)
 
 
-def _step(information: Array, gradient: Array, damping: float) -> Array:
-    damped = information
-    if damping:
-        damped = information + np.diag(damping * np.diag(information))
+def _factor(matrix: Array) -> Array | None:
+    """Cholesky's, upper triangle, or None."""
     try:
-        factor = cho_factor(damped, check_finite=False)
+        return cho_factor(matrix, check_finite=False)[0]
     except LinAlgError:
-        return np.full_like(gradient, np.nan)
-    return -cho_solve(factor, gradient, check_finite=False)
+        return None

@@ -17,6 +17,7 @@ from scipy.sparse import csr_array
 from fringeforce.errors import InputError
 from fringeforce.mechanics.solid.block import SolidInfluence
 from fringeforce.pads import splines
+from fringeforce.pads.packed import Packed
 from fringeforce.pads.symmetry import FIELDS, PARITIES, fold, load_basis, unfold
 
 Array = NDArray[np.float64]
@@ -56,6 +57,10 @@ class PadInfluence:
     def _bases(self) -> tuple[Single, ...]:
         return tuple(load_basis(self.count, p).astype(np.float32) for p in PARITIES)
 
+    @cached_property
+    def _packed(self) -> tuple[Packed, ...]:
+        return tuple(Packed.of(part) for part in self.quarters)
+
     def coefficients(self, forces: NDArray[np.floating]) -> Single:
         """Spline coefficients of the modes under forces.
 
@@ -72,8 +77,8 @@ class PadInfluence:
         ny, nx = len(self.y), len(self.x)
         whole = np.zeros((2, self.modes, ny, nx), dtype=np.float32)
         loads = forces.astype(np.float32)
-        for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
-            quarter = (part @ (patterns @ loads)).reshape(2, self.modes, ny // 2, nx // 2)
+        for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
+            quarter = part.product(patterns @ loads).reshape(2, self.modes, ny // 2, nx // 2)
             for field, own in enumerate(FIELDS):
                 unfold(quarter[field], _signs(parity, own), whole[field])
         return whole
@@ -81,11 +86,11 @@ class PadInfluence:
     def adjoint(self, coefficients: Single) -> Array:
         """The transpose of `coefficients`, shape (2, modes, ny, nx) to (3 n,)."""
         total = np.zeros(self._bases[0].shape[1])
-        for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
+        for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
             quarter = np.stack(
                 [fold(coefficients[f], _signs(parity, own)) for f, own in enumerate(FIELDS)]
             )
-            total += patterns.T @ (quarter.reshape(-1) @ part)
+            total += patterns.T @ part.adjoint(quarter.ravel())
         return total
 
     def matrix(self, x: Array, y: Array) -> Single:
@@ -94,7 +99,7 @@ class PadInfluence:
         n = self._bases[0].shape[1]
         result = np.zeros((2, self.modes, len(x), n), dtype=np.float32)
         for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
-            shaped = part.reshape(2, self.modes, -1, part.shape[1])
+            shaped = part.reshape(2, self.modes, len(self.y) * len(self.x) // 4, part.shape[1])
             for field, own in enumerate(FIELDS):
                 weights = _folded_weights(along, across, _signs(parity, own))
                 for mode in range(self.modes):
@@ -170,7 +175,8 @@ def compressed(
                 kept += 4 * float((quarter**2).sum())
                 spline = _quarter_spline(solid, quarter, _signs(parity, FIELDS[field]))
                 part[field, mode] = np.moveaxis(spline, 0, -1)
-    quarters = tuple(part.reshape(-1, part.shape[-1]) for part in parts)
+    # a pad of one tactel has no load of one of the parities
+    quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
     influence = PadInfluence(count, solid.x, solid.y, profile, quarters)
     return influence, left_out, float(np.sqrt(max(1 - kept / total, 0.0)))
 

@@ -91,10 +91,13 @@ class PadModel:
         return Lens.of(self.sensor)
 
     @cached_property
-    def _pixels(self) -> tuple[Single, Single]:
-        x, y = self.sensor.pixel_positions
-        matrices = splines.basis(self.influence.y, y), splines.basis(self.influence.x, x)
-        return matrices[0].astype(np.float32), matrices[1].astype(np.float32)
+    def _rows(self) -> splines.Band:
+        return splines.Band.of(self.influence.y, self.sensor.pixel_positions[1])
+
+    @cached_property
+    def _columns(self) -> Single:
+        x = self.sensor.pixel_positions[0]
+        return splines.basis(self.influence.x, x).astype(np.float32)
 
     @cached_property
     def profile(self) -> Single:
@@ -114,15 +117,19 @@ class PadModel:
         ndarray, shape (2, modes, rows, columns)
             (A, B) of every profile, at the polariscope's wavelength [rad].
         """
-        rows, columns = self._pixels
         grid = self.influence.coefficients(self.checked(forces, single=True).ravel())
-        return np.asarray(rows @ grid @ columns.T, dtype=np.float32)
+        # one large product is faster than many small ones
+        across = (grid.reshape(-1, grid.shape[-1]) @ self._columns.T).reshape(
+            -1, grid.shape[-2], len(self._columns)
+        )
+        return self._rows.values(across).reshape(*grid.shape[:2], *self._image)
 
     def modes_adjoint(self, gradient: Single) -> Array:
         """The transpose of `modes`, shape (2, modes, rows, columns) to (n, 3)."""
-        rows, columns = self._pixels
-        grid = np.asarray(rows.T @ gradient @ columns, dtype=np.float32)
-        return self.influence.adjoint(grid).reshape(-1, 3)
+        across = self._rows.adjoint(gradient.reshape(-1, *self._image))
+        grid = across.reshape(-1, across.shape[-1]) @ self._columns
+        shape = *gradient.shape[:2], across.shape[1], -1
+        return self.influence.adjoint(grid.reshape(shape)).reshape(-1, 3)
 
     def slices(self, forces: ArrayLike) -> Single:
         """Single-pass retardance of every slice at every pixel, at the polariscope's wavelength.

@@ -13,10 +13,10 @@ from fringeforce.errors import InputError
 from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
 from fringeforce.optics.arrangement import signed
-from fringeforce.pads.fit import Fit, Start, Top
+from fringeforce.pads.fit import Curvature, Fit, Start, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
-from fringeforce.pads.rivals import Mirror, Verdict, weighed
+from fringeforce.pads.rivals import Mirror, Verdict, are_apart, weighed
 from fringeforce.pads.sampling import Sampling, lattice
 from fringeforce.pads.search import Search
 from fringeforce.pads.verdict import Judge
@@ -168,7 +168,9 @@ class PadReader:
                 if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
                     tops.append(fit.climb(start))
             tops.sort(key=lambda top: top.misfit.loss)
-            if tops[0] is likeliest:
+            # what returned to where it was an image of has the same images again
+            known = likeliest.curvature.information
+            if not are_apart(tops[0].forces, likeliest.forces, known):
                 break
         return tops
 
@@ -195,13 +197,12 @@ class PadReader:
         return self._followed(levels, last.forces.ravel(), judge)[0]
 
     def _followed(
-        self, levels: Array, start: Array | Start, judge: Judge
+        self, levels: Array, start: Array | Start, judge: Judge, known: Curvature | None = None
     ) -> tuple[PadReading, Top]:
         """Reading of a frame from a start, or searched, and where it was followed to."""
-        fit = self._fit(levels, self._following, judge)
-        top = fit.climb(start, steps=6)
+        top = self._fit(levels, self._following, judge).climb(start, 6, known)
         if judge.explained(top):
-            verdict = Verdict(top.forces, top.information, np.empty((0, len(top.forces))))
+            verdict = Verdict(top.forces, top.curvature.information, np.empty((0, len(top.forces))))
             return judge.reading(levels, top, verdict, tracked=True), top
         return self._searched(levels, None, judge)
 
@@ -224,7 +225,7 @@ class PadReader:
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
     ) -> Iterator[PadReading]:
         """Readings of frames one after the other, each followed from the last."""
-        judge, here = self._judge(mask), None
+        judge, here, known = self._judge(mask), None, None
         ahead: Start | None = None
         for frame in frames:
             levels = judge.checked(frame)
@@ -234,12 +235,13 @@ class PadReader:
             if ahead is None:
                 reading, top = self._searched(levels, None, judge)
             else:
-                reading, top = self._followed(levels, ahead, judge)
+                reading, top = self._followed(levels, ahead, judge, known)
+            known = top.curvature
             before, here = here, top.place if reading.status in _FOLLOWED else None
             ahead = here
             if here is not None and before is not None and reading.tracked:
                 # a steady motion goes on; noise, which a difference doubles, counts less
-                ahead = here.plus(KEPT, here.plus(-1.0, before))
+                ahead = here.onward(KEPT, before)
             yield reading
 
     def read_batch(

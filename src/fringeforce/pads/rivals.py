@@ -74,7 +74,7 @@ def weighed(tops: Sequence[Top], information: Array) -> Verdict:
     distinct = [
         k
         for k, load in enumerate(loads)
-        if all(_apart(load, other, information) for other in loads[:k])
+        if all(are_apart(load, other, information) for other in loads[:k])
     ]
     if len(distinct) == 1:
         return Verdict(loads[0], information, np.empty((0, len(deviations))))
@@ -90,7 +90,8 @@ def weighed(tops: Sequence[Top], information: Array) -> Verdict:
     return Verdict(mean, np.linalg.inv(spread + rooted.T @ rooted), found[:0])
 
 
-def _apart(one: Array, other: Array, information: Array) -> bool:
+def are_apart(one: Array, other: Array, information: Array) -> bool:
+    """Whether two explanations, shape (3 n,), are more than noise around one."""
     difference = one - other
     return bool(difference @ information @ difference > SAME * len(one))
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 DEGREE = 5
 
 
@@ -20,3 +24,65 @@ def basis(samples: Array, points: Array) -> Array:
     knots = make_interp_spline(samples, np.zeros(len(samples)), DEGREE).t
     inside = np.clip(points, samples[0], samples[-1])
     return BSpline.design_matrix(inside, knots, DEGREE).toarray()
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A matrix from coefficients to values, of which each row has few neighbours that are not zero.
+
+    Attributes
+    ----------
+    count : int
+        Number of coefficients.
+    first : ndarray of int, shape (m,)
+        The first coefficient that is used, of every row.
+    weights : ndarray, shape (m, DEGREE + 1)
+        What it and the next add.
+    """
+
+    count: int
+    first: NDArray[np.intp]
+    weights: Single
+
+    @classmethod
+    def of(cls, samples: Array, points: Array) -> Band:
+        """That of `basis`."""
+        dense = basis(samples, points)
+        first = np.minimum((dense != 0).argmax(axis=1), len(samples) - DEGREE - 1)
+        weights = np.take_along_axis(dense, first[:, None] + np.arange(DEGREE + 1), axis=1)
+        return cls(len(samples), first, weights.astype(np.float32))
+
+    def values(self, coefficients: Single) -> Single:
+        """From coefficients, shape (k, count, c), to values, shape (k, m, c)."""
+        found = np.empty((len(coefficients), len(self.first), coefficients.shape[2]), np.float32)
+        _spread(coefficients, self.first, self.weights, found)
+        return found
+
+    def adjoint(self, values: Single) -> Single:
+        """The transpose of `values`."""
+        found = np.zeros((len(values), self.count, values.shape[2]), np.float32)
+        _gather(values, self.first, self.weights, found)
+        return found
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def _spread(coefficients, first, weights, values) -> None:
+    for k in range(len(values)):
+        for i in range(len(first)):
+            values[k, i] = 0
+            for j in range(weights.shape[1]):
+                _add(values[k, i], weights[i, j], coefficients[k, first[i] + j])
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def _gather(values, first, weights, coefficients) -> None:
+    for k in range(len(values)):
+        for i in range(len(first)):
+            for j in range(weights.shape[1]):
+                _add(coefficients[k, first[i] + j], weights[i, j], values[k, i])
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def _add(target, share, source) -> None:
+    for i in range(len(target)):
+        target[i] += share * source[i]

@@ -7,6 +7,7 @@ in y has stresses that are so as well, and the four kinds together make up any l
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -48,14 +49,10 @@ def unfold(
 ) -> None:
     """Add a quarter of the pad, shape (..., h, w), and its mirror images to the whole pad's field.
 
-    Rows are along y, columns along x; the whole has the shape (..., 2 h, 2 w).
+    Rows are along y, columns along x; the whole has the shape (..., 2 h, 2 w) and is contiguous.
     """
     h, w = quarter.shape[-2:]
-    x, y = (np.asarray(sign, dtype=quarter.dtype) for sign in signs)
-    whole[..., :h, :w] += quarter
-    whole[..., :h, w:] += x * quarter[..., ::-1]
-    whole[..., h:, :w] += y * quarter[..., ::-1, :]
-    whole[..., h:, w:] += x * y * quarter[..., ::-1, ::-1]
+    _unfold(quarter.reshape(-1, h, w), *signs, whole.reshape(-1, 2 * h, 2 * w))
 
 
 def fold(whole: NDArray[np.floating], signs: tuple[int, int]) -> NDArray[np.floating]:
@@ -64,3 +61,17 @@ def fold(whole: NDArray[np.floating], signs: tuple[int, int]) -> NDArray[np.floa
     x, y = (np.asarray(sign, dtype=whole.dtype) for sign in signs)
     rows = whole[..., :h, :] + y * whole[..., : h - 1 : -1, :]
     return rows[..., :w] + x * rows[..., : w - 1 : -1]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _unfold(quarter, x, y, whole) -> None:
+    x, y = quarter.dtype.type(x), quarter.dtype.type(y)
+    _, rows, columns = whole.shape
+    for k in range(len(quarter)):
+        for i in range(quarter.shape[1]):
+            for j in range(quarter.shape[2]):
+                value = quarter[k, i, j]
+                whole[k, i, j] += value
+                whole[k, i, columns - 1 - j] += x * value
+                whole[k, rows - 1 - i, j] += y * value
+                whole[k, rows - 1 - i, columns - 1 - j] += x * y * value

@@ -1,5 +1,7 @@
 """What free and bonded sides change: equilibrium, the limit of rollers, and elements for all."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -54,6 +56,23 @@ def test_rollers_change_nothing_of_the_exact_series() -> None:
     exact = stress_influence(block, PATCHES, x, x, 3)
     for one, other in ((found.difference, exact.difference), (found.shear, exact.shear)):
         np.testing.assert_allclose(one, other, atol=1e-6 * np.abs(other).max())
+
+
+def test_a_cover_that_is_nearly_incompressible_does_not_lock_the_bricks() -> None:
+    block, x = _block("free"), np.linspace(-1.8e-3, 1.8e-3, 7)
+    apart = {}
+    for ratio in (0.45, 0.499):
+        cover = block.compliant.model_copy(update={"poissons_ratio": ratio})
+        one = replace(block, compliant=cover)
+        coarse, fine = (
+            sided_influence(one, PATCHES, x, x, 3, mesh=SideGrading(order=order))
+            for order in (3, 4)
+        )
+        size = np.sqrt((fine.difference**2).mean())
+        apart[ratio] = np.sqrt(((coarse.difference - fine.difference) ** 2).mean()) / size
+    # elements that lock err by as much more as the cover is stiffer against pressure: fifty times
+    assert apart[0.499] < 0.05
+    assert apart[0.499] < 2 * apart[0.45]
 
 
 def test_loads_that_come_near_a_side_ask_for_smaller_bricks() -> None:
