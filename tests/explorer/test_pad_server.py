@@ -131,7 +131,8 @@ def test_a_sketch_is_the_library_s_retardance_on_its_pixels(
     sketch, forces = Sketch.of(seen), truth(model, *contacts)
     expected = seen.modes(forces)
     assert sketch.modes(forces).shape == expected.shape
-    bound = 1e-5 * np.abs(expected).max()
+    # the library keeps influences in 16 bits: off by 1.5e-5 of the largest at most, for each load
+    bound = 5e-5 * np.abs(expected).max()
     np.testing.assert_allclose(sketch.modes(forces), expected, atol=bound)
     np.testing.assert_allclose(sketch.slices(forces), seen.slices(forces), atol=5 * bound)
 
