@@ -29,6 +29,5 @@ def test_deviations_are_those_of_all_pixels_whatever_the_fringes_and_dead_ones(
     gather(strip.layout.lay(slope**2), strip.shares, weight)
     shared = np.linalg.inv((nodes * weight) @ nodes.T)
     np.testing.assert_allclose(np.diag(shared), np.diag(exact), rtol=EXACT)
-    # sums in single precision leave the direction that the frame says least of to rounding
     found = covariance_at(strip, loads)
-    np.testing.assert_allclose(np.diag(found), np.diag(exact), rtol=2 * EXACT)
+    np.testing.assert_allclose(np.diag(found), np.diag(exact), rtol=EXACT)
