@@ -130,6 +130,18 @@ def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> No
     assert np.mean(sure) > 0.7
 
 
+def test_what_one_frame_leaves_open_many_together_settle(model) -> None:
+    place = model.sensor.tactels.positions
+    for seed in (1, 2):
+        weak = 0.1 * np.exp(-0.5 * ((place - 1e-3 * seed) / 1.5e-3) ** 2)
+        forces = np.stack([weak, 0.1 * weak])
+        frames = model.expose(np.tile(forces, (400, 1, 1)), rng=seed)
+        assert ff.Status.AMBIGUOUS in [model.read(frame).status for frame in frames[:12]]
+        batch = ff.Reader(model).read_batch(frames, workers=1)
+        assert (batch.status[200:] == ff.Status.OK).all()
+        assert (np.abs(batch.forces - forces) < 6 * batch.std)[200:].all()
+
+
 def test_few_pixels_are_followed_and_are_no_mismatch(sensor) -> None:
     model = ff.characterize(sensor.replace(**{"camera.pixels": 512}))
     forces = slow_touch(300)

@@ -14,6 +14,7 @@ from fringeforce.force.vector_loops import (
     Single,
     add_products,
     combine,
+    confront,
     expose,
     gather,
     interpolate,
@@ -88,13 +89,22 @@ def take(strip, frame, room) -> None:
     room.new[0] = same < len(order)
     for i in range(len(order)):
         grey[order[i]] = frame[i]
-    if floor > -np.inf or ceiling < np.inf:
-        inverse, hidden = strip.inverse, room.hidden
-        hidden[0], room.root[:] = 0, 1
-        for i in range(len(order)):
-            if inverse[order[i]] > 0 and (frame[i] <= floor or frame[i] >= ceiling):
-                hidden[0] += 1
-                hidden[hidden[0]] = order[i]
+    if room.hidden[0] > 0:
+        room.hidden[0], room.root[:] = 0, 1
+    clipped = 0
+    for i in range(len(order)):
+        clipped += (frame[i] <= floor) | (frame[i] >= ceiling)
+    if clipped:
+        _find_clipped(strip, frame, room.hidden)
+
+
+@njit(cache=True, error_model="numpy")
+def _find_clipped(strip, frame, hidden) -> None:
+    for i in range(len(frame)):
+        clipped = frame[i] <= strip.floor or frame[i] >= strip.ceiling
+        if clipped and strip.inverse[strip.order[i]] > 0:
+            hidden[0] += 1
+            hidden[hidden[0]] = strip.order[i]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -134,8 +144,10 @@ def compare(strip, slope, level, room) -> float:
 
     Returns what clipped pixels add to the sum of squared residuals to make it the loss.
     """
-    beyond = _residuals(strip, level, room)
-    _multiply(room.left, slope, room.pull)
+    confront(level, room.grey, strip.inverse, slope, room.left, room.pull)
+    beyond = _hide(strip, level, room) if room.hidden[0] > 0 else 0.0
+    for k in room.hidden[1 : 1 + room.hidden[0]]:
+        room.pull[k] = room.left[k] * slope[k]
     gather(room.pull, strip.shares, room.weight)
     room.gradient[:] = 0
     add_products(strip.nodes, room.weight, room.gradient)
@@ -145,21 +157,9 @@ def compare(strip, slope, level, room) -> float:
 @njit(cache=True, error_model="numpy", nogil=True)
 def silence(strip, room) -> float:
     """Loss of no load at all; fills in its residuals."""
-    beyond = _residuals(strip, strip.dark, room)
+    _subtract(strip.dark, room.grey, strip.inverse, room.left)
+    beyond = _hide(strip, strip.dark, room) if room.hidden[0] > 0 else 0.0
     return beyond + float(square_sum(room.left))
-
-
-@njit(cache=True, error_model="numpy")
-def _multiply(first, second, product) -> None:
-    for k in range(len(product)):
-        product[k] = first[k] * second[k]
-
-
-@njit(cache=True, error_model="numpy")
-def _residuals(strip, level, room) -> float:
-    """Fill in residuals and roots of weights; returns what clipped pixels add to the loss."""
-    _subtract(level, room.grey, strip.inverse, room.left)
-    return _hide(strip, level, room) if room.hidden[0] > 0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

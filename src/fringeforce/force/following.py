@@ -54,6 +54,8 @@ class Memory:
         Of the phase at the nodes of the information [rad^2].
     mean : ndarray, shape (REMEMBERED,)
         See `steady`.
+    rest : ndarray, shape (size,)
+        Mean of the residuals of frames that were followed steadily, in units of the noise.
     known : ndarray, shape (KNOWN,)
         See `certainty.OPEN`.
     trend, lasting : ndarray, shapes (groups,) and (TRENDS,)
@@ -62,6 +64,7 @@ class Memory:
 
     variance: NDArray[np.float32]
     mean: Array
+    rest: NDArray[np.float32]
     known: Array
     trend: NDArray[np.float32]
     lasting: Array
@@ -69,9 +72,11 @@ class Memory:
     @classmethod
     def of(cls, strip: Strip) -> Memory:
         """Of nothing yet."""
-        variance = np.zeros(strip.layout.places, dtype=np.float32)
-        trend = np.zeros(len(strip.share), dtype=np.float32)
-        return cls(variance, np.zeros(REMEMBERED), np.zeros(KNOWN), trend, np.zeros(TRENDS))
+        layout, groups = strip.layout, len(strip.share)
+        variance, rest, trend = (
+            np.zeros(size, np.float32) for size in (layout.places, layout.size, groups)
+        )
+        return cls(variance, np.zeros(REMEMBERED), rest, np.zeros(KNOWN), trend, np.zeros(TRENDS))
 
     @property
     def arrays(self) -> tuple[Any, ...]:
@@ -187,7 +192,7 @@ def _touch(strip, place, memory, limits, frame, loads, report) -> int:
             return found
         place.loads[:] = before
         steady(strip, place, variance, mean)
-    step_steadily(strip, place, variance, mean, frame, loads, report)
+    step_steadily(strip, place, variance, mean, memory.rest, frame, loads, report)
     found = steady_verdict(report, limits, mean, known, order)
     if found == FOLLOWED and rests(report):
         mean[STEADY], place.loads[:] = 0, loads

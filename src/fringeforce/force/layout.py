@@ -70,11 +70,12 @@ class Layout:
         return self.every * self.places
 
     @cached_property
-    def order(self) -> NDArray[np.int64]:
+    def order(self) -> NDArray[np.uint32]:
         """Where the pixels lie, shape (pixels,)."""
         channel, pixel = np.divmod(np.arange(self.pixels), self.length)
         node, row = np.divmod(pixel, self.every)
-        return row * self.places + channel * self.width + GROUP + node
+        places = row * self.places + channel * self.width + GROUP + node
+        return places.astype(np.uint32)
 
     def lay(self, values: Array) -> Single:
         """Values of pixels (pixels, ...) where they lie, shape (..., size); zero elsewhere."""

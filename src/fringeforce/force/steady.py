@@ -32,12 +32,13 @@ from fringeforce.force.information import factorise_information
 from fringeforce.force.vector_loops import combine, invert, invert_factor, multiply
 
 _ZERO, _ONE, _EIGHTH = np.float32(0), np.float32(1), np.float32(1 / 8)
-STEADY, FRAMES, GAINED, SURPRISE = range(4)
+STEADY, FRAMES, GAINED, SURPRISE, RECALLS, SPREAD = range(6)
 """What a memory holds: whether frames are followed in this way; number of frames in the mean;
-share of a new frame in it; running mean of what a frame surprises by, relative to noise."""
-REMEMBERED = 4
-LONGEST = 64
-"""Largest number of frames in the mean."""
+share of a new frame in it; running mean of what a frame surprises by, relative to noise; number of
+frames in the mean of the residuals, and the variance of noise in it, relative to one frame."""
+REMEMBERED = 6
+LONGEST, RECALLED = 64, 32
+"""Largest number of frames in the mean of the loads, and in that of the residuals."""
 LAGGING = 1.3
 """Surprise beyond which the mean lags behind and takes in fewer frames."""
 RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
@@ -60,7 +61,7 @@ def steady(strip, place, variance, memory) -> None:
     memory : ndarray, shape (REMEMBERED,)
         Filled.
     """
-    memory[STEADY], memory[FRAMES], memory[GAINED], memory[SURPRISE] = 1, 0, 1, 1
+    memory[:] = 1, 0, 1, 1, 0, 0
     steepness = strip.steepness
     for k in range(len(variance)):
         variance[k] = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
@@ -69,13 +70,15 @@ def steady(strip, place, variance, memory) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def step_steadily(strip, place, variance, memory, frame, estimate, report) -> None:
+def step_steadily(strip, place, variance, memory, rest, frame, estimate, report) -> None:
     """Read one frame from the mean, and take it in.
 
     Parameters
     ----------
     strip, place, variance, memory
         As of `steady`; the place is moved to the new mean.
+    rest : ndarray, shape (size,)
+        Mean of the residuals, in units of the noise.
     frame : ndarray, shape (P,)
         Grey levels, finite.
     estimate : ndarray, shape (m,)
@@ -100,8 +103,10 @@ def step_steadily(strip, place, variance, memory, frame, estimate, report) -> No
     room.left[:] += slope * (ahead - phase)
     describe(strip, room, report)
     report[WEAK] = place.weakest[-1]
-    _take_in(memory, report[PROMISED] / len(loads))
-    loads -= memory[GAINED] * step
+    if room.new[0]:
+        _recall(room.left, rest, memory)
+        _take_in(memory, report[PROMISED] / len(loads))
+        loads -= memory[GAINED] * step
     if shift(strip, place.ground, loads - place.base, phase, room) > FAR:
         survey(strip, place)
     shine(strip, phase, slope, level)
@@ -120,6 +125,17 @@ def _take_in(memory, surprise) -> None:
         memory[GAINED] = min(1.0, share * FASTER)
     else:
         memory[GAINED] = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory[FRAMES] + 1))
+
+
+@njit(cache=True, error_model="numpy")
+def _recall(left, rest, memory) -> None:
+    """Take residuals into their mean."""
+    memory[RECALLS] += 1
+    share = max(1 / RECALLED, 1 / memory[RECALLS])
+    memory[SPREAD] = (1 - share) ** 2 * memory[SPREAD] + share**2
+    part = np.float32(share)
+    for k in range(len(rest)):
+        rest[k] += part * (left[k] - rest[k])
 
 
 @njit(cache=True, error_model="numpy")

@@ -65,7 +65,7 @@ class Strip:
     bias: Single
     dark: Single
     shares: Single
-    order: NDArray[np.int64]
+    order: NDArray[np.uint32]
     row: int
     layout: Layout
 

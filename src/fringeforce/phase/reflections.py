@@ -6,14 +6,12 @@ two such places it may be the mirror image of what was found.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-TURN = 2 * np.pi
 TOUCH = 0.6
 """How near a multiple of pi the phase must come for a crossing to be mistaken for a turn [rad]."""
 LOSS = 250.0
@@ -43,59 +41,80 @@ def reflections(phase: Array, influence: Array, information: Array) -> Array:
     ndarray, shape (k, m)
         Changes of the loads, the likeliest first.
     """
+    scaled = influence * np.sqrt(information)[:, None]
+    normal = scaled.T @ scaled
+    normal += 1e-9 * np.trace(normal) * np.eye(len(normal))
+    root = np.linalg.inv(np.linalg.cholesky(normal))
     places = _contacts(phase)
-    first, last, mirror = _stretches(phase, places)
-    # sums over the pixels up to each place, of which every stretch is a difference
-    pulled = information * phase
-    powers = np.stack([information, pulled, pulled * phase], axis=1)
-    moments, pulls = _running(powers, influence, places)
-    weight, mean, square = (moments[last] - moments[first]).T
-    wanted = 4 * (mirror**2 * weight - 2 * mirror * mean + square)
-    level, slope = np.moveaxis(pulls[last] - pulls[first], 1, 0)
-    root = np.linalg.inv(np.linalg.cholesky(_normal_matrix(influence, information)))
-    half = root @ (2 * (mirror[:, None] * level - slope).T)
-    shift = (half**2).sum(axis=0)
-    loss = wanted - shift
-    likely = np.nonzero((loss < LOSS) & (shift > SHIFT))[0]
-    likely = likely[np.argsort(loss[likely])]
-    return np.asarray(half[:, likely].T @ root, dtype=np.float64)
+    moments, pulls = _running(phase, np.ascontiguousarray(influence), information, places)
+    # what each place pulls at the loads, in their deviations
+    half, loss = _mirrored(phase, places, moments, pulls @ root.T)
+    likely = np.argsort(loss)[: np.count_nonzero(loss < LOSS)]
+    return np.asarray(half[likely] @ root, dtype=np.float64)
 
 
-def _contacts(phase: Array) -> NDArray[np.intp]:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _contacts(phase):
     """Pixels where the phase meets a multiple of pi or turns near it, and both ends."""
+    places = np.empty(len(phase) + 1, np.int64)
+    places[0], count = 0, 1
     distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
-    lowest = (distance[1:-1] <= distance[:-2]) & (distance[1:-1] < distance[2:])
-    inner = np.nonzero(lowest & (distance[1:-1] < TOUCH))[0] + 1
-    return np.concatenate([[0], inner, [len(phase)]])
+    for k in range(1, len(phase) - 1):
+        here = distance[k]
+        if here < TOUCH and here <= distance[k - 1] and here < distance[k + 1]:
+            places[count] = k
+            count += 1
+    places[count] = len(phase)
+    return places[: count + 1]
 
 
-def _stretches(
-    phase: Array, places: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    """Pairs of places at the same multiple of pi, and that multiple [rad].
+@njit(cache=True, error_model="numpy", nogil=True)
+def _running(phase, influence, information, places):
+    """Sums over the pixels before each place, shapes (places, 3) and (places, 2, m).
 
-    The whole frame is no stretch: its mirror image is the same load with the other sign.
+    Of the information times powers of the phase; and times the first two of them and the influence.
     """
-    multiple = np.rint(phase[np.minimum(places, len(phase) - 1)] / np.pi)
-    first, last = np.triu_indices(len(places), k=1)
-    starts, ends = first == 0, last == len(places) - 1
-    known = np.where(starts, multiple[last], multiple[first])
-    fits = (multiple[first] == multiple[last]) | starts | ends
-    fits &= ~(starts & ends)
-    return first[fits], last[fits], np.pi * known[fits]
-
-
-def _running(powers: Array, influence: Array, places: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Sums over the pixels before each place: of three powers, and of two times the influence."""
     moments = np.zeros((len(places), 3))
     pulls = np.zeros((len(places), 2, influence.shape[1]))
-    for k, (start, end) in enumerate(pairwise(places), start=1):
-        moments[k] = powers[start:end].sum(axis=0)
-        pulls[k] = powers[start:end, :2].T @ influence[start:end]
-    return moments.cumsum(axis=0), pulls.cumsum(axis=0)
+    for i in range(1, len(places)):
+        moments[i], pulls[i] = moments[i - 1], pulls[i - 1]
+        for k in range(places[i - 1], places[i]):
+            weight = information[k]
+            pulled = weight * phase[k]
+            moments[i, 0] += weight
+            moments[i, 1] += pulled
+            moments[i, 2] += pulled * phase[k]
+            for j in range(influence.shape[1]):
+                pulls[i, 0, j] += weight * influence[k, j]
+                pulls[i, 1, j] += pulled * influence[k, j]
+    return moments, pulls
 
 
-def _normal_matrix(influence: Array, information: Array) -> Array:
-    scaled = influence * np.sqrt(information)[:, None]
-    matrix = scaled.T @ scaled
-    return matrix + 1e-9 * np.trace(matrix) * np.eye(len(matrix))
+@njit(cache=True, error_model="numpy", nogil=True)
+def _mirrored(phase, places, moments, pulls):
+    """Changes of the loads in their deviations, shape (k, m), and what the loss grows by, (k,).
+
+    Infinite for what is no other explanation.  The whole frame is no stretch: its mirror image is
+    the same load with the other sign.
+    """
+    ends, size = len(places) - 1, pulls.shape[2]
+    multiple = np.rint(phase[np.minimum(places, len(phase) - 1)] / np.pi)
+    changes = np.empty((ends * (ends + 1) // 2, size))
+    loss, count = np.full(len(changes), np.inf), 0
+    for i in range(ends):
+        for j in range(i + 1, ends + 1):
+            whole, open_ended = i == 0 and j == ends, i == 0 or j == ends
+            if whole or not (open_ended or multiple[i] == multiple[j]):
+                continue
+            mirror = np.pi * (multiple[j] if i == 0 else multiple[i])
+            weight, mean, square = moments[j] - moments[i]
+            wanted = 4 * (mirror**2 * weight - 2 * mirror * mean + square)
+            shift = 0.0
+            for k in range(size):
+                level, slope = pulls[j, 0, k] - pulls[i, 0, k], pulls[j, 1, k] - pulls[i, 1, k]
+                changes[count, k] = 2 * (mirror * level - slope)
+                shift += changes[count, k] ** 2
+            if shift > SHIFT:
+                loss[count] = wanted - shift
+                count += 1
+    return changes[:count], loss[:count]

@@ -31,6 +31,8 @@ class Reader:
     while it is short against the way to any mirror image; after a jump the search decides again.
     Where forces are so weak that it is not short, the word of a search holds for some frames; then
     followed frames are AMBIGUOUS, with the loads that the way makes likeliest, until the next one.
+    That one searches the mean of the last frames, if there are enough and they show one touch that
+    hardly moves: it tells mirror images apart that no single frame can.
 
     The compiled loops take some seconds to compile on the first use on a machine, and about one
     to load in each process; `prepare` does it before the first frame comes.
@@ -106,8 +108,8 @@ class Reader:
         if isinstance(levels, Reading):
             return levels
         tracker = self._tracker
-        if tracker.holds(used):
-            packed = tracker.packed(levels[None], used)
+        packed = tracker.packed(levels[None], used) if tracker.holds(used) else levels
+        while tracker.holds(used):
             if tracker.advance(packed, self._track, 0):
                 return self._followed(levels)
         return tracker.search(levels, used)

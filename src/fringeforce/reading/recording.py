@@ -89,7 +89,7 @@ def read_on(
                 rows = slice(done, done + followed)
                 _store_track(tracker, track, rows, block, result)
             done += followed
-            if done < len(block):
+            if done < len(block) and (bad[done] or not tracker.holds(used)):
                 result.store(done, _searched(tracker, block[done], used))
                 done += 1
         if progress is not None:

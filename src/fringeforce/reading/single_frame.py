@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 from typing import Any
@@ -90,20 +90,36 @@ class SingleFrameReader:
         """Read a frame that was checked."""
         return self.stated(*self.explained(levels, used))
 
-    def explained(self, levels: Array, used: Mask) -> tuple[Interpretation, Mask]:
-        """Interpretation of a frame that was checked, and the pixels that it is made from."""
-        sound = used & ~_dead(levels, self.model.response)
+    def explained(
+        self, levels: Array, used: Mask, noise: float = 1.0
+    ) -> tuple[Interpretation, Mask]:
+        """Interpretation of a frame that was checked, and the pixels that it is made from.
+
+        Parameters
+        ----------
+        levels : ndarray, shape (P,)
+            Grey levels, of one frame or the mean of several.
+        used : ndarray of bool, shape (P,)
+            Pixels to use.
+        noise : float
+            Variance of their noise, relative to that of one frame.
+        """
+        response, doubt = self.model.response, self.doubt
+        if noise != 1:
+            response = replace(response, variance=noise * response.variance)
+            doubt = doubt and replace(doubt, response=response)
+        sound = used & ~_dead(levels, response)
         found = interpret_in_own_light(
             levels,
             sound,
             self.influence,
-            self.model.response,
+            response,
             self.strip,
             self.model.sensor.camera.full_scale,
             self.model_error,
             self.channels,
             self.drift,
-            self.doubt,
+            doubt,
         )
         return found, sound
 

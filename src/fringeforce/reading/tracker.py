@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.certainty import CONTACT, FOLLOWED, HELD, SILENT, UNSETTLED, Limits, begin
+from fringeforce.force.certainty import (
+    CONTACT,
+    FEW,
+    FOLLOWED,
+    HELD,
+    SILENT,
+    UNSETTLED,
+    Limits,
+    begin,
+)
 from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
 from fringeforce.force.following import (
     NONE,
@@ -24,7 +33,7 @@ from fringeforce.force.following import (
 from fringeforce.force.gauss_newton import Place
 from fringeforce.force.goodness import absorbed
 from fringeforce.force.shape import shape_error
-from fringeforce.force.steady import STEADY, steady
+from fringeforce.force.steady import FRAMES, LAGGING, RECALLS, SPREAD, STEADY, SURPRISE, steady
 from fringeforce.force.strip import Strip
 from fringeforce.force.trend import begin_trend
 from fringeforce.reading.judgement import Interpretation, widening
@@ -136,8 +145,30 @@ class Tracker:
         done = follow_all(self._state, silent, frames, wanted, *track.since(first))
         if done < len(frames):
             self._last = self._place
-            self.release()
+            if not self._regain():
+                self.release()
         return done
+
+    def _regain(self) -> bool:
+        """Search what the last frames show together, where one of them is too noisy to tell.
+
+        Where one frame may be any of several mirror images, the mean of many shows which.  Motion
+        in between does not blur it: it is the expected frame where the mean of the loads stands,
+        and the mean of what was left of each.
+        """
+        place, memory, strip, used = self._place, self._memory, self._strip, self._used
+        if place is None or memory is None or strip is None or used is None:
+            return False
+        mean = memory.mean.copy()
+        if not mean[STEADY] or mean[RECALLS] < FEW or mean[SURPRISE] > LAGGING:
+            return False
+        left = np.divide(memory.rest, strip.inverse, where=strip.inverse > 0, out=0 * memory.rest)
+        levels = strip.layout.pick(place.level - left).astype(float)
+        found, sound = self.single.explained(levels, self._sound, float(mean[SPREAD]))
+        if found.status not in (Status.OK, Status.AMBIGUOUS):
+            return False
+        self._lock(levels, used, found, sound, mean)
+        return True
 
     def search(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame without any earlier state, and take the lock if the reading allows it."""
@@ -149,7 +180,15 @@ class Tracker:
             self._lock(grey, used, found, sound)
         return self.single.stated(found, sound)
 
-    def _lock(self, levels: Array, used: Mask, found: Interpretation, sound: Mask) -> None:
+    def _lock(
+        self,
+        levels: Array,
+        used: Mask,
+        found: Interpretation,
+        sound: Mask,
+        mean: Array | None = None,
+    ) -> None:
+        """Take the lock where a search ended, with what was known of a mean that was searched."""
         response, loads = self.single.model.response, found.loads
         expected = response.level(self.single.influence @ loads)
         # the search, too, leaves out pixels that alone contradict all others
@@ -166,8 +205,10 @@ class Tracker:
         memory.mean[:] = 0
         begin_trend(memory.lasting, self._confirms(found))
         begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
-        if unsettled:
+        if unsettled or mean is not None:
             steady(strip.arrays, place.arrays, memory.variance, memory.mean)
+        if mean is not None:
+            memory.mean[FRAMES : SURPRISE + 1] = mean[FRAMES : SURPRISE + 1]
         self._state = state_of(strip, place, memory, self._limits)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
 
