@@ -15,6 +15,8 @@ import numpy as np
 from fringeforce.cameras.gobject import aravis
 
 ADDRESS = "127.0.0.1"
+PACKET_SIZE, JUMBO = 0x0D04, 9000
+"""The register for the size of a packet (GigE Vision), and what networks for cameras carry."""
 # what the library calls for every frame: buffer, our data, exposure, gain, pixel format
 Fill = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32
@@ -60,7 +62,9 @@ def main(path: str, block: int) -> None:
         shown = (shown + 1) % blocks
 
     # a GObject's hash is its address
-    library.arv_fake_camera_set_fill_pattern(hash(camera.get_fake_camera()), fill, None)
+    shown_by = ctypes.c_void_p(hash(camera.get_fake_camera()))
+    library.arv_fake_camera_write_register(shown_by, PACKET_SIZE, JUMBO)
+    library.arv_fake_camera_set_fill_pattern(shown_by, fill, None)
     print("ready", flush=True)
     signal.pause()
 
