@@ -47,3 +47,10 @@ def test_a_script_has_a_title_cells_and_statements_that_can_be_wrong(script: Pat
     assert text.count("\n# %%\n") >= 2
     statements = [node.test for node in ast.walk(tree) if isinstance(node, ast.Assert)]
     assert sum(not isinstance(one, ast.Constant) for one in statements) >= 2
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_a_script_runs_where_no_file_is_known_as_in_the_documentation(script: Path) -> None:
+    names = [node.id for node in ast.walk(ast.parse(script.read_text(encoding="utf-8")))
+             if isinstance(node, ast.Name)]  # fmt: skip
+    assert "__file__" not in names

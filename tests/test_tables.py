@@ -47,3 +47,18 @@ def test_a_wrong_row_is_named_by_its_line(tmp_path: Path, text: str, words: list
     with pytest.raises(ff.FringeforceError) as caught:
         load_forces(path, 4)
     assert all(word in str(caught.value) for word in words)
+
+
+def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:
+    path = tmp_path / "f.csv"
+    save_forces(path, np.ones((1, 2, 3)))
+    old = path.read_bytes()
+    with pytest.raises(ValueError, match="unpack"):
+        save_forces(path, np.ones((2, 3, 3)))
+    assert path.read_bytes() == old
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_table_for_no_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ff.FringeforceError, match="no folder"):
+        save_forces(tmp_path / "no" / "f.csv", np.ones((1, 2, 3)))

@@ -7,6 +7,7 @@ cover is softer and thicker than drawn, its camera looks elsewhere, its lamp is 
 dead, and one press was written down on the wrong tactel.
 """
 
+import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -19,7 +20,7 @@ from fringeforce.files import load_frames
 from fringeforce.tables import load_forces
 
 plt.style.use(plot.STYLE)
-bench = Path(__file__).parents[1] / "bench"
+bench = Path(sys.argv[0]).resolve().parents[1] / "bench"
 sensor = ff.load_sensor("saad")
 frames = load_frames(bench / "calibration.h5")
 loads = load_forces(bench / "calibration.csv", sensor.tactels.count)

@@ -8,9 +8,9 @@ from fringeforce import model as strips
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.mechanics.mesh import Mesh
-from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.pads.design import Pad
 from fringeforce.pads.model import PadModel, characterize_pad
+from fringeforce.progress import Progress
 
 
 @overload

@@ -19,11 +19,11 @@ from fringeforce.loads import checked_loads
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, named_mesh
-from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import Picture, pictures
+from fringeforce.progress import Progress
 from fringeforce.strip_width import strip_width
 
 if TYPE_CHECKING:

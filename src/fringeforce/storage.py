@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import FileFormatError, InputError
+from fringeforce.errors import FileFormatError, FringeforceError, InputError
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
@@ -28,22 +28,35 @@ LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
 @contextmanager
-def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
-    """An HDF5 file that takes its name only once it is complete."""
+def whole_file(path: PathLike) -> Iterator[Path]:
+    """Where to write a file that takes its name only once it is complete.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such folder, or the file cannot be written.
+    """
     target = Path(path)
     if not target.parent.is_dir():
         raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    os.close(handle)
     try:
-        with h5py.File(name, "w", track_order=True) as file:
-            stamp(file, kind)
-            yield file
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as folder:
+            unfinished = Path(folder) / target.name
+            yield unfinished
+            os.replace(unfinished, target)
+    except FringeforceError:
         raise
+    except OSError as error:
+        reason = error.strerror or error
+        raise FileFormatError(f"{target} cannot be written: {reason}.") from None
+
+
+@contextmanager
+def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file that takes its name only once it is complete."""
+    with whole_file(path) as place, h5py.File(place, "w", track_order=True) as file:
+        stamp(file, kind)
+        yield file
 
 
 def stamp(file: h5py.File, kind: str) -> None:
@@ -52,12 +65,6 @@ def stamp(file: h5py.File, kind: str) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
     file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
-
-
-def _umask() -> int:
-    current = os.umask(0)
-    os.umask(current)
-    return current
 
 
 @contextmanager

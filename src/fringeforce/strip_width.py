@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.design import Sensor
 from fringeforce.loads import checked_loads
 from fringeforce.mechanics.elements import gauss_interpolation
-from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP, strip_integral
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import pictures
+from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -82,10 +82,8 @@ class StripWidth:
         lead, cross : ndarray, shape (ny, m)
             Phases [rad].
         """
-        stations = gauss_interpolation(self.order, self.breaks, np.asarray(x, dtype=float))
-        return self._at(stations.toarray(), self.lead, forces), self._at(
-            stations.toarray(), self.cross, forces
-        )
+        at = gauss_interpolation(self.order, self.breaks, np.asarray(x, dtype=float)).toarray()
+        return self._at(at, self.lead, forces), self._at(at, self.cross, forces)
 
     @staticmethod
     def _at(stations: Array, influence: Array, forces: ArrayLike) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fringeforce.calibration.candidates import fringes_per_pixel
 from fringeforce.calibration.planning import GAIN, Plan
 from fringeforce.design import Layer
 from fringeforce.design_text import unit_at
@@ -24,8 +25,7 @@ def fringe_density(model: SensorModel) -> float:
     Intensity repeats when the phase advances by 2 pi, so a camera resolves up to half a fringe per
     pixel (Nyquist).
     """
-    phase = model.phase(polar(1.0, angle=10, n=model.sensor.tactels.count))
-    return float(np.abs(np.diff(phase)).max(initial=0.0) / (2 * np.pi))
+    return float(fringes_per_pixel(model, polar(1.0, angle=10, n=model.sensor.tactels.count)))
 
 
 def surface_strain(model: SensorModel) -> float:

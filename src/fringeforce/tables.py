@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.errors import FileFormatError
 from fringeforce.pads.reading import PadReading
 from fringeforce.reading.reading import Reading
+from fringeforce.storage import whole_file
 
 Array = NDArray[np.float64]
 
@@ -67,7 +68,7 @@ def load_pad_forces(path: str | os.PathLike[str], tactels: int) -> Array:
 
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
     """Write loads as `load_forces` reads them; forces have the shape (k, 2, n) [N]."""
-    with _whole_file(path) as file:
+    with _new_table(path) as file:
         writer = csv.writer(file)
         writer.writerow(["frame", "tactel", *CARTESIAN])
         for frame, load in enumerate(np.asarray(forces, dtype=float)):
@@ -118,7 +119,7 @@ def _save_readings(
     columns: Callable[[Any], Array],
 ) -> Counter[str]:
     statuses: Counter[str] = Counter()
-    with _whole_file(path) as file:
+    with _new_table(path) as file:
         writer = csv.writer(file)
         writer.writerow(["frame", "tactel", *names, "status"])
         for frame, reading in enumerate(readings):
@@ -130,18 +131,10 @@ def _save_readings(
 
 
 @contextmanager
-def _whole_file(path: str | os.PathLike[str]) -> Iterator[TextIO]:
+def _new_table(path: str | os.PathLike[str]) -> Iterator[TextIO]:
     """A text file that takes its name only once it is complete."""
-    target = Path(path)
-    scrap = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        with open(scrap, "w", newline="", encoding="utf-8") as file:
-            yield file
-        os.replace(scrap, target)
-    except OSError as error:
-        raise FileFormatError(f"{target} cannot be written: {error.strerror}.") from None
-    finally:
-        scrap.unlink(missing_ok=True)
+    with whole_file(path) as place, open(place, "w", newline="", encoding="utf-8") as file:
+        yield file
 
 
 def _loads(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,15 @@ from fringeforce.errors import FileFormatError
 from fringeforce.loads import checked_loads
 from fringeforce.mechanics.mesh import cut
 from fringeforce.mechanics.solid.block import Block
-from fringeforce.mechanics.solid.elasticity import Loads, Progress
+from fringeforce.mechanics.solid.elasticity import Loads
 from fringeforce.mechanics.solid.fields import displacement, stress, superposed
 from fringeforce.mechanics.solid.mesh import BoxMesh, box_mesh
 from fringeforce.mechanics.solid.strip import STRIP, strip_block, strip_loads
+from fringeforce.progress import Progress
+from fringeforce.storage import whole_file
+
+if TYPE_CHECKING:
+    import meshio
 
 Array = NDArray[np.float64]
 
@@ -55,23 +60,8 @@ def write_vtu(
     target = Path(path)
     if target.suffix != ".vtu":
         raise FileFormatError(f"{target} must end in .vtu, the format that is written.")
-    if not target.parent.is_dir():
-        raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
-    parts = superposed(block, loads, mesh, forces, progress)
-    halves = [cut(breaks, mesh.order) for breaks in (mesh.x, mesh.y)]
-    x, y = (np.concatenate([-half[:0:-1], half]) for half in halves)
-    z = cut(mesh.z, mesh.order)
-    moved = displacement(parts, mesh, x, y, z)
-    middles = [(breaks[1:] + breaks[:-1]) / 2 for breaks in (x, y, z)]
-    tensor = stress(block, parts, mesh, *middles)
-    layer = np.broadcast_to(np.where(middles[2] > block.interface, 1, 2), tensor.shape[2:])
-    _write(
-        target,
-        np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3),
-        _hexahedra(len(x), len(y), len(z)),
-        {"displacement": moved.reshape(3, -1).T},
-        {"stress": [tensor.reshape(9, -1).T], "layer": [layer.ravel()]},
-    )
+    with whole_file(target) as place:
+        _grid(block, loads, mesh, forces, progress).write(place)
 
 
 def write_strip_vtu(
@@ -87,6 +77,28 @@ def write_strip_vtu(
     write_vtu(path, block, loads, mesh, checked_loads(forces, tactels.count), progress)
 
 
+def _grid(
+    block: Block, loads: Loads, mesh: BoxMesh, forces: ArrayLike, progress: Progress | None
+) -> meshio.Mesh:
+    """The fields of one load on a grid of hexahedra."""
+    import meshio  # takes a while to import, and few need it
+
+    parts = superposed(block, loads, mesh, forces, progress)
+    halves = [cut(breaks, mesh.order) for breaks in (mesh.x, mesh.y)]
+    x, y = (np.concatenate([-half[:0:-1], half]) for half in halves)
+    z = cut(mesh.z, mesh.order)
+    moved = displacement(parts, mesh, x, y, z)
+    middles = [(breaks[1:] + breaks[:-1]) / 2 for breaks in (x, y, z)]
+    tensor = stress(block, parts, mesh, *middles)
+    layer = np.broadcast_to(np.where(middles[2] > block.interface, 1, 2), tensor.shape[2:])
+    return meshio.Mesh(
+        np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3),
+        [("hexahedron", _hexahedra(len(x), len(y), len(z)))],
+        {"displacement": moved.reshape(3, -1).T},
+        {"stress": [tensor.reshape(9, -1).T], "layer": [layer.ravel()]},
+    )
+
+
 def _hexahedra(nx: int, ny: int, nz: int) -> NDArray[np.intp]:
     """Corners of every cell of a grid of points, in VTK's order, shape (cells, 8)."""
     number = np.arange(nx * ny * nz).reshape(nx, ny, nz)
@@ -94,22 +106,3 @@ def _hexahedra(nx: int, ny: int, nz: int) -> NDArray[np.intp]:
     ring = ((0, 0), (1, 0), (1, 1), (0, 1))
     corners = [number[ends[i], ends[j], ends[k]].ravel() for k in (0, 1) for i, j in ring]
     return np.stack(corners, axis=1)
-
-
-def _write(
-    target: Path,
-    points: Array,
-    cells: NDArray[np.intp],
-    point_data: dict[str, ArrayLike],
-    cell_data: dict[str, list[ArrayLike]],
-) -> None:
-    import meshio  # takes a while to import, and few need it
-
-    grid = meshio.Mesh(points, [("hexahedron", cells)], point_data, cell_data)
-    try:
-        with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-            whole = Path(folder) / target.name
-            grid.write(whole)
-            os.replace(whole, target)
-    except OSError as error:
-        raise FileFormatError(f"{target} cannot be written: {error.strerror}.") from None

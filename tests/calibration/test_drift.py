@@ -21,7 +21,8 @@ import fringeforce as ff
 from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.design_tangent import design_tangent
 from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.normal_equations import linearised, seen
+from fringeforce.calibration.normal_equations import linearised
+from fringeforce.calibration.view import seen
 from fringeforce.force.own_light import own_light
 
 GAIN, DARK = 0.02, 0.7

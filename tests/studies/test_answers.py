@@ -19,7 +19,7 @@ from fringeforce.studies.loads import load_maps
 from fringeforce.studies.performance import coarse_model, performance
 from fringeforce.studies.range import range_study
 from fringeforce.studies.resolution import resolution, resolution_study
-from fringeforce.studies.sensitivity import slopes, variance_indices
+from fringeforce.studies.sensitivity import local_sensitivity, variance_indices
 
 
 def test_deviations_are_those_of_many_readings(model: ff.SensorModel) -> None:
@@ -76,7 +76,7 @@ def test_the_elements_of_sweeps_are_within_a_thousandth(sensor: ff.Sensor, edges
 
 def test_slopes_predict_what_the_wrong_drawing_reads(sensor: ff.Sensor) -> None:
     paths = ("transducer.compliant.thickness", "transducer.photoelastic.strain_optic_coefficient")
-    model, found = slopes(sensor, paths)
+    model, found = local_sensitivity(sensor, paths)
     psi = model.pixel_influence.reshape(len(model.pixel_influence), -1)
     load = ff.polar(1.0, 10, n=11)
     for path, predicted in zip(paths, found.forces, strict=True):

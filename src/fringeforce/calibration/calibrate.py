@@ -6,7 +6,7 @@ place and the lighting, all together.  Phases are never recovered, so small load
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,10 +38,10 @@ from fringeforce.calibration.references import (
 from fringeforce.calibration.result import Found, built
 from fringeforce.design import Sensor
 from fringeforce.model import SensorModel
+from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Progress = Callable[[str, int, int], None]
 
 PARAMETERS = (
     "transducer.photoelastic.strain_optic_coefficient",

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.column_prior import Shapes
 from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.normal_equations import Normal, linearised
+from fringeforce.calibration.normal_equations import NormalEquations, linearised
 from fringeforce.calibration.pattern import Pattern, eliminated
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Quadratic:
 
     Attributes
     ----------
-    normal : Normal
+    normal : NormalEquations
         The frames without the columns.
     gradient, hessian : ndarray, shapes (U,) and (U, U)
         By the unknowns.
@@ -43,7 +43,7 @@ class Quadratic:
         Hessian by the coefficients.
     """
 
-    normal: Normal
+    normal: NormalEquations
     gradient: Array
     hessian: Array
     pull: Array
@@ -114,7 +114,7 @@ def expanded(
 
 
 def pattern_after(
-    bench: Bench, normal: Normal, step: Array, correction: Array, share: float
+    bench: Bench, normal: NormalEquations, step: Array, correction: Array, share: float
 ) -> Bench:
     """The bench with a share of the step of its pattern that goes with one of all else.
 
@@ -122,7 +122,7 @@ def pattern_after(
     ----------
     bench : Bench
         Before.
-    normal : Normal
+    normal : NormalEquations
         The frames that the step is made from.
     step : ndarray, shape (U,)
         Of the other unknowns.
@@ -142,7 +142,7 @@ def pattern_after(
     return replace(bench, pattern=replace(pattern, levels=levels))
 
 
-def _sides(bench: Bench, normal: Normal) -> _Sides:
+def _sides(bench: Bench, normal: NormalEquations) -> _Sides:
     """Derivatives with the pattern fixed."""
     derivatives, view = normal.derivatives, normal.view
     loads, heavy = derivatives.loads, derivatives.weights * derivatives.turn
@@ -170,7 +170,7 @@ def _sides(bench: Bench, normal: Normal) -> _Sides:
     )
 
 
-def _without_pattern(sides: _Sides, normal: Normal, pattern: Pattern) -> _Sides:
+def _without_pattern(sides: _Sides, normal: NormalEquations, pattern: Pattern) -> _Sides:
     """The same with the pattern free."""
     pixels = pattern.information(normal.pixels)
     pulls = normal.pixel_gradient + pattern.precision * (pattern.levels - pattern.known)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.normal_equations import light_information, own_light, seen
+from fringeforce.calibration.view import light_information, own_light, seen
 
 Array = NDArray[np.float64]
 

@@ -11,14 +11,9 @@ from scipy.interpolate import BSpline
 from fringeforce.calibration import checks
 from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.normal_equations import (
-    Normal,
-    View,
-    frame_weights,
-    linearised,
-    seen,
-)
+from fringeforce.calibration.normal_equations import NormalEquations, linearised
 from fringeforce.calibration.pattern import eliminated
+from fringeforce.calibration.view import View, frame_weights, seen
 from fringeforce.design import Sensor
 
 Array = NDArray[np.float64]
@@ -44,14 +39,14 @@ class Fit:
         Of all unknowns, for unit reduced chi-square.
     tangent : DesignTangent
         About which the matrix was linear.
-    normal : Normal
+    normal : NormalEquations
         The frames linearised there.
     """
 
     unknowns: Unknowns
     covariance: Array
     tangent: DesignTangent
-    normal: Normal
+    normal: NormalEquations
 
 
 def light_basis(pixels: int, count: int) -> Array:
@@ -149,7 +144,7 @@ def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps
     return Fit(at, _covariance(bench, normal, prior), tangent, normal)
 
 
-def _covariance(bench: Bench, normal: Normal, prior: Array) -> Array:
+def _covariance(bench: Bench, normal: NormalEquations, prior: Array) -> Array:
     """Of the unknowns of the bench, with frames' own light and the pixels' pattern free."""
     unknowns = len(prior)
     if bench.pattern is None:

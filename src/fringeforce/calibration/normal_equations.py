@@ -1,8 +1,4 @@
-"""Frames against expected grey levels, linearised in all unknowns.
-
-A frame's own gain and offset are linear unknowns of that frame alone: they are set to their
-likeliest values wherever the others are evaluated, and eliminated from the normal equations.
-"""
+"""Normal equations of all unknowns of a bench: its expected grey levels, linearised."""
 
 from __future__ import annotations
 
@@ -16,63 +12,13 @@ from numpy.typing import NDArray
 from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.derivatives import Derivatives, matrix_changes
 from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.force.likelihood import Response, misfit
+from fringeforce.calibration.view import View, frame_weights, seen
 
 Array = NDArray[np.float64]
 
-SUSPECT = 3.0
-"""Times the median misfit beyond which a frame loses weight."""
-
 
 @dataclass(frozen=True, eq=False)
-class View:
-    """What the unknowns let expect of every frame, and how the frames differ from it.
-
-    Attributes
-    ----------
-    phase : ndarray, shape (F, P)
-        Phase of every frame, the analyser's turn included [rad].
-    light : ndarray, shape (F, P)
-        Normalised intensity.
-    response : Response
-        Of the camera.
-    scale : ndarray, shape (F, 1)
-        Inverse deviation of the noise of every row, 1 / grey levels.
-    shifts : ndarray, shape (2, F, P)
-        What a frame's own gain and offset change, each by its deviation, in units of the noise.
-    drift : ndarray, shape (2, F)
-        Own gain and offset of the frames, in units of their deviations.
-    residuals : ndarray, shape (F, P)
-        Likelihood residuals in units of the noise.
-    averaged : ndarray, shape (F,)
-        How many frames each row is the mean of.
-    """
-
-    phase: Array
-    light: Array
-    response: Response
-    scale: Array
-    shifts: Array
-    drift: Array
-    residuals: Array
-    averaged: Array
-
-    def rows(self, chosen: slice) -> View:
-        """Some of the frames."""
-        return View(
-            phase=self.phase[chosen],
-            light=self.light[chosen],
-            response=self.response,
-            scale=self.scale[chosen],
-            shifts=self.shifts[:, chosen],
-            drift=self.drift[:, chosen],
-            residuals=self.residuals[chosen],
-            averaged=self.averaged[chosen],
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Normal:
+class NormalEquations:
     """Normal equations about some unknowns; m of the bench, two of each frame and pixel.
 
     Attributes
@@ -123,8 +69,8 @@ class Normal:
 
 
 @dataclass(frozen=True, eq=False)
-class LevelSlopes:
-    """Derivatives of the expected grey levels by all unknowns, in units of the noise.
+class LevelJacobian:
+    """Jacobian of the expected grey levels: derivatives by all unknowns, in units of the noise.
 
     Attributes
     ----------
@@ -159,7 +105,7 @@ class LevelSlopes:
         """Unknown by unknown of the bench, shape (d + 2 + 2k, F, P)."""
         return np.concatenate([self.moving, *self.lit[:, None] * self.basis.T[None, :, None]])
 
-    def frames(self) -> Iterator[LevelSlopes]:
+    def frames(self) -> Iterator[LevelJacobian]:
         """Those of one frame after the other."""
         for row in range(len(self.turn)):
             one = slice(row, row + 1)
@@ -171,7 +117,7 @@ class LevelSlopes:
                 lit=self.lit[:, one],
             )
 
-    def normal(self, weight: Array) -> Normal:
+    def normal(self, weight: Array) -> NormalEquations:
         """Normal equations of the frames, with weights (P,) of the pixels."""
         view, moving, lit, basis = self.view, self.moving, self.lit, self.basis
         shares = frame_weights(view.residuals, view.averaged)
@@ -185,7 +131,7 @@ class LevelSlopes:
         pixel_gradient = (heavy * view.residuals).sum(axis=1)
         to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
         lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
-        return Normal(
+        return NormalEquations(
             view=view,
             derivatives=Derivatives(self.loads, weights, self.turn, lit, self.changes),
             gradient=np.concatenate([flat @ (view.residuals * np.sqrt(weights)).ravel(),
@@ -199,78 +145,23 @@ class LevelSlopes:
         )  # fmt: skip
 
 
-def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None) -> View:
-    """Compare all frames with what the unknowns let expect.
-
-    Parameters
-    ----------
-    bench : Bench
-        The frames.
-    at : Unknowns
-        Their explanation.
-    tangent : DesignTangent
-        The matrix about a design.
-    weight : ndarray, shape (P,), optional
-        Of the pixels, when a frame's own light is found; all alike if not given.
-    """
-    matrix = tangent.matrix(at.design, at.positions(bench.sensor))
-    phase = bench.loads @ matrix.T + bench.turned[:, None]
-    light, response = np.sin(phase / 2) ** 2, at.response(bench)
-    scale = np.sqrt(bench.averaged / response.variance)[:, None]
-    root = np.sqrt(bench.averaged)[:, None]
-    level = response.amplitude * light + response.offset
-    residuals = misfit(bench.levels, level, response).slope * root
-    gain, offset = bench.drift
-    if not (gain or offset):
-        none = np.empty((2, 0, light.shape[1]))
-        return View(
-            phase, light, response, scale, none, np.zeros((2, 0)), residuals, bench.averaged
-        )
-    shifts = np.stack([gain * response.amplitude * light, np.full_like(light, offset)]) * scale
-    even = np.ones(light.shape[1]) if weight is None else weight
-    drift = own_light(residuals, shifts, even)
-    level = level + np.einsum("cf,cfp->fp", drift, shifts) / scale
-    residuals = misfit(bench.levels, level, response).slope * root
-    return View(phase, light, response, scale, shifts, drift, residuals, bench.averaged)
-
-
-def own_light(residuals: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
-    """Likeliest gain and offset of every frame, shape (2, F), in units of their deviations."""
-    own = light_information(shifts, weight, prior)
-    pull = np.einsum("afp,fp,p->fa", shifts, residuals, weight)
-    return -np.linalg.solve(own, pull[..., None])[..., 0].T
-
-
-def light_information(shifts: Array, weight: Array, prior: float) -> Array:
-    """Information on every frame's gain and offset, that of the prior included, (F, 2, 2)."""
-    return np.einsum("afp,bfp,p->fab", shifts, shifts, weight) + prior * np.eye(2)
-
-
-def frame_weights(residuals: Array, averaged: Array) -> Array:
-    """Weights of frames: less for those that fit much worse than most, shape (F,).
-
-    Means of many frames are judged as single ones are: by grey levels, not by their own noise,
-    beside which an unfinished fit is always wrong.
-    """
-    size = np.median(residuals**2, axis=1) / averaged
-    return 1 / np.maximum(1, size / (SUSPECT * max(float(np.median(size)), 1e-12))) ** 2
-
-
-def linearised(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Normal:
+def linearised(
+    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array
+) -> NormalEquations:
     """Normal equations of all frames; parameters as in `seen`."""
-    return level_slopes(bench, at, tangent, weight).normal(weight)
+    return level_jacobian(bench, at, tangent, weight).normal(weight)
 
 
-def level_slopes(
+def level_jacobian(
     bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
-) -> LevelSlopes:
-    """Derivatives of the grey levels of all frames; parameters as in `seen`."""
+) -> LevelJacobian:
+    """Jacobian of the grey levels of all frames; parameters as in `seen`."""
     view = seen(bench, at, tangent, weight)
     gain = np.ones((len(view.residuals), 1))
     if bench.drift[0]:
         gain += bench.drift[0] * view.drift[0][:, None]
     even = np.broadcast_to(view.scale, view.light.shape)
-    return LevelSlopes(
+    return LevelJacobian(
         view=view,
         loads=bench.loads,
         turn=view.response.slope(view.phase) * view.scale * gain,

@@ -16,7 +16,7 @@ from fringeforce.calibration.bench import Unknowns
 from fringeforce.calibration.candidates import Limits, candidates, typical_loads
 from fringeforce.calibration.findings import named
 from fringeforce.calibration.knowledge import Knowledge, knowledge
-from fringeforce.calibration.normal_equations import level_slopes
+from fringeforce.calibration.normal_equations import level_jacobian
 from fringeforce.calibration.selection import Stakes
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
@@ -193,9 +193,9 @@ class _Scene:
 
     def _told(self, truth: Unknowns, loads: Array) -> Array:
         known, presses = self.known, self.known.presses(loads, truth)
-        slopes, used = level_slopes(presses, truth, known.tangent), known.used.astype(float)
+        jacobian, used = level_jacobian(presses, truth, known.tangent), known.used.astype(float)
         return np.array(
-            [known.root.T @ one.normal(used).profiled @ known.root for one in slopes.frames()]
+            [known.root.T @ one.normal(used).profiled @ known.root for one in jacobian.frames()]
         )
 
     def _worth(self, truth: Unknowns) -> Array:
@@ -203,12 +203,12 @@ class _Scene:
         known, presses = self.known, self.known.presses(self.typical, truth)
         used, root = known.used, known.root
         influence = known.tangent.matrix(truth.design, truth.positions(known.sensor))
-        slopes = level_slopes(presses, truth, known.tangent)
-        found, drift = slopes.view.response.at(used), presses.drift
+        jacobian = level_jacobian(presses, truth, known.tangent)
+        found, drift = jacobian.view.response.at(used), presses.drift
         response = replace(found, variance=found.variance + known.light_variance)
         seen = np.ascontiguousarray(influence[used])
         noise, added = 0.0, np.zeros_like(root)
-        for load, level, one in zip(presses.loads, presses.levels, slopes.frames(), strict=True):
+        for load, level, one in zip(presses.loads, presses.levels, jacobian.frames(), strict=True):
             phase, modes = one.view.phase[0, used], root.T @ one.dense[:, 0, used]
             spread = covariance(phase, seen, response)
             if any(drift):

@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.frame_fit import Fit
-from fringeforce.calibration.normal_equations import Normal, linearised, seen
+from fringeforce.calibration.normal_equations import NormalEquations, linearised
 from fringeforce.calibration.pattern import Pattern
+from fringeforce.calibration.view import seen
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
 from fringeforce.optics.camera import noise_variance
@@ -145,7 +146,9 @@ def patterned(bench: Bench, fit: Fit, references: dict[str, Array], sound: Mask)
     return replace(bench, pattern=pattern.improved(normal.pixel_gradient, normal.pixels))
 
 
-def _sizes(left: dict[str, Array], errors: dict[str, float], normal: Normal) -> tuple[float, float]:
+def _sizes(
+    left: dict[str, Array], errors: dict[str, float], normal: NormalEquations
+) -> tuple[float, float]:
     """Deviations of amplitude and offset from pixel to pixel, noise taken off, grey levels."""
     used = np.linalg.det(np.moveaxis(normal.pixels, 2, 0)) > 0
     pixels = np.moveaxis(normal.pixels[:, :, used], 2, 0)
@@ -198,7 +201,7 @@ def improved(bench: Bench, fit: Fit) -> tuple[Bench, Unknowns]:
 
 def pattern_response(
     bench: Bench,
-    normal: Normal,
+    normal: NormalEquations,
     modes: Array,
     columns: Array | None = None,
     pixels: slice = EVERY,
@@ -209,7 +212,7 @@ def pattern_response(
     ----------
     bench : Bench
         With a pattern.
-    normal : Normal
+    normal : NormalEquations
         The frames about the fit.
     modes : ndarray, shape (m, k)
         Changes of the unknowns of the bench.
@@ -229,7 +232,7 @@ def pattern_response(
     return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)
 
 
-def pattern_variance(bench: Bench, normal: Normal, used: Mask) -> float:
+def pattern_variance(bench: Bench, normal: NormalEquations, used: Mask) -> float:
     """Mean variance that the pattern's own errors give a grey level of the used pixels.
 
     Over intensities as the frames of the bench show them to every pixel.
@@ -241,7 +244,7 @@ def pattern_variance(bench: Bench, normal: Normal, used: Mask) -> float:
     return float(np.einsum("pab,abp->p", errors, shown).mean())
 
 
-def pattern_freedom(bench: Bench, normal: Normal, used: Mask) -> float:
+def pattern_freedom(bench: Bench, normal: NormalEquations, used: Mask) -> float:
     """Number of free unknowns that the pattern of the used pixels amounts to."""
     if bench.pattern is None:
         return 0.0

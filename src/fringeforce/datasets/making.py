@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_st
 from fringeforce.errors import InputError
 from fringeforce.pads.design import Pad
 from fringeforce.pads.files import DATASET
+from fringeforce.progress import Progress
 from fringeforce.storage import existing_file
 from fringeforce.studies.execution import completed, executor
 
-Progress = Callable[[str, int, int], None]
 DESCRIPTION, UNFINISHED = "dataset.json", ".part-"
 
 

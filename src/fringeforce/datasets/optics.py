@@ -160,7 +160,7 @@ def _modes(model: PadModel, forces: Array, shift: tuple[float, float]) -> NDArra
             "The contacts turn light by more than a wave in one slice of the pad; take smaller "
             "forces."
         )
-    return modes.astype(np.float32, copy=False)
+    return modes
 
 
 def _lighting(pad: Pad, optics: Optics) -> Array:

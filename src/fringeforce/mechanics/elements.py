@@ -155,6 +155,29 @@ def gauss_interpolation(order: int, breaks: Array, points: Array) -> csr_array:
     return _banded(element * order, weights, order * (len(breaks) - 1))
 
 
+def integrals(order: int, breaks: Array) -> Array:
+    """Integrals of the shape functions over a line of elements, shape (order * e + 1,) [m].
+
+    Parameters
+    ----------
+    order : int
+        Polynomial order.
+    breaks : ndarray, shape (e + 1,)
+        Element boundaries, ascending [m].
+    """
+    result = np.zeros(order * (len(breaks) - 1) + 1)
+    for element, length in enumerate(np.diff(breaks)):
+        result[element * order : (element + 1) * order + 1] += length * interval(order).mean
+    return result
+
+
+def along(matrix: csr_array, values: Array, axis: int = 0) -> Array:
+    """A matrix applied along one axis of an array of any dimension."""
+    moved = np.moveaxis(values, axis, 0)
+    result = matrix @ moved.reshape(len(moved), -1)
+    return np.moveaxis(result.reshape(-1, *moved.shape[1:]), 0, axis)
+
+
 def _banded(first: NDArray[np.intp], weights: Array, columns: int) -> csr_array:
     """Sparse matrix whose row i holds weights[i] from column first[i] on."""
     rows, width = weights.shape

@@ -1,4 +1,4 @@
-"""Plane elasticity of one isotropic layer."""
+"""Elastic moduli of one isotropic layer, in a plane and in three dimensions."""
 
 from __future__ import annotations
 
@@ -44,3 +44,9 @@ def plane_moduli(layer: Layer, plane: Literal["stress", "strain", "3d"]) -> Plan
         return PlaneModuli(c11=c11, c12=nu * c11)
     scale = e / ((1 + nu) * (1 - 2 * nu))
     return PlaneModuli(c11=(1 - nu) * scale, c12=nu * scale)
+
+
+def lame_parameters(layer: Layer) -> tuple[float, float]:
+    """Lame's lambda and the shear modulus mu of a layer [Pa]."""
+    e, nu = layer.youngs_modulus, layer.poissons_ratio
+    return e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.mechanics.elasticity import Displacement
-from fringeforce.mechanics.elements import interpolation, interval
+from fringeforce.mechanics.elements import along, integrals, interpolation
 
 Array = NDArray[np.float64]
 
@@ -34,19 +34,16 @@ def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
     """
     mesh, transducer = displacement.mesh, displacement.transducer
     rows = np.searchsorted(mesh.z, -transducer.compliant.thickness * (1 + 1e-9))
-    depth = np.zeros(displacement.coefficients.shape[2])
-    for row, height in enumerate(np.diff(mesh.z)[:rows]):
-        start = row * mesh.order
-        depth[start : start + mesh.order + 1] += height * interval(mesh.order).mean
-    along = np.einsum("z,xz...->x...", depth, displacement.coefficients[0])
-    sinking = displacement.coefficients[1, :, rows * mesh.order]
+    depth, interface = integrals(mesh.order, mesh.z[: rows + 1]), rows * mesh.order
+    shift = np.einsum("z,xz...->x...", depth, displacement.coefficients[0, :, : interface + 1])
+    sinking = displacement.coefficients[1, :, interface]
 
     values, slopes = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
-    strain = _along(slopes, along)
+    strain = along(slopes, shift)
     moduli = displacement.moduli(transducer.photoelastic)
     if transducer.plane == "strain":
         return 2 * moduli.shear * strain
-    return moduli.c11 * strain + moduli.c12 * _along(values, sinking)
+    return moduli.c11 * strain + moduli.c12 * along(values, sinking)
 
 
 def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Array:
@@ -73,8 +70,7 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
     value_z, slope_z = interpolation(mesh.order, mesh.z, heights)
 
     def gradient(component: int, along_x: csr_array, along_z: csr_array) -> Array:
-        lines = _along(along_x, displacement.coefficients[component])
-        return np.moveaxis(_along(along_z, np.moveaxis(lines, 1, 0)), 0, 1)
+        return along(along_z, along(along_x, displacement.coefficients[component]), axis=1)
 
     strain_x = gradient(0, slope_x, value_z)
     strain_z = gradient(1, value_x, slope_z)
@@ -87,8 +83,3 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
         field[1][:, here] = moduli.c12 * strain_x[:, here] + moduli.c11 * strain_z[:, here]
         field[2][:, here] = moduli.shear * shear_strain[:, here]
     return field
-
-
-def _along(matrix: csr_array, values: Array) -> Array:
-    """A matrix applied to the first axis of an array of any dimension."""
-    return (matrix @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:])

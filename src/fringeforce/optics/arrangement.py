@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design_optics import Plates
-from fringeforce.optics.jones import Jones, polariser, product, retarder
+from fringeforce.optics.jones import Jones, polariser, product
+from fringeforce.optics.polariscope import quarter_wave_plates
 
 Array = NDArray[np.float64]
 Arrangement = Literal["dark field", "bright field", "plane", "analyser"]
@@ -59,17 +60,15 @@ def arranged(
         Retardance of plates that are not achromatic, over that at their own wavelength.
     """
     errors = plates or Plates()
-    quarter = np.radians(90 + errors.retardance_error)
-    if errors.dispersion != "achromatic":
-        quarter *= dispersion
-    turn, leak, eighth = np.radians(errors.angle_error), errors.extinction_ratio, np.pi / 4
+    leak = errors.extinction_ratio
     if arrangement == "plane":
         return quadratic_form([polariser(angle, leak)], [polariser(angle + np.pi / 2, leak)])
-    before = [polariser(0.0, leak), retarder(quarter, eighth + turn)]
+    first, second = quarter_wave_plates(errors, dispersion)
+    before = [polariser(0.0, leak), first]
     if arrangement == "analyser":
         return quadratic_form(before, [polariser(angle, leak)])
     across = 0.0 if arrangement == "bright field" else np.pi / 2
-    return quadratic_form(before, [retarder(quarter, turn - eighth), polariser(across, leak)])
+    return quadratic_form(before, [second, polariser(across, leak)])
 
 
 def signed(forms: Array) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design_optics import Channel, Plates, Polariscope
-from fringeforce.optics.jones import Fringe, fringe, polariser, retarder
+from fringeforce.optics.jones import Fringe, Jones, fringe, polariser, retarder
 
 
 def intensity(phase: ArrayLike) -> NDArray[np.float64]:
@@ -56,11 +56,23 @@ def pictures(polariscope: Polariscope) -> list[Picture]:
 def _picture(polariscope: Polariscope, channel: Channel) -> Picture:
     plates = polariscope.plates or Plates()
     dispersion = polariscope.wavelength / (channel.wavelength or polariscope.wavelength)
-    quarter = np.radians(90 + plates.retardance_error)
+    first, second = quarter_wave_plates(plates, dispersion)
+    before = [polariser(0.0, plates.extinction_ratio), first]
+    analyser = polariser((np.pi - np.radians(channel.bias)) / 2, plates.extinction_ratio)
+    return Picture(fringe(before, [second, analyser]), dispersion)
+
+
+def quarter_wave_plates(plates: Plates, dispersion: float = 1.0) -> tuple[Jones, Jones]:
+    """The plates of a circular polariscope before and behind the strip, at 45 and -45 degrees.
+
+    Parameters
+    ----------
+    plates : Plates
+        What is wrong with them.
+    dispersion : float
+        Retardance of plates that are not achromatic, over that at their own wavelength.
+    """
+    quarter, turn = np.radians(90 + plates.retardance_error), np.radians(plates.angle_error)
     if plates.dispersion != "achromatic":
         quarter *= dispersion
-    turn, leak = np.radians(plates.angle_error), plates.extinction_ratio
-    eighth, bias = np.pi / 4, np.radians(channel.bias)
-    before = [polariser(0.0, leak), retarder(quarter, eighth + turn)]
-    analyser = polariser(np.pi / 2 - bias / 2, leak)
-    return Picture(fringe(before, [retarder(quarter, -eighth + turn), analyser]), dispersion)
+    return retarder(quarter, turn + np.pi / 4), retarder(quarter, turn - np.pi / 4)

@@ -153,7 +153,6 @@ def _first_turns(
         growing = bool(change > 0)
     rising = growing == ((m + n) % 2 == 1)
     clear = abs(light[1] - light[0]) > 1e-12
-    clear = abs(light[1] - light[0]) > 1e-12
     if given is not None and clear and given % 2 != rising:
         raise InputError(
             f"k = {given} says that the phase {'rises' if given % 2 else 'falls'} at the start of "

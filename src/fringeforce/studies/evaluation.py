@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 
 from fringeforce.design import Sensor
+from fringeforce.progress import Progress
 from fringeforce.studies.execution import completed
 from fringeforce.studies.ledger import OPEN, Ledger, Outcome
 from fringeforce.studies.performance import coarse_model, performance
 from fringeforce.studies.sampling import Value
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

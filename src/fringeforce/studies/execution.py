@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from fringeforce.errors import InputError
 from fringeforce.parentage import end_with_parent
+from fringeforce.progress import Progress
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -132,3 +133,31 @@ def completed(
         finished, _ = wait(running, return_when=FIRST_COMPLETED)
         for future in finished:
             yield running.pop(future), future.result()
+
+
+def gathered(
+    pool: Executor,
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    words: str = "",
+    progress: Progress | None = None,
+) -> list[Result]:
+    """Results of all calls, in the order of their tasks.
+
+    Parameters
+    ----------
+    pool, function
+        As in `completed`.
+    tasks : sequence
+        What to call the function with.
+    words : str
+        What the tasks are, for the progress.
+    progress : callable, optional
+        Told the words, the calls done and their count.
+    """
+    found: dict[int, Result] = {}
+    for number, result in completed(pool, function, enumerate(tasks)):
+        found[number] = result
+        if progress:
+            progress(words, len(found), len(tasks))
+    return [found[number] for number in range(len(tasks))]

@@ -13,8 +13,8 @@ from fringeforce.loads import polar
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
 from fringeforce.model import SensorModel
+from fringeforce.progress import Progress
 from fringeforce.strip_width import POINTS, StripWidth, strip_width
-from fringeforce.studies.evaluation import Progress
 
 Array = NDArray[np.float64]
 

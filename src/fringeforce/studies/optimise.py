@@ -15,7 +15,8 @@ from scipy.stats import qmc
 
 from fringeforce.design import Sensor
 from fringeforce.errors import InputError
-from fringeforce.studies.evaluation import Progress, Setting, evaluate_missing
+from fringeforce.progress import Progress
+from fringeforce.studies.evaluation import Setting, evaluate_missing
 from fringeforce.studies.ledger import Ledger, Outcome, open_ledger, read_results
 from fringeforce.studies.performance import NAMES, Performance
 from fringeforce.studies.sampling import Axis, changes

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 
 from fringeforce.design import Sensor
 from fringeforce.model import SensorModel, characterize
-from fringeforce.studies.evaluation import Progress
-from fringeforce.studies.execution import completed
+from fringeforce.progress import Progress
+from fringeforce.studies.execution import gathered
 from fringeforce.studies.limits import (
     PAPER_START,
     SIGN_BY_CONTACT,
@@ -89,12 +89,9 @@ def range_study(
     """
     cases = [sensor.replace(**{"transducer.edges": edges}) for edges in CASES]
     questions = [_Question(case, loads, frames, seed) for case in cases for loads in SETS]
-    answers: dict[int, Limits] = {}
-    for index, answer in completed(pool, _answer, enumerate(questions)):
-        answers[index] = answer
-        if progress:
-            progress("cases and loads", len(answers), len(questions))
-    found = {(q.case.transducer.edges, q.loads): answers[i] for i, q in enumerate(questions)}
+    answers = gathered(pool, _answer, questions, "cases and loads", progress)
+    asked = [(question.case.transducer.edges, question.loads) for question in questions]
+    found = dict(zip(asked, answers, strict=True))
     rows = tuple(
         (label, *(newtons(getattr(one, name)) for one in found.values()))
         for name, label in LABELS.items()

@@ -19,7 +19,8 @@ from fringeforce.errors import InputError
 from fringeforce.force.bounds import fisher_information
 from fringeforce.loads import polar
 from fringeforce.model import SensorModel
-from fringeforce.studies.evaluation import Candidate, Progress, Setting, evaluate
+from fringeforce.progress import Progress
+from fringeforce.studies.evaluation import Candidate, Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
 from fringeforce.studies.statement import Statement
@@ -49,7 +50,7 @@ LOAD, ANGLE = 1.0, 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class LocalSensitivity:
     """First-order effects of design values, per relative change.
 
     Attributes
@@ -73,7 +74,7 @@ class Slopes:
         return np.linalg.norm(self.psi.reshape(len(self.psi), -1), axis=1)
 
 
-def slopes(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel, Slopes]:
+def local_sensitivity(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel, LocalSensitivity]:
     """Derivatives of the influence matrix and of read forces by design values.
 
     Grey levels that are wrong by d move a reading by C J' d / variance, with the covariance C of
@@ -91,7 +92,7 @@ def slopes(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel, Slopes]:
     jacobian = influence * response.slope(phase)[:, None]
     moved = np.linalg.solve(information, jacobian.T @ levels.T / response.variance).T
     shape = (len(paths), -1, *model.psi.shape[1:])
-    return model, Slopes(
+    return model, LocalSensitivity(
         tuple(paths), psi.reshape(shape), np.asarray(moved.reshape(shape)[:, 0], float)
     )
 
@@ -138,7 +139,7 @@ def sensitivity_study(
 ) -> Statement:
     """Derivatives and Sobol's indices of a design by the values that are never exactly known."""
     paths = tuple(TOLERANCES)
-    model, found = slopes(sensor, paths)
+    model, found = local_sensitivity(sensor, paths)
     size = float(np.linalg.norm(model.pixel_influence))
     tolerance = np.array(list(TOLERANCES.values()))
     setting = Setting(sensor, LOAD, 5, np.random.SeedSequence(seed))

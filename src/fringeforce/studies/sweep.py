@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design import Sensor
-from fringeforce.studies.evaluation import Progress, Setting, evaluate_missing
+from fringeforce.progress import Progress
+from fringeforce.studies.evaluation import Setting, evaluate_missing
 from fringeforce.studies.ledger import DONE, FAILED, open_ledger, read_results
 from fringeforce.studies.sampling import Axis, axis, designs, value_at
 from fringeforce.studies.study_file import LARGER_IS_BETTER, StudyFile

@@ -12,7 +12,7 @@ from fringeforce.design import Sensor
 from fringeforce.model import characterize
 from fringeforce.reading.reading import Status
 from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.studies.execution import completed
+from fringeforce.studies.execution import gathered
 from fringeforce.studies.loads import load_maps
 from fringeforce.studies.monte_carlo import DEVIATIONS
 from fringeforce.studies.performance import uncertainties
@@ -95,11 +95,9 @@ def _read_all(
     cuts = range(0, len(loads), BATCH)
     seeds = seed.spawn(len(cuts))
     batches = [
-        (i, _Batch(sensor, loads[cut : cut + BATCH], one))
-        for i, (cut, one) in enumerate(zip(cuts, seeds, strict=True))
+        _Batch(sensor, loads[cut : cut + BATCH], one) for cut, one in zip(cuts, seeds, strict=True)
     ]
-    found = dict(completed(pool, _read_batch, batches))
-    errors, right = zip(*(found[i] for i in range(len(batches))), strict=True)
+    errors, right = zip(*gathered(pool, _read_batch, batches), strict=True)
     return np.concatenate(errors), np.concatenate(right)
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from fringeforce.design import Sensor
 from fringeforce.loads import polar
 from fringeforce.model import characterize
+from fringeforce.progress import Progress
 from fringeforce.strip_width import strip_width
-from fringeforce.studies.evaluation import Progress
-from fringeforce.studies.execution import completed
+from fringeforce.studies.execution import gathered
 from fringeforce.studies.one_phase import OnePhase, one_phase
 from fringeforce.studies.statement import Statement
 
@@ -99,12 +99,7 @@ def width_study(
     own = sensor.transducer.width
     depth = sensor.transducer.compliant.thickness + sensor.transducer.photoelastic.thickness
     widths = sorted({own, *(float(depth * share) for share in WIDTHS)})
-    solved: dict[int, AtWidth] = {}
-    for place, one in completed(pool, at_width, enumerate((sensor, w) for w in widths)):
-        solved[place] = one
-        if progress:
-            progress("widths", len(solved), len(widths))
-    found = [solved[i] for i in range(len(widths))]
+    found = gathered(pool, at_width, [(sensor, width) for width in widths], "widths", progress)
     planes = plane_phases(sensor)
     away = deviations(found, planes)
     lines = one_phase(sensor, seed, progress)

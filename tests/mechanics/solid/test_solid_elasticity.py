@@ -12,10 +12,10 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 import fringeforce as ff
 from fringeforce.design import Layer, PhotoelasticLayer, Transducer
 from fringeforce.mechanics import fourier
-from fringeforce.mechanics.elements import interpolation
+from fringeforce.mechanics.elements import along, interpolation
 from fringeforce.mechanics.solid.block import Block, Patches
 from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
-from fringeforce.mechanics.solid.influence import along, light_stresses, pad_influence
+from fringeforce.mechanics.solid.influence import light_stresses, pad_influence
 from fringeforce.mechanics.solid.mesh import BoxMesh, box_mesh
 from fringeforce.mechanics.solid.strip import STRIP
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation

@@ -5,17 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Layer
 from fringeforce.mechanics.elements import interval
 from fringeforce.mechanics.solid.section import mirrored_interval
 
 Array = NDArray[np.float64]
-
-
-def lame_parameters(layer: Layer) -> tuple[float, float]:
-    """Lame's lambda and the shear modulus mu of a layer [Pa]."""
-    e, nu = layer.youngs_modulus, layer.poissons_ratio
-    return e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))
 
 
 def brick_stiffness(

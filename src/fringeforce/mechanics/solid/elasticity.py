@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.errors import InputError
+from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block
-from fringeforce.mechanics.solid.bricks import lame_parameters
 from fringeforce.mechanics.solid.mesh import BoxMesh
 from fringeforce.mechanics.solid.section import Section
 from fringeforce.mechanics.solid.slabs import slabs
 from fringeforce.mechanics.solid.symmetry import EVEN, ODD, Mirror, mirrored_load
+from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-Progress = Callable[[str, int, int], None]
-"""Told words, the steps done and their count."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.mechanics.fourier import harmonic_displacement
+from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def stress_influence(
     difference, shear = np.empty(shape), np.empty(shape)
     loads = _load_harmonics(block, patches, alpha, beta)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
-    mu = block.photoelastic.youngs_modulus / (2 * (1 + block.photoelastic.poissons_ratio))
+    _, mu = lame_parameters(block.photoelastic)
     turn_c, turn_s = _doubled_angle(alpha, beta)
     for component, (load_x, load_y) in enumerate(loads):
         # Hooke's law: 2 mu (eps_x - eps_y), and mu gamma_xy
@@ -104,10 +105,7 @@ def _horizontal(
 
 def _shear_displacement(block: Block, kappa: Array, heights: Array) -> Array:
     """Displacement across the wave for a unit traction across it, shape (len(kappa), slices)."""
-    soft, clear = (
-        layer.youngs_modulus / (2 * (1 + layer.poissons_ratio))
-        for layer in (block.compliant, block.photoelastic)
-    )
+    soft, clear = (lame_parameters(layer)[1] for layer in (block.compliant, block.photoelastic))
     cover, depth = block.compliant.thickness, block.photoelastic.thickness
     damped = np.exp(-kappa * cover)
     cosh, sinh = (1 + damped**2) / 2, (1 - damped**2) / 2  # over exp(kappa cover)

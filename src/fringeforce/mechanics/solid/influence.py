@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
-from fringeforce.mechanics.elements import interpolation
+from fringeforce.mechanics.elements import along, interpolation
+from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
-from fringeforce.mechanics.solid.bricks import lame_parameters
 from fringeforce.mechanics.solid.elasticity import (
     Loads,
-    Progress,
     SymmetricPart,
     symmetric_parts,
 )
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
+from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -157,10 +157,3 @@ def light_stresses(
     _, mu = lame_parameters(block.photoelastic)
     difference = 2 * mu * (slope(u, 0, 0) - slope(v, 1, 1))
     return difference, mu * (slope(u, 0, 1) + slope(v, 1, 0))
-
-
-def along(matrix: csr_array, values: Array, axis: int) -> Array:
-    """A matrix applied along one axis of an array of any dimension."""
-    moved = np.moveaxis(values, axis, 0)
-    result = matrix @ moved.reshape(len(moved), -1)
-    return np.moveaxis(result.reshape(-1, *moved.shape[1:]), 0, axis)

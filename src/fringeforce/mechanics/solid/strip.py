@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.design import Transducer
-from fringeforce.mechanics.elements import interval
+from fringeforce.mechanics.elements import integrals
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.solid.block import Block
-from fringeforce.mechanics.solid.elasticity import Loads, Progress, symmetric_parts
+from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import light_stresses
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
+from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -108,8 +109,6 @@ def strip_integral(
 
 def _depth_weights(block: Block, mesh: BoxMesh) -> Array:
     """Integrals of the shape functions along z over the photoelastic layer [m]."""
-    p, weights = mesh.order, np.zeros(mesh.order * (len(mesh.z) - 1) + 1)
-    rows = np.searchsorted(mesh.z, block.interface * (1 + 1e-9))
-    for row, height in enumerate(np.diff(mesh.z)[:rows]):
-        weights[row * p : (row + 1) * p + 1] += height * interval(p).mean
-    return weights
+    rows = int(np.searchsorted(mesh.z, block.interface * (1 + 1e-9)))
+    below = integrals(mesh.order, mesh.z[: rows + 1])
+    return np.pad(below, (0, mesh.order * (len(mesh.z) - 1 - rows)))

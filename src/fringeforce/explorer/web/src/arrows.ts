@@ -2,7 +2,8 @@
 
 import { set, shape } from "./dom";
 import { LEFT, type Layout } from "./layout";
-import { largest, type Model } from "./model";
+import type { Model } from "./model";
+import { clamped, hundredths, largest } from "./numbers";
 import type { Store } from "./store";
 
 export const MOST = 50;
@@ -163,7 +164,7 @@ export class Arrows {
     const change = (values: number[], value: number | undefined, low: number) =>
       value === undefined
         ? values
-        : values.map((old, i) => (i === tactel ? rounded(value, low, this.full) : old));
+        : values.map((old, i) => (i === tactel ? hundredths(clamped(value, low, this.full)) : old));
     this.store.change(
       {
         preset: "",
@@ -191,13 +192,9 @@ export class Arrows {
     else return;
     event.preventDefault();
     const values = this.store.state[direction].slice();
-    values[tactel] = rounded(next, -MOST, MOST);
+    values[tactel] = hundredths(clamped(next, -MOST, MOST));
     this.store.change({ preset: "", [direction]: values });
   }
-}
-
-function rounded(value: number, low: number, high: number): number {
-  return Math.round(Math.min(Math.max(value, low), high) * 100) / 100;
 }
 
 function worded(value: number): Record<string, string> {

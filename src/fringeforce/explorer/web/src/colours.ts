@@ -1,6 +1,6 @@
 /** Colours that colour-blind people tell apart, and the colour of the light itself. */
 
-export type Rgb = [number, number, number];
+type Rgb = [number, number, number];
 
 function rgb(hex: string): Rgb {
   return [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16)) as Rgb;

@@ -1,7 +1,7 @@
 /** Buttons that every page has: history, link and theme. */
 
 import { isDark } from "./colours";
-import { byId, element } from "./dom";
+import { button, byId } from "./dom";
 
 interface Past {
   readonly canUndo: boolean;
@@ -40,13 +40,32 @@ export function showCommands(past: Past): void {
   byId("theme").textContent = isDark() ? "Light" : "Dark";
 }
 
-/** A button that stays pressed. */
-export function pressed(name: string, hint: string): HTMLButtonElement {
-  return element("button", { type: "button", "aria-pressed": "false", title: hint }, name);
+/** Buttons of which the chosen one stays pressed. */
+export class Choice<K extends string> {
+  private readonly buttons = new Map<K, HTMLButtonElement>();
+
+  /** Of a kind of things, each with a key, a name and a hint. */
+  constructor(
+    container: HTMLElement,
+    kind: string,
+    things: { key: K; name: string; hint: string }[],
+    onChoose: (key: K) => void,
+  ) {
+    for (const { key, name, hint } of things) {
+      const made = button(name, () => onChoose(key), { title: hint, [`data-${kind}`]: key });
+      this.buttons.set(key, made);
+    }
+    container.append(...this.buttons.values());
+  }
+
+  show(chosen: string): void {
+    for (const [key, made] of this.buttons) press(made, key === chosen);
+  }
 }
 
-export function press(button: HTMLElement, on: boolean): void {
-  button.setAttribute("aria-pressed", `${on}`);
+/** Show whether a button stays pressed. */
+export function press(made: HTMLElement, on: boolean): void {
+  made.setAttribute("aria-pressed", `${on}`);
 }
 
 async function copied(hash: string): Promise<void> {

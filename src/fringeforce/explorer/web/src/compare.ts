@@ -3,8 +3,9 @@
 import { blankCanvas, byId, element } from "./dom";
 import { drawFringes } from "./fringes";
 import { layout } from "./layout";
-import { largest, type Model, niceAbove } from "./model";
-import { AlongStrip } from "./plots";
+import type { Model } from "./model";
+import { largest, niceAbove } from "./numbers";
+import { Plot } from "./plots";
 import { drawStress, megapascals, NAMES, picked } from "./stress";
 import type { Component } from "./store";
 
@@ -17,7 +18,7 @@ export class Compare {
   private readonly models: Partial<Record<Edges, Model>> = {};
   private readonly canvases = EDGES.map(() => [blankCanvas(), blankCanvas()]);
   private readonly note = element("p", { class: "aside" });
-  private readonly plot: AlongStrip;
+  private readonly plot: Plot;
 
   constructor() {
     const cards = EDGES.map((edges, i) =>
@@ -25,9 +26,9 @@ export class Compare {
     );
     const curves = element("div");
     byId("compare").append(element("div", { class: "pair" }, ...cards), this.note, curves);
-    this.plot = new AlongStrip(curves, {
+    this.plot = new Plot(curves, {
       height: 150,
-      unit: "phase [rad]",
+      label: "phase [rad]",
       curves: [
         { label: "free", ink: "normal" },
         { label: "roller", ink: "tangential", dash: [6, 3] },
@@ -44,7 +45,7 @@ export class Compare {
     return Object.values(this.models).find((model) => model.id === id);
   }
 
-  draw(loads: number[], component: Component, mesh: boolean, width: number, theme: string): void {
+  draw(loads: number[], component: Component, mesh: boolean, width: number): void {
     const [free, roller] = EDGES.map((edges) => this.models[edges]);
     if (!free?.whole || !roller?.whole) return;
     if (free.tactels.length * 2 !== loads.length || roller.tactels.length * 2 !== loads.length) return;
@@ -61,7 +62,6 @@ export class Compare {
       return phase;
     });
     this.note.textContent = `${NAMES[component]} to ±${megapascals(limit)} in both. Phase: solid, free edges; dashed, rollers. Free edges let the phase go to zero at the ends; rollers hold it.`;
-    const x = free.x.map((value) => value * 1e3);
-    if (roller.x.length === free.x.length) this.plot.draw(width, theme, [x, ...phases]);
+    if (roller.x.length === free.x.length) this.plot.draw(width, [free.millimetres, ...phases]);
   }
 }

@@ -1,5 +1,7 @@
 /** The controls of a design: path in the design file, name, and the range of the slider. */
 
+import { clamped } from "./numbers";
+
 export interface Control {
   path: string;
   name: string;
@@ -131,12 +133,6 @@ export function spelled(value: Value): string {
   return Array.isArray(value) ? value.join(" × ") : `${value}`;
 }
 
-/** Changes of a design that a link holds. */
-export function changesOf(values: URLSearchParams): Changes {
-  const paths = [...values].filter(([key]) => key.startsWith(".")).map(([key, text]) => [key.slice(1), text]);
-  return Object.fromEntries(paths.map(([path, text]) => [path, typed(path, text)]));
-}
-
 const SIZES: Record<string, number> = {
   m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6, µm: 1e-6, nm: 1e-9,
   Pa: 1, kPa: 1e3, MPa: 1e6, GPa: 1e9,
@@ -149,7 +145,7 @@ export function inUnit(value: Value, unit: string | undefined): number {
   return match ? (Number(match[1]) * SIZES[match[2]]) / SIZES[unit] : Number.NaN;
 }
 
-const NOTCHES = 200;
+export const NOTCHES = 200;
 
 /** Place of a value on its slider, 0 to NOTCHES. */
 export function notch(control: Control, value: number): number {
@@ -157,7 +153,7 @@ export function notch(control: Control, value: number): number {
   const share = control.logarithmic
     ? Math.log(value / low) / Math.log(high / low)
     : (value - low) / (high - low);
-  return Math.round(Math.min(Math.max(share, 0), 1) * NOTCHES);
+  return Math.round(clamped(share, 0, 1) * NOTCHES);
 }
 
 /** Value at a place of the slider, to three digits. */
@@ -167,5 +163,3 @@ export function atNotch(control: Control, place: number): number {
   const value = control.logarithmic ? low * (high / low) ** share : low + (high - low) * share;
   return control.whole ? Math.round(value) : Number(value.toPrecision(control.unit === "nm" ? 4 : 3));
 }
-
-export { NOTCHES };

@@ -22,6 +22,13 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
+/** A button that does something. */
+export function button(name: string, act: () => void, attributes: Attributes = {}): HTMLButtonElement {
+  const made = element("button", { type: "button", ...attributes }, name);
+  made.addEventListener("click", act);
+  return made;
+}
+
 /** A canvas that has a name even before anything is drawn on it. */
 export function blankCanvas(): HTMLCanvasElement {
   return element("canvas", { role: "img", "aria-label": "Not drawn yet." });
@@ -43,6 +50,11 @@ export function set(target: Element, attributes: Attributes): void {
   for (const [name, value] of Object.entries(attributes)) {
     if (target.getAttribute(name) !== `${value}`) target.setAttribute(name, `${value}`);
   }
+}
+
+/** Make a picture so many pixels wide and high, without stretching what is in it. */
+export function sized(svg: SVGSVGElement, width: number, height: number): void {
+  set(svg, { width, height, viewBox: `0 0 ${width} ${height}` });
 }
 
 /** Set a text that has changed: a live region speaks whenever it is set. */

@@ -1,8 +1,8 @@
 /** Files to take away: those of the library come from the server, pictures are made here. */
 
-import { byId, element, save } from "./dom";
+import { button, byId, save } from "./dom";
 
-export const SERVER_FILES = {
+const SERVER_FILES = {
   design: "Design file (.toml)",
   model: "Model (.h5)",
   forces: "Forces (.csv)",
@@ -11,7 +11,7 @@ export const SERVER_FILES = {
 
 export const PICTURES = { svg: "Figure (.svg)", png: "Figure (.png)" } as const;
 
-export type ServerFile = keyof typeof SERVER_FILES;
+type ServerFile = keyof typeof SERVER_FILES;
 export type Picture = keyof typeof PICTURES;
 
 export function downloadMenu<P extends string>(
@@ -21,12 +21,11 @@ export function downloadMenu<P extends string>(
 ): void {
   const menu = byId<HTMLDetailsElement>("download");
   const item = (kind: string, name: string, act: () => void) => {
-    const button = element("button", { type: "button", "data-file": kind }, name);
-    button.addEventListener("click", () => {
+    const chosen = () => {
       menu.open = false;
       act();
-    });
-    return button;
+    };
+    return button(name, chosen, { "data-file": kind });
   };
   const files = Object.entries(SERVER_FILES) as [ServerFile, string][];
   const pictures = Object.entries(names) as [P, string][];

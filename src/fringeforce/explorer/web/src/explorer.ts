@@ -8,11 +8,11 @@ import { byId } from "./dom";
 import { downloadMenu, PICTURES, saveFile } from "./download";
 import { showFigures } from "./figures";
 import { Live } from "./live";
-import { type Figure, Model, type Reading, readingOf } from "./model";
+import { type Figure, Model, type Reading } from "./model";
 import { Page } from "./page";
 import { Painting } from "./painting";
 import { presetLoads, refitted } from "./presets";
-import type { Message } from "./protocol";
+import { answer, type Message } from "./protocol";
 import { type State, Store } from "./store";
 import { Toolbar } from "./toolbar";
 import { Tour } from "./tour";
@@ -107,7 +107,7 @@ export class Explorer {
     else if (message.type === "live") this.live?.take(message);
     else if (message.type === "model") this.modelled(new Model(message), header.slot as string);
     else if (message.type === "inside") this.completed(message);
-    else if (message.type === "reading") this.read(readingOf(message));
+    else if (message.type === "reading") this.read(answer<Reading>(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
   }

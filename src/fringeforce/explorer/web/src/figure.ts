@@ -2,7 +2,8 @@
 
 import { shape } from "./dom";
 import { LEFT, layout, RIGHT } from "./layout";
-import { type Model, niceAbove, type Reading } from "./model";
+import type { Model, Reading } from "./model";
+import { niceAbove } from "./numbers";
 import type { State } from "./store";
 
 const WIDTH = 900;

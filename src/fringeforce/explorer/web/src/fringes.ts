@@ -1,9 +1,10 @@
 /** The strip from above through the polariscope, in the colour of its light. */
 
+import { blit, prepared } from "./canvas";
 import { inked, lightTable, painted } from "./colours";
-import { LEFT, prepared, type Layout } from "./layout";
+import { LEFT, type Layout } from "./layout";
 import { intensity, type Model } from "./model";
-import { blit } from "./stress";
+import { fixed } from "./numbers";
 
 const TALLEST = 84;
 
@@ -33,9 +34,5 @@ export function fringeCount(phase: Float32Array): string {
     high = Math.max(high, value);
   }
   const peak = Math.max(Math.abs(low), Math.abs(high));
-  return `phase from ${signed(low)} to ${signed(high)} rad, fringe order up to ${(peak / (2 * Math.PI)).toFixed(2)}`;
-}
-
-function signed(value: number): string {
-  return (Math.abs(value) < 0.005 ? 0 : value).toFixed(2).replace("-", "−");
+  return `phase from ${fixed(low, 2)} to ${fixed(high, 2)} rad, fringe order up to ${(peak / (2 * Math.PI)).toFixed(2)}`;
 }

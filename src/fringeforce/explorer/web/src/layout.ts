@@ -17,26 +17,6 @@ export function layout(width: number, length: number): Layout {
   return { width, scale, across: (x) => LEFT + (x + length / 2) * scale };
 }
 
-/** A canvas of a size in CSS pixels, sharp on dense screens, cleared and ready to draw. */
-export function prepared(
-  canvas: HTMLCanvasElement,
-  width: number,
-  height: number,
-): CanvasRenderingContext2D {
-  const density = window.devicePixelRatio || 1;
-  const [columns, rows] = [Math.round(width * density), Math.round(height * density)];
-  if (canvas.width !== columns || canvas.height !== rows) {
-    canvas.width = columns;
-    canvas.height = rows;
-    canvas.style.width = `${width}px`;
-    canvas.style.height = `${height}px`;
-  }
-  const context = canvas.getContext("2d") as CanvasRenderingContext2D;
-  context.setTransform(density, 0, 0, density, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return context;
-}
-
 /** Which pictures are on the screen, so that those that are not cost nothing. */
 export class Sight {
   private readonly away = new Set<Element>();

@@ -4,8 +4,9 @@ import type { Connection } from "./connection";
 import { byId } from "./dom";
 import { LivePictures } from "./livepictures";
 import type { Model } from "./model";
-import type { Message } from "./protocol";
-import { momentOf, Ring } from "./ring";
+import { clamped } from "./numbers";
+import { answer, type Message } from "./protocol";
+import { type Moment, Ring } from "./ring";
 
 const STEP = 1;
 const LEAP = 30;
@@ -58,7 +59,7 @@ export class Live {
     this.ended = header.ended as string;
     if (message.blocks.forces) {
       const before = this.ring.length;
-      this.ring.add(momentOf(message), header.recorded as boolean);
+      this.ring.add(answer<Moment>(message), header.recorded as boolean);
       // a picture that is held stays the same when the oldest ones go
       if (this.paused) this.cursor = Math.max(this.cursor + this.ring.length - before - 1, 0);
     }
@@ -117,7 +118,7 @@ export class Live {
   private seek(number: number): void {
     if (!this.ring.length) return;
     this.pause(true);
-    this.cursor = Math.min(Math.max(number, 0), this.ring.length - 1);
+    this.cursor = clamped(number, 0, this.ring.length - 1);
   }
 
   private assume(event: Event): void {

@@ -1,12 +1,11 @@
 /** Everything that is painted of one moment of a running sensor. */
 
-import { isDark } from "./colours";
 import { blankCanvas, byId, element, write } from "./dom";
 import { drawFringes } from "./fringes";
 import { History } from "./history";
 import { type Layout, layout, Sight } from "./layout";
 import type { Model } from "./model";
-import { AlongStrip } from "./plots";
+import { Plot } from "./plots";
 import { Readings } from "./readings";
 import type { Moment, Ring } from "./ring";
 import { Slip } from "./slip";
@@ -19,17 +18,17 @@ export class LivePictures {
   private readonly canvas = blankCanvas();
   private readonly readings: Readings;
   private readonly slip: Slip;
-  private readonly normal = new History(byId("watch-normal"), "normal force [N]");
-  private readonly tangential = new History(byId("watch-tangential"), "tangential force [N]");
-  private readonly camera = new AlongStrip(byId("watch-camera"), {
+  private readonly normal = new History(byId("watch-normal"), "normal force [N]", 0, SPAN);
+  private readonly tangential = new History(byId("watch-tangential"), "tangential force [N]", 1, SPAN);
+  private readonly camera = new Plot(byId("watch-camera"), {
     height: 120,
-    unit: "grey level",
+    label: "grey level",
     curves: [{ label: "camera line", ink: "noise", width: 1 }],
     range: () => [0, this.fullScale],
   });
   private readonly sight: Sight;
   private fullScale = 255;
-  private millimetres = new Float32Array();
+  private millimetres: Float32Array = new Float32Array();
 
   constructor(repaint: () => void) {
     byId("watch-fringes").append(this.canvas);
@@ -42,10 +41,10 @@ export class LivePictures {
   /** Make ready for a sensor. */
   build(model: Model): void {
     this.fullScale = model.facts.camera.full_scale;
-    this.millimetres = model.x.map((x) => x * 1e3);
+    this.millimetres = model.millimetres;
     const n = model.tactels.length;
     for (const plot of [this.normal, this.tangential]) plot.build(n);
-    byId("watch-lines").replaceChildren(...this.normal.legend(n));
+    byId("watch-lines").replaceChildren(...this.normal.legend());
   }
 
   /** How the camera does, which is the same for all moments. */
@@ -65,9 +64,8 @@ export class LivePictures {
     const span = ring.until(number, SPAN);
     this.along(model, moment, place);
     if (this.shows("forces")) this.readings.draw(model, null, moment, place, reach(span));
-    const n = model.tactels.length;
-    if (this.shows("normal")) this.normal.draw(place.width, theme(), span, 0, n, SPAN);
-    if (this.shows("tangential")) this.tangential.draw(place.width, theme(), span, n, n, SPAN);
+    if (this.shows("normal")) this.normal.draw(place.width, span);
+    if (this.shows("tangential")) this.tangential.draw(place.width, span);
     if (this.shows("slip")) {
       this.slip.draw(model, moment, place, friction);
       this.events(ring.until(number, 2 * SPAN));
@@ -81,7 +79,7 @@ export class LivePictures {
     if (!this.shows("fringes")) return;
     drawFringes(this.canvas, model, moment.phase, place);
     const frame = Float32Array.from(moment.frame);
-    this.camera.draw(place.width, theme(), [this.millimetres, frame]);
+    this.camera.draw(place.width, [this.millimetres, frame]);
   }
 
   private events(span: Moment[]): void {
@@ -118,8 +116,4 @@ function reach(span: Moment[]): [number, number] {
 
 function panel(name: string): HTMLElement {
   return byId(`watch-${name}`);
-}
-
-function theme(): string {
-  return isDark() ? "dark" : "light";
 }

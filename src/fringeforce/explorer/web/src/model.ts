@@ -50,8 +50,13 @@ export class Model {
     return this.blocks.tactels;
   }
 
+  /** Of the pixels along the strip [m]. */
   get x(): Float32Array {
     return this.blocks.x;
+  }
+
+  get millimetres(): Float32Array {
+    return this.x.map((x) => x * 1e3);
   }
 
   /** Phase lead at the pixels [rad], equation (10.a). */
@@ -70,36 +75,28 @@ export class Model {
   }
 }
 
-export interface Reading {
-  design: number;
+/** Forces that were read, and their standard deviations [N]. */
+export interface Estimate {
+  forces: Float32Array;
+  std: Float32Array;
+}
+
+/** What the reader says of its reading. */
+export interface Verdict {
   status: string;
   advice: string;
   chi2: number | null;
-  frame: Block;
-  forces: Float32Array;
-  std: Float32Array;
-  phase: Float32Array;
-  phaseStd: Float32Array;
-  alternatives: Float32Array;
 }
 
-export function readingOf({ header, blocks }: Message): Reading {
-  return {
-    design: header.design as number,
-    status: header.status as string,
-    advice: header.advice as string,
-    chi2: header.chi2 as number | null,
-    frame: blocks.frame,
-    forces: blocks.forces as Float32Array,
-    std: blocks.std as Float32Array,
-    phase: blocks.phase as Float32Array,
-    phaseStd: blocks.phase_std as Float32Array,
-    alternatives: blocks.alternatives as Float32Array,
-  };
+export interface Reading extends Estimate, Verdict {
+  design: number;
+  frame: Block;
+  phase: Float32Array;
+  phase_std: Float32Array;
 }
 
 /** Sum of unit responses, loads first, weighted by the loads. */
-export function superposed(units: Float32Array, loads: number[]): Float32Array {
+function superposed(units: Float32Array, loads: number[]): Float32Array {
   const size = units.length / loads.length;
   const sum = new Float32Array(size);
   for (let k = 0; k < loads.length; k++) {
@@ -114,18 +111,4 @@ export function superposed(units: Float32Array, loads: number[]): Float32Array {
 /** Normalised intensity of a dark-field circular polariscope, equation (11). */
 export function intensity(phase: number): number {
   return Math.sin(phase / 2) ** 2;
-}
-
-export function largest(values: ArrayLike<number>): number {
-  let peak = 0;
-  for (let i = 0; i < values.length; i++) peak = Math.max(peak, Math.abs(values[i]));
-  return peak;
-}
-
-/** The smallest of 1, 2, 5, 10, ... that is not below a value, so that scales stay calm. */
-export function niceAbove(value: number): number {
-  if (!(value > 0)) return 1;
-  const decade = 10 ** Math.floor(Math.log10(value));
-  const step = [1, 2, 5, 10].find((factor) => factor * decade >= value * (1 - 1e-9)) ?? 10;
-  return step * decade;
 }

@@ -2,6 +2,7 @@
 
 import type { Changes } from "./controls";
 import { byId, element, write } from "./dom";
+import type { Verdict } from "./model";
 
 const LINK_DELAY = 250;
 
@@ -54,12 +55,6 @@ export class Page {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => history.replaceState(null, "", this.store.hash), LINK_DELAY);
   }
-}
-
-interface Verdict {
-  status: string;
-  advice: string;
-  chi2: number | null;
 }
 
 /** What the reader says of a reading, or that there is none yet. */

@@ -1,6 +1,5 @@
 /** Everything that is painted of one load: pictures, curves and readings, from top to bottom. */
 
-import { isDark } from "./colours";
 import { Compare } from "./compare";
 import { blankCanvas, byId, save, write } from "./dom";
 import type { Picture } from "./download";
@@ -9,7 +8,7 @@ import { drawFringes, fringeCount } from "./fringes";
 import { LEFT, layout, type Layout, RIGHT, Sight } from "./layout";
 import { intensity, type Model, type Reading } from "./model";
 import { showVerdict } from "./page";
-import { AlongStrip } from "./plots";
+import { Plot } from "./plots";
 import { Readings } from "./readings";
 import { drawScale, drawStress, megapascals, NAMES } from "./stress";
 import type { Store } from "./store";
@@ -22,20 +21,20 @@ export class Painting {
   private readonly stress = canvasIn("stress");
   private readonly scale = canvasIn("stress");
   private readonly fringes = canvasIn("fringes");
-  private readonly phasePlot = new AlongStrip(byId("phase"), {
+  private readonly phasePlot = new Plot(byId("phase"), {
     height: 170,
-    unit: "rad",
+    label: "rad",
     curves: [
-      { label: "true", ink: "ink", width: 1.5 },
+      { label: "true", ink: "ink" },
       { label: "read", ink: "read", width: 2, dash: [5, 4] },
       { label: "upper", ink: "read", width: 0 },
       { label: "lower", ink: "read", width: 0 },
     ],
     band: [3, 4],
   });
-  private readonly cameraPlot = new AlongStrip(byId("camera"), {
+  private readonly cameraPlot = new Plot(byId("camera"), {
     height: 140,
-    unit: "grey level",
+    label: "grey level",
     curves: [
       { label: "with noise", ink: "noise", width: 1 },
       { label: "without noise", ink: "ink", width: 1 },
@@ -74,7 +73,7 @@ export class Painting {
     if (this.shows("fringes")) drawFringes(this.fringes, model, this.phase, place);
     write(byId("fringe-count"), fringeCount(this.phase));
     if (view.compare && this.shows("compare")) {
-      this.compare.draw(loads, view.component, view.mesh, width, theme());
+      this.compare.draw(loads, view.component, view.mesh, width);
     }
   }
 
@@ -104,14 +103,14 @@ export class Painting {
   }
 
   private curves(model: Model, reading: Reading | null, place: Layout): void {
-    const x = model.x.map((value) => value * 1e3);
+    const x = model.millimetres;
     const fits = reading && reading.phase.length === x.length;
     const read = fits ? reading.phase : x.map(() => Number.NaN);
     if (this.shows("phase")) {
-      const spread = fits ? reading.phaseStd : read;
+      const spread = fits ? reading.phase_std : read;
       const upper = read.map((value, i) => value + 2 * spread[i]);
       const lower = read.map((value, i) => value - 2 * spread[i]);
-      this.phasePlot.draw(place.width, theme(), [x, this.phase, read, upper, lower]);
+      this.phasePlot.draw(place.width, [x, this.phase, read, upper, lower]);
     }
     if (!this.shows("camera")) return;
     const { amplitude, offset, full_scale } = model.facts.camera;
@@ -119,12 +118,8 @@ export class Painting {
     this.fullScale = full_scale;
     const expected = this.phase.map((value) => amplitude * intensity(value) + offset);
     const frame = fits ? Float32Array.from(reading.frame) : read;
-    this.cameraPlot.draw(place.width, theme(), [x, frame, expected]);
+    this.cameraPlot.draw(place.width, [x, frame, expected]);
   }
-}
-
-function theme(): string {
-  return isDark() ? "dark" : "light";
 }
 
 function canvasIn(id: string): HTMLCanvasElement {

@@ -1,32 +1,36 @@
-/** Curves along the strip, below the pictures and on the same scale. */
+/** Curves, below the strip's pictures and as wide. */
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { inked } from "./colours";
+import { FONT } from "./canvas";
+import { inked, isDark } from "./colours";
 import { LEFT, RIGHT } from "./layout";
 
 type Data = (number | null)[][] | Float32Array[];
+type Range = (low: number, high: number) => [number, number];
 
-export interface Curve {
+interface Curve {
   label: string;
   ink: string;
   width?: number;
   dash?: number[];
-  points?: boolean;
 }
 
 interface Options {
   height: number;
-  unit: string;
+  label: string;
   curves: Curve[];
   band?: [upper: number, lower: number];
-  range?: (low: number, high: number) => [number, number];
+  /** Ends of the upright axis, from those of the data. */
+  range?: Range;
+  /** The other axis, where it is not millimetres along the strip. */
+  across?: { range: Range; tick: (value: number) => string };
 }
 
-const FONT = "11px system-ui, sans-serif";
+const ALONG = { range: (low: number, high: number): [number, number] => [low, high], tick: String };
 
-/** A plot over x in millimetres; it is made again when its width or the theme changes. */
-export class AlongStrip {
+/** A plot that is made again when its width or the theme changes. */
+export class Plot {
   private plot: uPlot | null = null;
   private made = "";
 
@@ -35,24 +39,22 @@ export class AlongStrip {
     private readonly options: Options,
   ) {}
 
-  draw(width: number, theme: string, data: Data): void {
-    const signature = `${width} ${theme}`;
-    if (signature !== this.made || !this.plot) {
-      this.plot?.destroy();
-      this.plot = new uPlot(this.settings(width), data as uPlot.AlignedData, this.container);
-      this.made = signature;
-    } else {
-      this.plot.setData(data as uPlot.AlignedData);
-    }
+  draw(width: number, data: Data): void {
+    const signature = `${width} ${isDark()}`;
+    if (signature !== this.made) this.forget();
+    this.made = signature;
+    if (this.plot) this.plot.setData(data as uPlot.AlignedData);
+    else this.plot = new uPlot(this.settings(width), data as uPlot.AlignedData, this.container);
   }
 
-  /** Make the plot again at the next drawing, as when its range has changed. */
+  /** Take the plot away until the next drawing, as when its range has changed. */
   forget(): void {
-    this.made = "";
+    this.plot?.destroy();
+    this.plot = null;
   }
 
   private settings(width: number): uPlot.Options {
-    const { height, unit, curves, band, range } = this.options;
+    const { height, label, curves, band, range, across = ALONG } = this.options;
     const axis = {
       stroke: inked("ink-soft"),
       font: FONT,
@@ -67,12 +69,12 @@ export class AlongStrip {
       cursor: { show: false },
       select: { show: false, left: 0, top: 0, width: 0, height: 0 },
       scales: {
-        x: { time: false, range: (_, low, high) => [low, high] },
+        x: { time: false, range: (_, low, high) => across.range(low, high) },
         y: range ? { range: (_, low, high) => range(low, high) } : {},
       },
       axes: [
-        { ...axis, size: 24, values: (_, ticks) => ticks.map((tick) => `${tick}`) },
-        { ...axis, size: LEFT - 14, label: unit, labelSize: 14, labelFont: FONT, labelGap: 0, gap: 3 },
+        { ...axis, size: 24, values: (_, ticks) => ticks.map(across.tick) },
+        { ...axis, size: LEFT - 14, label, labelSize: 14, labelFont: FONT, labelGap: 0, gap: 3 },
       ],
       series: [{}, ...curves.map(series)],
       bands: band ? [{ series: band, fill: `${inked("read")}33` }] : [],
@@ -80,12 +82,7 @@ export class AlongStrip {
   }
 }
 
-function series(curve: Curve): uPlot.Series {
-  return {
-    label: curve.label,
-    stroke: curve.width === 0 ? "transparent" : inked(curve.ink),
-    width: curve.width ?? 1.5,
-    dash: curve.dash,
-    points: { show: false },
-  };
+function series({ label, ink, width = 1.5, dash }: Curve): uPlot.Series {
+  const stroke = width === 0 ? "transparent" : inked(ink);
+  return { label, stroke, width, dash, points: { show: false } };
 }

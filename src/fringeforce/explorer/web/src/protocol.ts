@@ -17,6 +17,11 @@ const KINDS: Record<string, new (buffer: ArrayBuffer, offset: number, length: nu
   i4: Int32Array,
 };
 
+/** Header and blocks of an answer in one. */
+export function answer<T>({ header, blocks }: Message): T {
+  return { ...header, ...blocks } as unknown as T;
+}
+
 /** A frame of the page: a header only. */
 export function encode(header: object): Uint8Array {
   const text = new TextEncoder().encode(JSON.stringify(header));

@@ -1,15 +1,14 @@
 /** Forces read from a line, beside the true ones where they are known, with bars of two standard deviations. */
 
-import { set, shape } from "./dom";
-import { LEFT, type Layout, RIGHT } from "./layout";
-import { type Model, niceAbove, type Reading as FullReading } from "./model";
+import { set, shape, sized } from "./dom";
+import { BOTTOM, levels, tactelNumbers, TOP } from "./ground";
+import type { Layout } from "./layout";
+import type { Estimate, Model } from "./model";
+import { clamped, niceAbove } from "./numbers";
 
-type Reading = Pick<FullReading, "forces" | "std">;
 type Truth = { normal: number[]; tangential: number[] };
 
 const HEIGHT = 150;
-const TOP = 10;
-const BOTTOM = 24;
 
 interface Marks {
   bar: SVGLineElement;
@@ -33,7 +32,7 @@ export class Readings {
 
   /** Show forces on a scale that holds the true ones, or the lowest and highest given. */
   draw(
-    model: Model, state: Truth | null, reading: Reading | null, place: Layout,
+    model: Model, state: Truth | null, reading: Estimate | null, place: Layout,
     [least, most]: [number, number] = extremes(state),
   ): void {
     const n = model.tactels.length;
@@ -43,7 +42,7 @@ export class Readings {
     [this.high, this.low] = [niceAbove(peak * 1.12), deep < 0 ? -niceAbove(-deep * 1.12) : -0.1 * niceAbove(peak * 1.12)];
     const signature = `${model.id} ${place.width} ${this.high} ${this.low}`;
     if (signature !== this.drawn) {
-      set(this.svg, { width: place.width, height: HEIGHT, viewBox: `0 0 ${place.width} ${HEIGHT}` });
+      sized(this.svg, place.width, HEIGHT);
       this.frame.replaceChildren(...this.grid(model, place));
       this.drawn = signature;
     }
@@ -58,10 +57,10 @@ export class Readings {
 
   private y(force: number): number {
     const share = (this.high - force) / (this.high - this.low);
-    return TOP + Math.min(Math.max(share, -0.1), 1.1) * (HEIGHT - TOP - BOTTOM);
+    return TOP + clamped(share, -0.1, 1.1) * (HEIGHT - TOP - BOTTOM);
   }
 
-  private put(m: Marks, x: number, truth: number | undefined, reading: Reading | null, i: number, n: number): void {
+  private put(m: Marks, x: number, truth: number | undefined, reading: Estimate | null, i: number, n: number): void {
     set(m.truth, { visibility: truth === undefined ? "hidden" : "visible" });
     const level = this.y(truth ?? 0);
     set(m.truth, { x1: x - 6, x2: x + 6, y1: level, y2: level });
@@ -90,25 +89,16 @@ export class Readings {
   }
 
   private grid(model: Model, place: Layout): SVGElement[] {
-    const found: SVGElement[] = [];
     const step = niceAbove((this.high - this.low) / 6);
-    for (let k = Math.ceil(this.low / step); k * step <= this.high + 1e-9; k++) {
-      const y = this.y(k * step);
-      found.push(
-        shape("line", { class: k ? "grid" : "zero", x1: LEFT, x2: place.width - RIGHT, y1: y, y2: y }),
-        shape("text", { class: "label", x: LEFT - 6, y: y + 4, "text-anchor": "end" }, `${Number((k * step).toFixed(6))}`),
-      );
-    }
-    const every = Math.ceil(24 / (place.scale * (model.tactels[1] - model.tactels[0] || 1)));
-    model.tactels.forEach((x, i) => {
-      if (i % every) return;
-      const at = { class: "label", x: place.across(x), y: HEIGHT - 8, "text-anchor": "middle" };
-      found.push(shape("text", at, `${i + 1}`));
-    });
-    found.push(
-      shape("text", { class: "label", x: 10, y: HEIGHT / 2, transform: `rotate(-90 10 ${HEIGHT / 2})`, "text-anchor": "middle" }, "N"),
-    );
-    return found;
+    const lowest = Math.ceil(this.low / step);
+    const count = Math.floor(this.high / step + 1e-9) - lowest + 1;
+    const values = Array.from({ length: count }, (_, k) => (lowest + k) * step);
+    const middle = { class: "label", x: 10, y: HEIGHT / 2, transform: `rotate(-90 10 ${HEIGHT / 2})`, "text-anchor": "middle" };
+    return [
+      ...levels(values, (force) => this.y(force), place),
+      ...tactelNumbers(model, HEIGHT, place),
+      shape("text", middle, "N"),
+    ];
   }
 }
 
@@ -117,7 +107,7 @@ function extremes(state: Truth | null): [number, number] {
   return [Math.min(...forces, 0), Math.max(...forces, 0)];
 }
 
-function spoken(n: number, state: Truth | null, reading: Reading | null): string {
+function spoken(n: number, state: Truth | null, reading: Estimate | null): string {
   if (!reading) return "No reading yet.";
   const of = (truth: number | undefined) => (truth === undefined ? "" : ` of ${truth.toFixed(2)}`);
   const parts = Array.from({ length: n }, (_, i) => {

@@ -1,19 +1,17 @@
 /** What was seen of a running sensor, oldest first, as far back as is worth keeping. */
 
-import type { Message } from "./protocol";
+import type { Estimate } from "./model";
+import type { Block } from "./protocol";
 
-export interface Moment {
+export interface Moment extends Estimate {
   time: number;
   status: string;
   advice: string;
   touching: number[];
   slipping: number[];
   events: [kind: string, tactel: number][];
-  frame: ArrayLike<number>;
-  forces: Float32Array;
-  std: Float32Array;
+  frame: Block;
   phase: Float32Array;
-  bytes: number;
 }
 
 /** Seconds that are kept of a camera; of a recording everything, while there is room. */
@@ -39,9 +37,9 @@ export class Ring {
 
   add(moment: Moment, whole: boolean): void {
     this.moments.push(moment);
-    this.bytes += moment.bytes;
+    this.bytes += size(moment);
     while (this.bytes > ROOM || (!whole && moment.time - this.moments[this.first].time > KEPT)) {
-      this.bytes -= this.moments[this.first].bytes;
+      this.bytes -= size(this.moments[this.first]);
       this.first += 1;
     }
     // what is gone is cut off now and then, not at each step
@@ -78,18 +76,7 @@ export class Ring {
   }
 }
 
-export function momentOf({ header, blocks }: Message): Moment {
-  return {
-    time: header.time as number,
-    status: header.status as string,
-    advice: header.advice as string,
-    touching: header.touching as number[],
-    slipping: header.slipping as number[],
-    events: header.events as [string, number][],
-    frame: blocks.frame,
-    forces: blocks.forces as Float32Array,
-    std: blocks.std as Float32Array,
-    phase: blocks.phase as Float32Array,
-    bytes: blocks.frame.buffer.byteLength,
-  };
+/** All blocks of a moment look into one buffer. */
+function size({ frame }: Moment): number {
+  return frame.buffer.byteLength;
 }

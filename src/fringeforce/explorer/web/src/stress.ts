@@ -1,8 +1,10 @@
 /** The stress field as a picture to scale, the deformed mesh over it, and its scale of colours. */
 
+import { blit, colourBar, FONT, prepared } from "./canvas";
 import { CIVIDIS, diverging, inked, painted } from "./colours";
-import { LEFT, prepared, type Layout } from "./layout";
-import { COLUMNS, largest, type Model, niceAbove } from "./model";
+import { LEFT, type Layout, RIGHT } from "./layout";
+import { COLUMNS, type Model } from "./model";
+import { largest, niceAbove } from "./numbers";
 import type { Component } from "./store";
 
 export const NAMES: Record<Component, string> = {
@@ -20,8 +22,6 @@ const SPOKEN: Record<Component, string> = {
 const MARGIN = 16;
 const SCALE_HEIGHT = 40;
 const SHOWN_SINKING = 0.1;
-
-const scratch = new OffscreenCanvas(1, 1);
 
 /** One stress of a layer [Pa], from the three that the server sent one after another. */
 export function picked(all: Float32Array, component: Component): Float32Array {
@@ -71,20 +71,6 @@ export function drawStress(
   return limit;
 }
 
-export function blit(
-  context: CanvasRenderingContext2D,
-  picture: ImageData,
-  x: number,
-  y: number,
-  width: number,
-  height: number,
-): void {
-  scratch.width = picture.width;
-  scratch.height = picture.height;
-  scratch.getContext("2d")?.putImageData(picture, 0, 0);
-  context.drawImage(scratch, x, y, width, height);
-}
-
 /** How many times displacements are drawn too large, so that the sinking of the skin shows. */
 function exaggeration(moved: Float32Array, rows: number, depth: number): number {
   let square = 0;
@@ -132,9 +118,9 @@ function drawMesh(
   context.stroke();
   context.globalAlpha = 1;
   context.fillStyle = inked("ink-soft");
-  context.font = "11px system-ui, sans-serif";
+  context.font = FONT;
   context.textAlign = "right";
-  context.fillText(`mesh moved ${times}×`, place.width - 14, 10);
+  context.fillText(`mesh moved ${times}×`, place.width - RIGHT, 10);
 }
 
 /** The colours with their stresses, below the picture. */
@@ -147,12 +133,11 @@ export function drawScale(
   const context = prepared(canvas, width, SCALE_HEIGHT);
   const table = component === "principal" ? CIVIDIS : diverging();
   const length = Math.min(320, width - LEFT - 40);
-  const bar = Float32Array.from({ length: 256 }, (_, i) => i);
-  blit(context, painted(bar, 256, table, 0, 255), LEFT, 4, length, 10);
+  colourBar(context, table, LEFT, 4, length, 10);
   context.strokeStyle = inked("line");
   context.strokeRect(LEFT, 4, length, 10);
   context.fillStyle = inked("ink-soft");
-  context.font = "11px system-ui, sans-serif";
+  context.font = FONT;
   const low = component === "principal" ? 0 : -limit;
   const middle = (low + limit) / 2;
   for (const [share, value] of [[0, low], [0.5, middle], [1, limit]]) {

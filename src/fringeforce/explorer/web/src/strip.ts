@@ -1,7 +1,7 @@
 /** The strip to scale: its layers and supports, and the forces on its skin as arrows. */
 
 import { Arrows } from "./arrows";
-import { set, shape } from "./dom";
+import { shape, sized } from "./dom";
 import { LEFT, type Layout } from "./layout";
 import type { Model } from "./model";
 import type { Store } from "./store";
@@ -26,7 +26,7 @@ export class Strip {
     const signature = `${model.id} ${place.width}`;
     if (signature !== this.drawn) {
       const height = SKY + (layers[0] + layers[1]) * place.scale + BASE + 2;
-      set(this.svg, { width: place.width, height, viewBox: `0 0 ${place.width} ${height}` });
+      sized(this.svg, place.width, height);
       this.ground.replaceChildren(...this.layers(model, place), ...supports(strip.edges, model, place));
       this.drawn = signature;
     }

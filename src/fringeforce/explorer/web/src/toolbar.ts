@@ -1,10 +1,10 @@
 /** Buttons above the pictures: history, link, theme, presets, and what is shown. */
 
-import { commands, press, pressed, showCommands } from "./commands";
-import { byId } from "./dom";
+import { Choice, commands, press, showCommands } from "./commands";
+import { button, byId } from "./dom";
 import { PRESETS } from "./presets";
 import { NAMES } from "./stress";
-import type { Component, Store } from "./store";
+import { type Component, COMPONENTS, type Store } from "./store";
 
 interface Acts {
   preset: (key: string) => void;
@@ -12,30 +12,21 @@ interface Acts {
 }
 
 export class Toolbar {
-  private readonly presets = new Map<string, HTMLButtonElement>();
-  private readonly components = new Map<string, HTMLButtonElement>();
-  private readonly mesh = pressed("Mesh", "The elements, moved by the load");
+  private readonly presets: Choice<string>;
+  private readonly components: Choice<Component>;
+  private readonly mesh: HTMLButtonElement;
 
   constructor(
     private readonly store: Store,
     private readonly acts: Acts,
   ) {
     commands(store, () => store.hash, acts.view);
-    for (const { key, name, hint } of PRESETS) {
-      const button = pressed(name, hint);
-      button.dataset.preset = key;
-      button.addEventListener("click", () => acts.preset(key));
-      this.presets.set(key, button);
-    }
-    byId("presets").append(...this.presets.values());
-    for (const [key, name] of Object.entries(NAMES)) {
-      const button = pressed(name, "");
-      button.dataset.component = key;
-      button.addEventListener("click", () => this.view({ component: key as Component }));
-      this.components.set(key, button);
-    }
-    this.mesh.addEventListener("click", () => this.view({ mesh: !store.view.mesh }));
-    byId("components").append(...this.components.values(), this.mesh);
+    this.presets = new Choice(byId("presets"), "preset", PRESETS, acts.preset);
+    const stresses = COMPONENTS.map((key) => ({ key, name: NAMES[key], hint: "" }));
+    this.components = new Choice(byId("components"), "component", stresses, (component) => this.view({ component }));
+    const title = "The elements, moved by the load";
+    this.mesh = button("Mesh", () => this.view({ mesh: !store.view.mesh }), { title });
+    byId("components").append(this.mesh);
     byId("edges").addEventListener("click", () => this.view({ compare: !store.view.compare }));
     byId("noise").addEventListener("click", () => store.change({ seed: store.state.seed + 1 }));
   }
@@ -44,8 +35,8 @@ export class Toolbar {
   show(): void {
     const { store } = this;
     showCommands(store);
-    for (const [key, button] of this.presets) press(button, key === store.state.preset);
-    for (const [key, button] of this.components) press(button, key === store.view.component);
+    this.presets.show(store.state.preset);
+    this.components.show(store.view.component);
     press(this.mesh, store.view.mesh);
     press(byId("edges"), store.view.compare);
     byId("panel-edges").hidden = !store.view.compare;

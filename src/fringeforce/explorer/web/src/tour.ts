@@ -1,6 +1,6 @@
 /** A guided tour: from force to stress, phase, fringes and camera, and back to force. */
 
-import { byId, element } from "./dom";
+import { button, byId, element } from "./dom";
 
 interface Step {
   panel: string;
@@ -101,12 +101,6 @@ export class Tour {
     this.card.hidden = true;
     byId("tour").focus();
   }
-}
-
-function button(name: string, act: () => void): HTMLButtonElement {
-  const made = element("button", { type: "button" }, name);
-  made.addEventListener("click", act);
-  return made;
 }
 
 function calm(): boolean {

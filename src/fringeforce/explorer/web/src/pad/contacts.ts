@@ -1,5 +1,7 @@
 /** Fingertips in millimetres, newtons and newton millimetres; friction holds them. */
 
+import { clamped, hundredths } from "../numbers";
+
 export interface Contact {
   x: number;
   y: number;
@@ -31,13 +33,13 @@ export function held(contact: Contact, friction: number, half: [number, number])
   const share = shear > 0 ? Math.min(1, (friction * normal) / shear) : 1;
   const twist = mostTwist({ ...contact, normal, radius }, friction);
   return {
-    x: rounded(clamped(contact.x, -half[0], half[0])),
-    y: rounded(clamped(contact.y, -half[1], half[1])),
-    radius: rounded(radius),
-    normal: rounded(normal),
-    shearX: rounded(contact.shearX * share),
-    shearY: rounded(contact.shearY * share),
-    twist: rounded(clamped(contact.twist, -twist, twist)),
+    x: hundredths(clamped(contact.x, -half[0], half[0])),
+    y: hundredths(clamped(contact.y, -half[1], half[1])),
+    radius: hundredths(radius),
+    normal: hundredths(normal),
+    shearX: hundredths(contact.shearX * share),
+    shearY: hundredths(contact.shearY * share),
+    twist: hundredths(clamped(contact.twist, -twist, twist)),
   };
 }
 
@@ -73,12 +75,4 @@ export function worded({ x, y, radius, normal, shearX, shearY, twist }: Contact)
   const pulled = shear > 0.005 ? `, shear ${shear.toFixed(2)} newtons towards ${Math.round((Math.atan2(shearY, shearX) * 180) / Math.PI)} degrees` : "";
   const turned = Math.abs(twist) > 0.005 ? `, twist ${twist.toFixed(1)} newton millimetres` : "";
   return `${normal.toFixed(2)} newtons at x ${x.toFixed(1)}, y ${y.toFixed(1)} millimetres, radius ${radius.toFixed(1)} millimetres${pulled}${turned}`;
-}
-
-export function clamped(value: number, low: number, high: number): number {
-  return Math.min(Math.max(value, low), high);
-}
-
-function rounded(value: number): number {
-  return Math.round(value * 100) / 100;
 }

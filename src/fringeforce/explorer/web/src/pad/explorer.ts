@@ -1,18 +1,18 @@
 /** The page of a pad: what happens, who is asked, and one painting per animation frame. */
 
-import { commands, press, pressed, showCommands } from "../commands";
+import { Choice, commands, showCommands } from "../commands";
 import { Connection } from "../connection";
 import { DesignForm } from "../design";
 import { byId, element, save } from "../dom";
 import { downloadMenu, saveFile } from "../download";
 import { showFigures } from "../figures";
 import { Page } from "../page";
-import type { Message } from "../protocol";
+import { answer, type Message } from "../protocol";
 import { held, sent } from "./contacts";
 import { PAD_GROUPS } from "./controls";
 import { Editor } from "./editor";
 import { ForceMap } from "./map";
-import { answer, PadModel, type Picture, type Reading, type Slices } from "./model";
+import { PadModel, type Picture, type Reading, type Slices } from "./model";
 import { presetContacts, PRESETS } from "./presets";
 import { SlicePictures } from "./slices";
 import { PadStore, type State } from "./store";
@@ -50,6 +50,7 @@ export class PadExplorer {
   private readonly map = new ForceMap(byId("map"), byId("scale"));
   private readonly stack = new SlicePictures(this.store, () => this.schedule("slices"));
   private readonly editor = new Editor(this.store);
+  private readonly presets = new Choice(byId("presets"), "preset", PRESETS, (key) => this.preset(key));
   private readonly form = new DesignForm(this.store, PAD_GROUPS, false);
   private readonly connection = new Connection(
     (message) => this.receive(message),
@@ -64,12 +65,6 @@ export class PadExplorer {
       (kind) => this.connection.want("download", () => this.question("download", { kind })),
       () => void this.saveImage(),
     );
-    for (const { key, name, hint } of PRESETS) {
-      const button = pressed(name, hint);
-      button.dataset.preset = key;
-      button.addEventListener("click", () => this.preset(key));
-      byId("presets").append(button);
-    }
     byId("noise").addEventListener("click", () => this.store.change({ seed: this.store.state.seed + 1 }));
     byId<HTMLSelectElement>("view").addEventListener("change", ({ target }) => {
       this.store.view.seen = (target as HTMLSelectElement).value;
@@ -206,9 +201,7 @@ export class PadExplorer {
     this.frame = 0;
     const { model, store, stale } = this;
     showCommands(store);
-    for (const button of byId("presets").querySelectorAll("button")) {
-      press(button, button.dataset.preset === store.state.preset);
-    }
+    this.presets.show(store.state.preset);
     if (!model) return;
     if (stale.has("picture")) {
       const name = model.facts.views.find(([key]) => key === store.view.seen)?.[1] ?? "";

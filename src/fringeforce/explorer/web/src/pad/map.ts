@@ -1,12 +1,15 @@
 /** Forces of the tactels from above: discs as large as normal forces, arrows as long as shear. */
 
+import { prepared } from "../canvas";
 import { inked } from "../colours";
 import { blankCanvas, set } from "../dom";
-import { prepared } from "../layout";
+import { niceAbove } from "../numbers";
 import type { PadModel, Reading } from "./model";
 
 const SMALLEST = 0.02;
 const HEAD = 3.5;
+/** Full scales: finer than 1, 2, 5, so that the discs fill their cells. */
+const STEPS = [1, 1.5, 2, 3, 4, 5, 7, 10];
 
 interface Scale {
   /** Disc that fills a cell, and arrow as long as one and a half cells [N]. */
@@ -90,14 +93,7 @@ function scaled(all: (Float32Array | null)[]): Scale {
       if (Number.isFinite(pull)) shear = Math.max(shear, pull);
     }
   }
-  return { normal: calm(normal), shear: calm(shear) };
-}
-
-/** The next of a few even numbers, so that scales stay calm while forces grow. */
-function calm(value: number): number {
-  const decade = 10 ** Math.floor(Math.log10(value));
-  const step = [1, 1.5, 2, 3, 4, 5, 7, 10].find((factor) => factor * decade >= value * (1 - 1e-9)) ?? 10;
-  return Number((step * decade).toPrecision(2));
+  return { normal: niceAbove(normal, STEPS), shear: niceAbove(shear, STEPS) };
 }
 
 /** A path of the discs of forces of one sign. */

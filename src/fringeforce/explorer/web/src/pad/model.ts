@@ -1,7 +1,7 @@
 /** What the server tells of a pad. */
 
 import type { Value } from "../controls";
-import type { Figure } from "../model";
+import type { Estimate, Figure, Verdict } from "../model";
 import type { Message } from "../protocol";
 
 interface Facts {
@@ -42,34 +42,20 @@ export class PadModel {
 
 export interface Picture {
   id: number;
-  design: number;
-  view: string;
   shape: [rows: number, columns: number, colours: number];
   image: Uint8Array;
   /** N, T_x, T_y of tactel after tactel [N]. */
   forces: Float32Array;
 }
 
-export interface Reading {
-  design: number;
-  status: string;
-  advice: string;
-  chi2: number | null;
-  forces: Float32Array;
-  std: Float32Array;
+export interface Reading extends Estimate, Verdict {
   /** Of the pad and of each contact: six numbers that are true, six read, six deviations. */
   sums: Float32Array;
 }
 
 export interface Slices {
-  design: number;
   shape: [slices: number, parts: number, rows: number, columns: number];
   /** Where they lie [m]; 0 is the loaded surface. */
   heights: number[];
   slices: Float32Array;
-}
-
-/** Header and blocks of an answer in one. */
-export function answer<T>(message: Message): T {
-  return { ...message.header, ...message.blocks } as unknown as T;
 }

@@ -1,17 +1,17 @@
 /** What each slice adds to the light's retardance, from the mirror to the base. */
 
+import { blit, colourBar, prepared } from "../canvas";
 import { CIVIDIS, diverging, painted } from "../colours";
-import { press, pressed } from "../commands";
+import { Choice } from "../commands";
 import { blankCanvas, byId, element, write } from "../dom";
-import { prepared } from "../layout";
-import { largest, niceAbove } from "../model";
+import { largest, niceAbove } from "../numbers";
 import type { Slices } from "./model";
-import type { PadStore, Part } from "./store";
+import { type PadStore, type Part, PARTS } from "./store";
 
 const NAMES: Record<Part, string> = { difference: "σx − σy", shear: "2 τxy", size: "σ₁ − σ₂" };
 const SMALL = 92;
 const LARGE = 280;
-const BAR = 12;
+const BAR = [220, 12] as const;
 
 export class SlicePictures {
   private readonly strip = element("div", { class: "stack" });
@@ -19,22 +19,17 @@ export class SlicePictures {
   private readonly bar = blankCanvas();
   private readonly scale = element("p", { class: "aside" });
   private readonly depth = element("input", { type: "range", min: 1, step: 1, "aria-label": "Slice shown large" });
-  private readonly buttons = new Map<Part, HTMLButtonElement>();
-  private readonly image = new OffscreenCanvas(1, 1);
+  private readonly parts: Choice<Part>;
 
   constructor(
     private readonly store: PadStore,
     onView: () => void,
   ) {
-    for (const [part, name] of Object.entries(NAMES) as [Part, string][]) {
-      const button = pressed(name, "Retardance of one pass that this stress makes");
-      button.addEventListener("click", () => {
-        store.view.part = part;
-        onView();
-      });
-      this.buttons.set(part, button);
-    }
-    byId("components").append(...this.buttons.values());
+    const parts = PARTS.map((key) => ({ key, name: NAMES[key], hint: "Retardance of one pass that this stress makes" }));
+    this.parts = new Choice(byId("components"), "part", parts, (part) => {
+      store.view.part = part;
+      onView();
+    });
     this.depth.addEventListener("input", () => {
       store.view.depth = this.depth.valueAsNumber - 1;
       onView();
@@ -45,7 +40,7 @@ export class SlicePictures {
 
   draw(found: Slices | null): void {
     const { view } = this.store;
-    for (const [part, button] of this.buttons) press(button, part === view.part);
+    this.parts.show(view.part);
     if (!found) return;
     const [count, , rows, columns] = found.shape;
     const fields = Array.from({ length: count }, (_, k) => picked(found, k, view.part));
@@ -81,25 +76,25 @@ export class SlicePictures {
   ): void {
     const [width, height] = columns >= rows ? [size, (size * rows) / columns] : [(size * columns) / rows, size];
     const context = prepared(canvas, width, height);
-    const size2 = this.store.view.part === "size";
-    this.image.width = columns;
-    this.image.height = rows;
-    const picture = painted(field, columns, size2 ? CIVIDIS : diverging(), size2 ? 0 : -limit, limit);
-    this.image.getContext("2d")?.putImageData(picture, 0, 0);
+    // rows count from the most negative y
     context.translate(0, height);
     context.scale(1, -1);
-    context.drawImage(this.image, 0, 0, width, height);
+    blit(context, painted(field, columns, this.table, this.low(limit), limit), 0, 0, width, height);
     canvas.setAttribute("aria-label", label);
   }
 
+  private get table(): Uint8ClampedArray {
+    return this.store.view.part === "size" ? CIVIDIS : diverging();
+  }
+
+  /** Where the colours begin that end at a limit. */
+  private low(limit: number): number {
+    return this.store.view.part === "size" ? 0 : -limit;
+  }
+
   private gauge(limit: number, name: string): void {
-    const low = this.store.view.part === "size" ? 0 : -limit;
-    const ramp = Float32Array.from({ length: 256 }, (_, i) => low + ((limit - low) * i) / 255);
-    const context = prepared(this.bar, 220, BAR);
-    this.image.width = 256;
-    this.image.height = 1;
-    this.image.getContext("2d")?.putImageData(painted(ramp, 256, low < 0 ? diverging() : CIVIDIS, low, limit), 0, 0);
-    context.drawImage(this.image, 0, 0, 220, BAR);
+    const low = this.low(limit);
+    colourBar(prepared(this.bar, ...BAR), this.table, 0, 0, ...BAR);
     const from = `${low}`.replace("-", "−");
     this.bar.setAttribute("aria-label", `Colours from ${low} to ${limit} radians`);
     this.scale.textContent = `Large: ${name}. Colours from ${from} to ${limit} rad, retardance of one pass.`;

@@ -1,17 +1,15 @@
 /** What the person decided about a pad, and the link that restores it. */
 
-import { type Changes, changesOf, spelled } from "../controls";
+import { counted, type Designed, designedOf, linked, linkOf } from "../link";
+import { clamped } from "../numbers";
 import { Timeline } from "../timeline";
-import { clamped, type Contact, held, LIMITS, MOST, parsed, written } from "./contacts";
+import { type Contact, held, LIMITS, MOST, parsed, written } from "./contacts";
 
-export interface State {
-  start: string;
-  changes: Changes;
+export interface State extends Designed {
   contacts: Contact[];
   /** Name of a preset whose contacts are not placed yet, for a pad that is not known yet. */
   preset: string;
   friction: number;
-  seed: number;
 }
 
 export type Part = "difference" | "shear" | "size";
@@ -23,7 +21,7 @@ export interface View {
   selected: number;
 }
 
-const PARTS: Part[] = ["difference", "shear", "size"];
+export const PARTS: Part[] = ["difference", "shear", "size"];
 
 export class PadStore extends Timeline<State> {
   view: View;
@@ -31,12 +29,12 @@ export class PadStore extends Timeline<State> {
   half: [number, number] = [1, 1];
 
   constructor(hash: string, onChange: (before: State) => void) {
-    const values = new URLSearchParams(hash.replace(/^#/, ""));
+    const values = linked(hash);
     super(stateOf(values), onChange);
     this.view = {
       seen: values.get("view") ?? "white",
       part: PARTS.find((part) => part === values.get("stress")) ?? "difference",
-      depth: Math.abs(Math.trunc(Number(values.get("depth")))) || 0,
+      depth: counted(values.get("depth")),
       selected: 0,
     };
   }
@@ -76,13 +74,10 @@ export class PadStore extends Timeline<State> {
 
   get hash(): string {
     const { state, view } = this;
-    const values = new URLSearchParams();
-    if (state.start) values.set("start", state.start);
-    for (const [path, value] of Object.entries(state.changes)) values.set(`.${path}`, spelled(value));
+    const values = linkOf(state);
     if (state.preset) values.set("touch", state.preset);
     else values.set("c", state.contacts.map(written).join(";"));
     if (state.friction !== 0.6) values.set("friction", `${state.friction}`);
-    if (state.seed) values.set("seed", `${state.seed}`);
     if (view.seen !== "white") values.set("view", view.seen);
     if (view.part !== "difference") values.set("stress", view.part);
     if (view.depth) values.set("depth", `${view.depth}`);
@@ -94,11 +89,9 @@ function stateOf(values: URLSearchParams): State {
   const given = values.get("c");
   const contacts = (given ?? "").split(";").map(parsed).filter((one) => one !== null);
   return {
-    start: values.get("start") ?? "",
-    changes: changesOf(values),
+    ...designedOf(values),
     contacts: contacts.slice(0, MOST),
     preset: given === null ? (values.get("touch") ?? "finger") : "",
     friction: clamped(Number(values.get("friction")) || 0.6, ...LIMITS.friction),
-    seed: Math.abs(Math.trunc(Number(values.get("seed")))) % 2 ** 32 || 0,
   };
 }

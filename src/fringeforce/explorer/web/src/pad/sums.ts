@@ -1,6 +1,7 @@
 /** What was read in all and of each contact, beside what is true; and the reader's verdict. */
 
 import { byId, element, write } from "../dom";
+import { clamped, fixed } from "../numbers";
 import { showVerdict } from "../page";
 import type { PadModel, Reading } from "./model";
 
@@ -45,17 +46,12 @@ export function showUnread(why: string): void {
 }
 
 function cell(truth: number, value: number, spread: number): HTMLElement {
-  if (!Number.isFinite(value)) return element("td", {}, "–", element("small", {}, number(truth, 2)));
-  const digits = Math.min(Math.max(-Math.floor(Math.log10(spread || 1)), 0), 4);
+  if (!Number.isFinite(value)) return element("td", {}, "–", element("small", {}, fixed(truth, 2)));
+  const digits = clamped(-Math.floor(Math.log10(spread || 1)), 0, 4);
   return element(
     "td",
     {},
-    element("span", {}, `${number(value, digits)} ± ${number(spread, digits)}`),
-    element("small", {}, number(truth, digits)),
+    element("span", {}, `${fixed(value, digits)} ± ${fixed(spread, digits)}`),
+    element("small", {}, fixed(truth, digits)),
   );
-}
-
-function number(value: number, digits: number): string {
-  if (!Number.isFinite(value)) return "–";
-  return (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits).replace("-", "−");
 }

@@ -1,6 +1,6 @@
 /** The pad as the eye sees it, and the contacts on it, to be pressed, dragged and moved. */
 
-import { blankCanvas, set, shape } from "../dom";
+import { blankCanvas, set, shape, sized } from "../dom";
 import { type Contact, FINGER, LIMITS, worded } from "./contacts";
 import type { PadModel, Picture } from "./model";
 import type { PadStore } from "./store";
@@ -69,7 +69,7 @@ export class Surface {
   place(model: PadModel): void {
     const { contacts, friction } = this.store.state;
     const [width, height] = this.size(model);
-    set(this.svg, { width, height, viewBox: `0 0 ${width} ${height}` });
+    sized(this.svg, width, height);
     while (this.marks.length < contacts.length) this.marks.push(this.made(this.marks.length));
     for (const gone of this.marks.splice(contacts.length)) gone.group.remove();
     contacts.forEach((contact, i) => this.put(i, contact, friction));
