@@ -27,9 +27,9 @@ from fringeforce.force.evaluation import (
     silence,
     take,
 )
-from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, row_of, survey, weaken
+from fringeforce.force.gauss_newton import FAR, RIDGE, bend, keep, row_of, survey, weaken
 from fringeforce.force.information import factorise_information
-from fringeforce.force.vector_loops import combine, invert, invert_factor, multiply
+from fringeforce.force.vector_loops import ROWS, combine, invert, invert_factor, multiply
 
 _ZERO, _ONE, _EIGHTH = np.float32(0), np.float32(1), np.float32(1 / 8)
 STEADY, FRAMES, GAINED, SURPRISE, RECALLS, SPREAD = range(6)
@@ -44,6 +44,8 @@ LAGGING = 1.3
 RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
 """Least share of a frame in the mean surprise; factors by which its share in the mean of the loads
 grows where that lags, and shrinks where it does not."""
+WORN = 0.03
+"""Bend of the way of the mean beyond which the matrix is computed anew."""
 ROUNDS = 12
 """Rounds until the variance of the phase and the information agree, from nothing."""
 
@@ -91,7 +93,7 @@ def step_steadily(strip, place, variance, memory, rest, frame, estimate, report)
     level, places, step = place.level, len(place.anchor), np.empty(len(place.loads))
     take(strip, frame, room)
     beyond = compare(strip, slope, level, room)
-    if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
+    if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > WORN:
         _anchor(strip, place, room.root, variance, 1)
     multiply(place.covariance, room.gradient, step)
     report[PROMISED] = np.dot(step, room.gradient[: len(loads)])
@@ -174,7 +176,9 @@ def _vary(nodes, factor, size, variance) -> None:
     row, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros_like(variance)
     turned, total = np.empty_like(variance), np.zeros_like(variance)
     for j in range(size):
+        # a row of the factor's inverse ends at its diagonal
+        some = (j // ROWS + 1) * ROWS
         row[:size] = half[j]
-        combine(nodes, row, nothing, turned)
+        combine(nodes[:some], row, nothing, turned)
         total += turned * turned
     variance[:] = np.sqrt(variance * total)

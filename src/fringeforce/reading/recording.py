@@ -98,9 +98,16 @@ def read_on(
 
 def _bad(single: SingleFrameReader, levels: NDArray[Any], used: Mask) -> Mask:
     """Which frames cannot be used."""
-    seen = levels if used.all() else levels[:, used]
-    low, high = seen.min(axis=1), seen.max(axis=1)
-    return ~((low >= 0) & (high <= single.model.sensor.camera.full_scale) & (low < high))
+    bad = np.zeros(len(levels), dtype=bool)
+    seen = levels if single.complete(used) else levels[:, used]
+    doubtful = np.arange(len(levels))
+    if single.always_in_range(levels):
+        doubtful = np.flatnonzero(seen[:, 0] == seen[:, -1])
+    if len(doubtful):
+        low, high = seen[doubtful].min(axis=1), seen[doubtful].max(axis=1)
+        full_scale = single.model.sensor.camera.full_scale
+        bad[doubtful] = ~((low >= 0) & (high <= full_scale) & (low < high))
+    return bad
 
 
 def _searched(tracker: Tracker, frame: NDArray[Any], used: Mask) -> Reading:
@@ -130,7 +137,6 @@ def _store_track(
     batch.forces[rows] = loads.reshape(shape)
     batch.std[rows] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).reshape(shape)
     batch.chi2[rows], batch.tracked[rows] = tracker.chi2(track.reports[rows]), True
-    for verdict, status in STATUSES.items():
-        batch.status[rows][verdicts == verdict] = status
+    batch.status[rows] = STATUSES[verdicts]
     if batch.covariance is not None:
         batch.covariance[rows] = covariance

@@ -184,9 +184,12 @@ class SingleFrameReader:
         """Whether all pixels are used; known without a look where there is no mask."""
         return self._complete if used is self._usable else bool(used.all())
 
+    def always_in_range(self, levels: NDArray[Any]) -> bool:
+        """Whether all grey levels of this type are in the converter's range."""
+        return levels.dtype.str in self._types_in_range
+
     @cached_property
-    def _always_in_range(self) -> list[str]:
-        """Types of grey levels that the converter's range has room for."""
+    def _types_in_range(self) -> list[str]:
         types = (np.dtype(kind) for kind in ("u1", "u2"))
         most = self.model.sensor.camera.full_scale
         return [kind.str for kind in types if np.iinfo(kind).max <= most]
@@ -208,7 +211,7 @@ class SingleFrameReader:
     def _problem(self, levels: NDArray[Any], used: Mask) -> str:
         camera = self.model.sensor.camera
         seen = levels if self.complete(used) else levels[used]
-        if levels.dtype.str in self._always_in_range and seen[0] != seen[-1]:
+        if self.always_in_range(levels) and seen[0] != seen[-1]:
             return ""  # without a look at all pixels
         darkest, brightest = float(seen.min()), float(seen.max())
         if not isfinite(darkest + brightest):
