@@ -43,7 +43,7 @@ class Hdf5Sink(Sink):
         If the file cannot be written.
     """
 
-    interval = 0.05
+    interval = 0.2
 
     def __init__(
         self, path: str | os.PathLike[str], model: SensorModel, frames: bool = False
