@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from fringeforce.force.likelihood import Response
@@ -38,9 +39,14 @@ def fisher_information(
     ndarray, shape (m, m)
         Information [1/N^2].
     """
-    square = (1 - np.exp(-2 * np.asarray(phase_variance)) * np.cos(2 * (phase + response.bias))) / 2
-    scaled = influence * (response.amplitude / 2 * np.sqrt(square / response.variance))[:, None]
-    return scaled.T @ scaled
+    whole, cosine = np.ones(len(phase)), np.cos(2 * (phase + response.bias))
+    rows, most = np.ascontiguousarray(influence), whole * _largest(response)
+    return np.asarray(_information(rows, cosine, most, whole * phase_variance), dtype=np.float64)
+
+
+def _largest(response: Response) -> Array | float:
+    """Information on the phase of a pixel where its slope is steepest, halved [1/rad^2]."""
+    return response.amplitude**2 / (8 * response.variance)
 
 
 def phase_information(phase: Array, response: Response) -> Array:
@@ -100,18 +106,14 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
         Covariance [N^2].
     """
     coarse = slice(None, None, COARSE)
-    some_phase, some, few = phase[coarse], influence[coarse], response.at(coarse)
-    variance = np.full(len(some), np.sqrt(few.variance) / few.amplitude)
-    result = np.full((influence.shape[1],) * 2, np.inf)
-    for _ in range(rounds):
-        before = np.diag(result)
-        result = _inverse(COARSE * fisher_information(some_phase, some, few, variance))
-        # the geometric mean settles at once where information is proportional to the variance
-        variance = np.sqrt(variance * _phase_variance(some, result))
-        if (np.abs(np.diag(result) - before) < 0.02 * np.diag(result)).all():
-            break
-    everywhere = _phase_variance(influence, result)
-    return _inverse(fisher_information(phase, influence, response, everywhere))
+    whole = np.ones(len(phase))
+    most = whole * _largest(response)
+    start = whole * np.sqrt(response.variance) / response.amplitude
+    rows, cosine = np.ascontiguousarray(influence), np.cos(2 * (phase + response.bias))
+    few = np.ascontiguousarray(rows[coarse])
+    found = _agreed(few, cosine[coarse], COARSE * most[coarse], start[coarse], rounds)
+    everywhere = _phase_variance(rows, found)
+    return _inverse(_information(rows, cosine, most, everywhere))
 
 
 def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
@@ -140,13 +142,37 @@ def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
     return pulls @ spread / variance
 
 
-def _phase_variance(influence: Array, loads: Array) -> Array:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _agreed(influence, cosine, most, variance, rounds):
+    """Covariance of the loads that agrees with the variance of the phase that it causes."""
+    variance, before = variance.copy(), np.full(influence.shape[1], np.inf)
+    result = np.empty((len(before), len(before)))
+    for _ in range(rounds):
+        result[:] = _inverse(_information(influence, cosine, most, variance))
+        # the geometric mean settles at once where information is proportional to the variance
+        variance = np.sqrt(variance * _phase_variance(influence, result))
+        after = np.diag(result).copy()
+        if (np.abs(after - before) < 0.02 * after).all():
+            break
+        before = after
+    return result
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _information(influence, cosine, most, variance):
+    """Information on the loads; see `fisher_information` and `_largest`."""
+    weight = most * (1 - np.exp(-2 * variance) * cosine)
+    return (influence * weight.reshape(-1, 1)).T @ influence
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _phase_variance(influence, loads):
     """Variance of the phase at every pixel, given the covariance of the loads."""
-    return np.asarray(((influence @ loads) * influence).sum(axis=1), dtype=np.float64)
+    return ((influence @ loads) * influence).sum(axis=1)
 
 
-def _inverse(information: Array) -> Array:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _inverse(information):
     """Inverse of an information matrix, bounded where a load leaves no trace at all."""
     ridge = 1e-12 * np.trace(information) + 1e-300
-    inverse = np.linalg.inv(information + np.diag(np.full(len(information), ridge)))
-    return np.asarray(inverse, dtype=np.float64)
+    return np.linalg.inv(information + ridge * np.eye(len(information)))

@@ -104,10 +104,21 @@ class Phases:
 
     def add(self, phase: Single) -> None:
         """Remember one more."""
-        if self._count == len(self._kept):
-            self._kept = np.concatenate([self._kept, np.empty_like(self._kept)])
+        self._make_room(1)
         self._kept[self._count] = phase
         self._count += 1
+
+    def admit(self, strip: Strip, loads: Array, apart: float) -> NDArray[np.int64]:
+        """Remember phases under several loads, shape (k, m), that are new; returns of which."""
+        self._make_room(len(loads))
+        known = self._kept, self._count, np.float32(apart), self._even
+        fresh = _admit(strip.nodes, strip.watched, loads, *known)
+        self._count += len(fresh)
+        return fresh
+
+    def _make_room(self, count: int) -> None:
+        while len(self._kept) < self._count + count:
+            self._kept = np.concatenate([self._kept, np.empty_like(self._kept)])
 
     def know(self, phase: Single, apart: float) -> bool:
         """Whether one of them lies nowhere farther from a phase than so much [rad]."""
@@ -128,6 +139,18 @@ def _known(others, phase, apart, even) -> bool:
         if plain == 0 or mirrored == 0:
             return True
     return False
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _admit(nodes, watched, loads, kept, count, apart, even):
+    fresh, found = np.empty(len(loads), np.int64), 0
+    for i in range(len(loads)):
+        place = count + found
+        _node_phase(nodes, loads[i], watched, kept[place])
+        if not _known(kept[:place], kept[place], apart, even):
+            fresh[found] = i
+            found += 1
+    return fresh[:found]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

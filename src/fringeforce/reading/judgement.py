@@ -138,11 +138,8 @@ def _with_neighbours(scene: Scene, found: list[Top]) -> tuple[list[Top], bool]:
         chosen = max(fresh, key=lambda top: explored.distance(top.phase))
         explored.add(chosen.phase)
         done.append(chosen)
-        for start in scene.images(chosen.loads):
-            phase = scene.phase(start)
-            if tried.know(phase, SAME_START):
-                continue
-            tried.add(phase)
+        images = scene.images(chosen.loads)
+        for start in images[tried.admit(scene.strip, images, SAME_START)]:
             top = scene.nearly_top(start)
             if not kept.know(top.phase, SAME_TOP):
                 kept.add(top.phase)
