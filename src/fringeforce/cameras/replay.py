@@ -47,12 +47,8 @@ class ReplayCamera(Interruptible):
         super().__init__(settings, images)
         self.name = Path(path).name
         self.lines = load_images(path) if images else load_frames(path)
-        rate = self.settings.line_rate
-        times = (
-            np.arange(len(self.lines)) / rate
-            if rate
-            else load_times(path, IMAGES if images else "frames")
-        )
+        rate, kind = self.settings.line_rate, IMAGES if images else "frames"
+        times = np.arange(len(self.lines)) / rate if rate else load_times(path, kind)
         self._offsets = None if times is None or full_speed else times - times[:1]
 
     @property
