@@ -1,4 +1,4 @@
-"""Readings as CSV, one row for each tactel of each line or image; columns are `fringeforce.tables`'."""
+"""Readings as CSV, one row for each tactel of each line or image, named as in `tables`."""
 
 from __future__ import annotations
 
