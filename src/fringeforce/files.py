@@ -86,7 +86,7 @@ def load_strip_model(path: PathLike) -> SensorModel:
     if format_of(path) == f"fringeforce-{PAD}":
         raise FileFormatError(
             f"{path} is the model of a planar pad, and this works on strips only; pads go with "
-            "simulate, read, show, explore and, in Python, PadReader."
+            "simulate, read, live, show, explore and, in Python, PadReader."
         )
     with existing_file(path, "model") as file:
         model = SensorModel(
