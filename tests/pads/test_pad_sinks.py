@@ -103,6 +103,7 @@ def test_what_is_appended_to_a_recording_stays_small(model: PadModel, tmp_path: 
         for name in ("forces", "std", "grey"):
             dataset = file[name]
             assert isinstance(dataset, h5py.Dataset)
+            assert dataset.chunks
             assert np.prod(dataset.chunks) * dataset.dtype.itemsize <= 2**17
 
 
@@ -184,6 +185,7 @@ def test_a_laboratory_stream_names_every_channel(model: PadModel, readings: Read
         channel = channel.next_sibling()
     sink.write(readings)
     sample, _ = inlet.pull_sample(timeout=10)
+    assert sample is not None
     sink.close()
     inlet.close_stream()
     assert labels == Components.of(model).labels
