@@ -74,6 +74,8 @@ class SimulatedCamera(Interruptible):
         times = np.arange(count) * (period / count)
         self.forces = _touched(model)(times) if script is None else script(times)
         self.lines: NDArray[Any] = _exposed(model, self.forces, rng)
+        # a line is exposed until the next one; an image is, as by a flash, there at once
+        self._ahead = 1 if images else 0
         self._kept = max(int(memory * self.line_rate), 2 * self.block)
 
     def __enter__(self) -> Self:
@@ -84,7 +86,7 @@ class SimulatedCamera(Interruptible):
 
     def __iter__(self) -> Iterator[Block]:
         size = self.block
-        while not self._closed.wait(self._due(self._next + size) - time.time()):
+        while not self._closed.wait(self._due(self._next + size - self._ahead) - time.time()):
             exposed = int((time.time() - self._start) * self.line_rate)
             behind = exposed - self._kept - self._next
             dropped = -(-behind // size) * size if behind > 0 else 0

@@ -53,6 +53,7 @@ class PadFollower:
         self._here: Start | None = None
         self._ahead: Start | None = None
         self._known: Curvature | None = None
+        self._spread: tuple[Array, Array] | None = None
 
     def read(self, frame: ArrayLike) -> PadReading:
         """Read the next frame.
@@ -113,10 +114,17 @@ class PadFollower:
         images = checked_recording(frames, self.model.frame_shape)
         batch = Batch.of(len(images), (self.model.sensor.tactels.total, 3), covariance)
         for row, image in enumerate(images):
-            batch.store(row, self.read(image))
+            reading = self.read(image)
+            batch.store(row, reading, self._std(reading))
             if progress is not None:
                 progress(1)
         return batch
+
+    def _std(self, reading: PadReading) -> Array:
+        """Deviations of a reading, which frames with the same information share [N]."""
+        if self._spread is None or self._spread[0] is not reading.information:
+            self._spread = reading.information, reading.std
+        return self._spread[1]
 
     def prepare(self) -> None:
         """Load all that the first frame would wait for otherwise; takes some seconds."""
