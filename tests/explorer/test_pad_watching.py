@@ -105,6 +105,6 @@ def test_a_browser_shows_images_forces_and_sums_as_they_come(
         expect(page.locator("#pause")).to_have_text("Resume")
         expect_accessible(page)
         page.set_viewport_size({"width": 400, "height": 800})
-        assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+        page.wait_for_function("() => document.documentElement.scrollWidth <= innerWidth")
         page.get_by_role("button", name="Live").click()
         expect(page.locator("#pad")).to_be_visible()

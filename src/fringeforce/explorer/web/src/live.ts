@@ -47,6 +47,8 @@ export class Live<M> {
     this.scrub.addEventListener("input", () => this.seek(this.ring.at(this.scrub.valueAsNumber)));
     document.querySelector("input#friction")?.addEventListener("input", (event) => this.assume(event));
     addEventListener("keydown", (event) => this.key(event));
+    // a picture that is held, or the last of a recording, follows the page's width too
+    new ResizeObserver(() => this.redraw()).observe(byId("watch"));
   }
 
   /** The server has answered, for the first time or after it was away. */
