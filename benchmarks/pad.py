@@ -18,6 +18,8 @@ from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
+from fringeforce.cameras.camera import Settings
+from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.optics.integrated import equivalent_retarder
@@ -27,8 +29,10 @@ from fringeforce.pads.model import PadModel, block_of, characterize_pad
 from fringeforce.pads.patches import touch
 from fringeforce.pads.reader import PadReader
 from fringeforce.reading.reading import Status
+from fringeforce.sinks.sink import Readings, Sink
 
 Array = np.ndarray
+Rows = Iterator[tuple[str, str]]
 
 
 def contacts(rng: np.random.Generator, pad: Pad) -> Array:
@@ -57,7 +61,7 @@ def fingertip(pad: Pad, centre: Array, radius: float) -> Array:
     return pressure / pressure.sum()
 
 
-def cold(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, str]]:
+def cold(model: PadModel, reader: PadReader, count: int) -> Rows:
     rng, statuses = np.random.default_rng(2026), Counter()
     seconds, busy, errors, bounds, totals, sure, within, wrong = [], [], [], [], [], [], 0, 0
     for _ in range(count):
@@ -109,7 +113,7 @@ def cold(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, 
         )
 
 
-def dense(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str, str]]:
+def dense(model: PadModel, reader: PadReader, count: int) -> Rows:
     """The same contacts, scaled to a largest retardance, evenly from 4 to 20 rad."""
     rng, edges = np.random.default_rng(77), [4, 8, 12, 16, 20]
     found = np.zeros((len(edges) - 1, 2), dtype=int)
@@ -123,7 +127,7 @@ def dense(model: PadModel, reader: PadReader, count: int) -> Iterator[tuple[str,
         yield f"read cold, largest retardance {low} to {high} rad", f"{right} of {tried}"
 
 
-def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Iterator[tuple[str, str]]:
+def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Rows:
     rng = np.random.default_rng(1)
     pad = model.sensor
     # a fingertip of 8 N that wanders over the pad, twice around in ten seconds at 30 frames/s
@@ -148,7 +152,49 @@ def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Iterator[tup
     yield "tracked: rms error over Cramer-Rao bound", f"{rms:.3f}"
 
 
-def accuracy(model: PadModel) -> Iterator[tuple[str, str]]:
+class Errors(Sink):
+    """How far live readings are from a simulated touch, in their deviations."""
+
+    name = "errors"
+
+    def __init__(self, camera: SimulatedCamera) -> None:
+        self._camera = camera
+        self.right = self.wrong = 0
+
+    def write(self, readings: Readings) -> None:
+        """Count what is right."""
+        truth = self._camera.true_forces(readings.first + np.arange(len(readings)))
+        worst = (np.abs(readings.forces - truth) / readings.std).max(axis=(1, 2))
+        sure = np.array([status is Status.OK for status in readings.status])
+        self.right += int((worst < 6).sum())
+        self.wrong += int((sure & (worst > 8)).sum())
+
+    def close(self) -> None:
+        """Nothing to finish."""
+
+
+def live(model: PadModel, reader: PadReader, rate: float, seconds: float = 20) -> Rows:
+    """A simulated finger, as `fringeforce live` reads it."""
+    camera = SimulatedCamera(model, Settings(rate))
+    errors = Errors(camera)
+    reader.follower().prepare()
+    used = time.process_time()
+    found = ff.live(reader, camera, [errors], seconds=seconds)
+    used = time.process_time() - used
+    head, times = f"live, {rate:g} images per second", found.latency
+    yield f"{head}: read per second", f"{found.lines / found.seconds:.1f}"
+    yield f"{head}: of processor for each", f"{1e3 * used / found.lines:.0f} ms"
+    late = ", ".join(f"{1e3 * times[q]:.0f} ms" for q in (50, 95, 99))
+    yield f"{head}: latency, median, 95 %, 99 %", late
+    told = ", ".join(f"{name} {count}" for name, count in found.statuses.items())
+    yield f"{head}: dropped, statuses", f"{found.dropped_queue + found.dropped_camera}; {told}"
+    yield (
+        f"{head}: within 6 deviations; confidently wrong",
+        (f"{errors.right} of {found.lines}; {errors.wrong}"),
+    )
+
+
+def accuracy(model: PadModel) -> Rows:
     """What compression leaves out, and how good one slice would be."""
     pad, rng = model.sensor, np.random.default_rng(3)
     forces = contacts(rng, pad)
@@ -207,6 +253,8 @@ def main() -> None:
     for rows in (
         accuracy(model),
         tracked(model, reader),
+        live(model, reader, 10),
+        live(model, reader, 20),
         cold(model, reader, count),
         dense(model, reader, max(count // 2, 4)),
     ):

@@ -23,7 +23,7 @@ from fringeforce.calibration.files import (
 from fringeforce.design import parse_sensor
 from fringeforce.errors import FileFormatError
 from fringeforce.model import SensorModel
-from fringeforce.pads.files import PAD, load_pad
+from fringeforce.pads.files import DATASET, PAD, load_pad
 from fringeforce.storage import (
     HDF5,
     existing_file,
@@ -86,7 +86,7 @@ def load_strip_model(path: PathLike) -> SensorModel:
     if format_of(path) == f"fringeforce-{PAD}":
         raise FileFormatError(
             f"{path} is the model of a planar pad, and this works on strips only; pads go with "
-            "simulate, read, show, explore and, in Python, PadReader."
+            "simulate, read, live, show, explore and, in Python, PadReader."
         )
     with existing_file(path, "model") as file:
         model = SensorModel(
@@ -165,9 +165,9 @@ def load_frames(path: PathLike) -> NDArray[Any]:
     return frames
 
 
-def load_times(path: PathLike) -> NDArray[np.float64] | None:
+def load_times(path: PathLike, kind: str = "frames") -> NDArray[np.float64] | None:
     """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
-    if Path(path).suffix.lower() not in HDF5:
+    if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
         return None
-    with existing_file(path, "frames") as file:
+    with existing_file(path, kind) as file:
         return read(file, "time")[: read(file, "frame").size] if "time" in file else None

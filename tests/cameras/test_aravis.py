@@ -118,3 +118,28 @@ def test_a_size_that_the_camera_cannot_deliver_is_refused(fake: FakeCamera) -> N
     camera = AravisCamera(ADDRESS, 4096, settings=SETTINGS)
     with pytest.raises(InputError, match="64 lines of 4096 pixels"):
         camera.__enter__()
+
+
+def test_images_of_a_pad_arrive_as_they_were_shown(tmp_path: Path) -> None:
+    images = np.random.default_rng(0).integers(0, 256, (8, 48, 64), dtype=np.uint8)
+    images[:, 0, 0] = np.arange(8)
+    fake = FakeCamera(images.reshape(-1, 64), tmp_path, 48)
+    try:
+        camera = AravisCamera(ADDRESS, (64, 48), settings=Settings(line_rate=50))
+        with camera:
+            assert camera.line_rate == pytest.approx(50, rel=1e-3)
+            blocks = [block for block, _ in zip(camera, range(5), strict=False)]
+    finally:
+        fake.kill()
+    seen = 0
+    for block in blocks:
+        seen += block.dropped
+        assert block.first == seen
+        (image,) = block.lines
+        np.testing.assert_array_equal(image, images[image[0, 0]])
+        seen += 1
+
+
+def test_a_camera_delivers_images_one_by_one() -> None:
+    with pytest.raises(InputError, match="one by one"):
+        AravisCamera(ADDRESS, (64, 48), settings=Settings(block=2))

@@ -9,15 +9,16 @@ import pylsl
 import pytest
 
 import fringeforce as ff
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.lsl import LslSink
 from fringeforce.sinks.ros import RosSink
 from fringeforce.sinks.sink import Readings
 
 
 def test_a_lab_streaming_layer_inlet_gets_every_line(
-    blocks: list[Readings], whole: Readings
+    model: ff.SensorModel, blocks: list[Readings], whole: Readings
 ) -> None:
-    sink = LslSink("fringeforce test", 11)
+    sink = LslSink("fringeforce test", Components.of(model))
     (info,) = pylsl.resolve_byprop("name", "fringeforce test", timeout=20)
     inlet = pylsl.StreamInlet(info)
     inlet.open_stream(timeout=10)
@@ -79,7 +80,7 @@ class _Ros:
 
 
 def test_ros_gets_the_newest_reading_of_a_block(
-    sensor: ff.Sensor,
+    model: ff.SensorModel,
     blocks: list[Readings],
     whole: Readings,
     monkeypatch: pytest.MonkeyPatch,
@@ -87,7 +88,7 @@ def test_ros_gets_the_newest_reading_of_a_block(
     ros = _Ros()
     for name, module in ros.modules().items():
         monkeypatch.setitem(sys.modules, name, module)
-    sink = RosSink("skin", sensor.tactels.positions)
+    sink = RosSink("skin", Components.of(model))
     sink.write(blocks[1])
     sink.close()
     assert ros.down

@@ -18,6 +18,7 @@ from websockets.typing import Origin, Subprotocol
 
 import fringeforce as ff
 from conftest import make_readings
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.foxglove import FoxgloveSink
 from fringeforce.sinks.sink import Readings
 from fringeforce.sinks.websocket import WAITING, WebSocketSink
@@ -137,8 +138,10 @@ def test_a_port_that_is_taken_is_named(model: ff.SensorModel, scheme: str) -> No
             ff.open_sink(f"{scheme}://127.0.0.1:{port}", model)
 
 
-def test_foxglove_is_told_what_is_sent(blocks: list[Readings], whole: Readings) -> None:
-    sink = FoxgloveSink("foxglove://127.0.0.1:0")
+def test_foxglove_is_told_what_is_sent(
+    model: ff.SensorModel, blocks: list[Readings], whole: Readings
+) -> None:
+    sink = FoxgloveSink(Components.of(model), "foxglove://127.0.0.1:0")
     try:
         with connect(
             f"ws://127.0.0.1:{sink.port}",

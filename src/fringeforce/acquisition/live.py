@@ -6,23 +6,50 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fringeforce.acquisition.feed import Feed
 from fringeforce.acquisition.outlet import Outlet
 from fringeforce.acquisition.tally import Delivery, Statistics, Tally
 from fringeforce.cameras.camera import Block, Camera
-from fringeforce.reading.reader import Reader
+from fringeforce.model import SensorModel
+from fringeforce.pads.model import PadModel
+from fringeforce.pads.reader import PadReader
+from fringeforce.reading.batch import Batch
 from fringeforce.sinks.sink import Readings, Sink
 
 POLL = 0.1
 """Time to wait for a block before asking whether to go on [s]."""
+QUEUE, IMAGE_QUEUE = 32, 1
+"""Blocks that wait for a reader, if nothing else is asked for.
+
+Lines are followed best without gaps. An image that waits while another is read is late, and the
+next one takes its place."""
 Report = Callable[[Statistics, Readings | None], None]
 
 
+class FrameReader(Protocol):
+    """What the loop needs of a reader: a `Reader`, or a `PadReader.follower()`."""
+
+    @property
+    def model(self) -> SensorModel | PadModel:
+        """The sensor that is read."""
+        ...
+
+    def prepare(self) -> None:
+        """Do all that the first frame would wait for otherwise."""
+        ...
+
+    def read_on(self, frames: ArrayLike, /) -> Batch:
+        """Read frames that follow those before, shape (k, *frame_shape)."""
+        ...
+
+
 def live(
-    reader: Reader,
+    reader: FrameReader | PadReader,
     camera: Camera,
     sinks: Sequence[Sink] = (),
     *,
@@ -30,9 +57,9 @@ def live(
     stop: threading.Event | None = None,
     report: Report | None = None,
     every: float = 0.1,
-    queue: int = 32,
+    queue: int | None = None,
 ) -> Statistics:
-    """Read a camera's lines until it ends, the time is over, or someone stops it.
+    """Read a camera's lines, or images, until it ends, the time is over, or someone stops it.
 
     The camera fills a bounded queue; when the reader is slower and it is full, the blocks in it are
     dropped and counted, so that what is read comes in long runs.  A camera that vanishes is looked
@@ -42,8 +69,8 @@ def live(
 
     Parameters
     ----------
-    reader : Reader
-        Of the sensor.
+    reader : Reader or PadReader
+        Of the sensor; a pad's images are followed as `PadReader.stream` does it.
     camera : Camera
         Not yet connected.
     sinks : sequence of Sink
@@ -56,20 +83,23 @@ def live(
         Is told of the statistics and the last readings, in the thread of the caller.
     every : float
         Time between reports [s].
-    queue : int
-        Blocks that wait for the reader, and for every sink.
+    queue : int, optional
+        Blocks that wait for the reader, and for every sink; 32 if not given.  Of a
+        pad's images only the newest waits for the reader then.
 
     Returns
     -------
     Statistics
-        Of the whole run.  Every line that the camera numbered was read or is counted as dropped.
+        Of the whole run.  Every line or image that the camera numbered was read or is counted as
+        dropped.
 
     Raises
     ------
     CameraLost
         If there is no camera to begin with.
     FringeforceError
-        If the camera cannot be set as asked.
+        If the camera cannot be set as asked, or a pad's images cannot be read without an earlier
+        state.
 
     Examples
     --------
@@ -79,15 +109,17 @@ def live(
     >>> ff.live(ff.Reader(model), camera, [ff.open_sink("csv:touch.csv", model)]).lines
     8
     """
+    follower = reader.follower() if isinstance(reader, PadReader) else reader
+    images = isinstance(follower.model, PadModel)
     stopping = stop or threading.Event()
     with ExitStack() as finishing:
         outlets: list[Outlet] = []
         for sink in sinks:
-            outlets.append(Outlet(sink, queue, camera.patient))
+            outlets.append(Outlet(sink, queue or QUEUE, camera.patient))
             finishing.callback(outlets[-1].finish)
-        reader.prepare()
-        tally = Tally()
-        feed = Feed(camera, queue, tally)
+        follower.prepare()
+        tally = Tally("images" if images else "lines")
+        feed = Feed(camera, queue or (IMAGE_QUEUE if images else QUEUE), tally)
         finishing.callback(feed.stop)
         feed.start()
         deadline = time.monotonic() + (float("inf") if seconds is None else seconds)
@@ -98,7 +130,7 @@ def live(
             except StopIteration:
                 break
             if block is not None:
-                last = read_block(reader, block)
+                last = read_block(follower, block)
                 tally.read(last)
                 for outlet in outlets:
                     outlet.put(last)
@@ -111,8 +143,8 @@ def live(
     return statistics
 
 
-def read_block(reader: Reader, block: Block) -> Readings:
-    """Read all lines of a block, as those that follow what the reader read last."""
+def read_block(reader: FrameReader, block: Block) -> Readings:
+    """Read all lines or images of a block, as those that follow what the reader read last."""
     found = reader.read_on(block.lines)
     return Readings(
         first=block.first,

@@ -44,7 +44,7 @@ class Delivery:
 
 @dataclass(frozen=True)
 class Statistics:
-    """A live run so far.
+    """A live run so far; lines are the images of a pad.
 
     Attributes
     ----------
@@ -67,6 +67,8 @@ class Statistics:
         Why there is no camera at the moment; empty while there is one.
     deliveries : tuple of Delivery
         The sinks.
+    counted : str
+        What the numbers are of: lines, or images of a pad.
     """
 
     seconds: float
@@ -79,29 +81,40 @@ class Statistics:
     reconnects: int
     camera_trouble: str
     deliveries: tuple[Delivery, ...] = ()
+    counted: str = "lines"
 
     @property
     def troubles(self) -> tuple[str, ...]:
         """All that a person should know, in sentences."""
-        found = [f"The camera lost {self.dropped_camera} lines."] if self.dropped_camera else []
+        frames, found = self.counted, []
+        if self.dropped_camera:
+            found.append(f"The camera lost {self.dropped_camera} {frames}.")
         if self.dropped_queue:
             found.append(
-                f"{self.dropped_queue} lines came faster than they could be read and were dropped."
+                f"{self.dropped_queue} {frames} came faster than they could be read and were "
+                "dropped."
             )
         if self.camera_trouble:
             found.append(f"{self.camera_trouble} Trying again.")
         for sink in self.deliveries:
             if sink.trouble:
-                found.append(f"{sink.name} stopped after {sink.written} lines: {sink.trouble}")
+                found.append(f"{sink.name} stopped after {sink.written} {frames}: {sink.trouble}")
             elif sink.dropped:
-                found.append(f"{sink.name} was too slow for {sink.dropped} lines.")
+                found.append(f"{sink.name} was too slow for {sink.dropped} {frames}.")
         return tuple(found)
 
 
 class Tally:
-    """Counts a run; one thread each for the camera's and the reader's numbers."""
+    """Counts a run; one thread each for the camera's and the reader's numbers.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    counted : str
+        What is counted: lines, or images.
+    """
+
+    def __init__(self, counted: str = "lines") -> None:
+        self._counted = counted
         self._lock = threading.Lock()
         self._started = time.monotonic()
         self._lines = self._dropped_camera = self._dropped_queue = self._reconnects = 0
@@ -155,6 +168,7 @@ class Tally:
                 reconnects=self._reconnects,
                 camera_trouble=self._camera_trouble,
                 deliveries=deliveries,
+                counted=self._counted,
             )
 
     def _percentiles(self) -> dict[int, float]:

@@ -22,14 +22,16 @@ FRAME_IDS = 65535
 
 
 class AravisCamera(GenicamCamera):
-    """A GenICam camera; a frame of it is a block of consecutive lines.
+    """A GenICam camera; a picture of it is a block of consecutive lines, or an image of a pad.
 
     Parameters
     ----------
     identity : str
         Its name as `arv-tool-0.8` lists it, its address, or nothing for the first one found.
-    pixels, bits : int
-        Of a line, as the design says.
+    pixels : int or (int, int)
+        Of a line, or along x and y of an image, as the design says.
+    bits : int
+        Of a pixel.
     settings : Settings
         Line rate, exposure and block.
     silence : float
@@ -44,7 +46,7 @@ class AravisCamera(GenicamCamera):
     def __init__(
         self,
         identity: str,
-        pixels: int,
+        pixels: int | tuple[int, int],
         bits: int = 8,
         settings: Settings | None = None,
         silence: float = 1.0,
@@ -92,7 +94,7 @@ class AravisCamera(GenicamCamera):
 
     def __iter__(self) -> Iterator[Block]:
         heard = time.monotonic()
-        patience = max(self._silence, 10 * self.settings.block / self.line_rate)
+        patience = max(self._silence, 10 * self.block / self.line_rate)
         while not self._closed.is_set():
             buffer = self._stream.timeout_pop_buffer(int(POLL * 1e6))
             if buffer is None:
@@ -100,30 +102,30 @@ class AravisCamera(GenicamCamera):
                     raise CameraLost(f"{self.name} has sent nothing for {patience:.3g} s.")
                 continue
             heard = time.monotonic()
-            block = self._lines(buffer)
+            block = self._received(buffer)
             self._stream.push_buffer(buffer)
             if block is not None:
                 yield block
 
-    def _lines(self, buffer: Any) -> Block | None:
-        """Lines of a complete frame; incomplete ones are left out and counted with the next."""
+    def _received(self, buffer: Any) -> Block | None:
+        """A complete picture; incomplete ones are left out and counted with the next."""
         if buffer.get_status() != self._aravis.BufferStatus.SUCCESS:
             return None
-        number, size = buffer.get_frame_id(), self.settings.block
+        number = buffer.get_frame_id()
         missed = 0 if self._last_id is None else (number - self._last_id - 1) % FRAME_IDS
         self._last_id = number
         dtype = np.uint8 if self._bits <= 8 else np.uint16
-        lines = np.frombuffer(buffer.get_data(), dtype).reshape(size, self._pixels)
+        picture = np.frombuffer(buffer.get_data(), dtype).reshape(self._height, self._width)
         arrived = buffer.get_system_timestamp() / 1e9 or time.time()
-        return self._block(lines, arrived, missed)
+        return self._block(picture, arrived, missed)
 
     def _configure(self, camera: Any) -> None:
         """Put width, height, pixel format, rate and exposure where the design wants them."""
-        size, library = self.settings.block, self._aravis
+        library, wanted = self._aravis, (self._width, self._height)
         camera.set_range_check_policy(library.RangeCheckPolicy.ENABLE)
         try:
             camera.set_pixel_format_from_string(f"Mono{self._bits}")
-            camera.set_region(0, 0, self._pixels, size)
+            camera.set_region(0, 0, *wanted)
             if self.settings.exposure:
                 camera.set_exposure_time(self.settings.exposure * 1e6)
             self.line_rate = self._set_rate(camera)
@@ -132,19 +134,19 @@ class AravisCamera(GenicamCamera):
             if error.matches(library.device_error_quark(), library.DeviceError.TIMEOUT):
                 raise
             raise self._refused(error.message) from None
-        if (width, height) != (self._pixels, size):
+        if (width, height) != wanted:
             raise self._refused(f"it delivers {height} of {width}")
 
     def _set_rate(self, camera: Any) -> float:
-        """Set the line rate, and return what the camera made of it [lines/s]."""
+        """Set the rate, and return what the camera made of it [lines/s or images/s]."""
         rate, feature = self.settings.line_rate, "AcquisitionLineRate"
         if camera.is_feature_available(feature):
             if rate:
                 camera.set_float(feature, rate)
             return camera.get_float(feature)
         if rate:
-            camera.set_frame_rate(rate / self.settings.block)
-        return camera.get_frame_rate() * self.settings.block
+            camera.set_frame_rate(rate / self.block)
+        return camera.get_frame_rate() * self.block
 
     def _release(self, lost: bool) -> None:
         """Let go of the library's objects, which disconnect when their last reference is gone."""

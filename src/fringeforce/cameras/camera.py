@@ -1,4 +1,7 @@
-"""What every camera is: a context manager that yields blocks of consecutive lines."""
+"""What every camera is: a context manager that yields blocks of consecutive frames.
+
+Frames are lines of a strip, or images of a pad.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +14,21 @@ from numpy.typing import NDArray
 
 from fringeforce.errors import InputError
 
+LINES, IMAGES = 64, 1
+"""Lines, and images, in a block where nothing else is asked for.
+
+A block of images would be late by the time that they take."""
+
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Consecutive lines of a camera.
+    """Consecutive lines of a camera, or images of a pad.
 
     Attributes
     ----------
-    lines : ndarray, shape (k, P)
-        Grey levels.
+    lines : ndarray, shape (k, *frame_shape)
+        Grey levels; frames have the shape (P,) or (rows, columns), with the number of pictures
+        before it if there are several.
     timestamps : ndarray, shape (k,)
         When every line was exposed, on this computer's clock [s since 1970].
     dropped : int
@@ -41,23 +50,23 @@ class Settings:
     Attributes
     ----------
     line_rate : float or None
-        Lines per second; the camera's own if not given.
+        Lines, or images of a pad, per second; the camera's own if not given.
     exposure : float or None
-        Exposure of a line [s]; the camera's own if not given.
-    block : int
-        Lines in a block.
+        Exposure of each [s]; the camera's own if not given.
+    block : int or None
+        How many come at once; 64 lines or one image if not given.
     """
 
     line_rate: float | None = None
     exposure: float | None = None
-    block: int = 64
+    block: int | None = None
 
     def __post_init__(self) -> None:
         for name, unit in (("line_rate", "lines per second"), ("exposure", "seconds")):
             value = getattr(self, name)
             if value is not None and not 0 < value < float("inf"):
                 raise InputError(f"{name} = {value}: must be a number of {unit} above 0.")
-        if not 1 <= self.block <= 4096:
+        if self.block is not None and not 1 <= self.block <= 4096:
             raise InputError(f"block = {self.block}: must be from 1 to 4096 lines.")
         if self.exposure and self.line_rate and self.exposure * self.line_rate > 1:
             raise InputError(
@@ -67,7 +76,7 @@ class Settings:
 
 
 class Camera(Protocol):
-    """A source of lines.
+    """A source of lines, or of images.
 
     Entering connects and iterating yields `Block` until the source ends.  A camera that was left
     can be entered again and goes on counting lines, which is how a lost one comes back.

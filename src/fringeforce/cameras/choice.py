@@ -5,9 +5,12 @@ from __future__ import annotations
 from fringeforce.cameras.camera import Camera, Settings
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel
+from fringeforce.pads.model import PadModel
 
 
-def open_camera(name: str, model: SensorModel, settings: Settings | None = None) -> Camera:
+def open_camera(
+    name: str, model: SensorModel | PadModel, settings: Settings | None = None
+) -> Camera:
     """A camera for a sensor, not yet connected.
 
     Parameters
@@ -15,15 +18,16 @@ def open_camera(name: str, model: SensorModel, settings: Settings | None = None)
     name : str
         "sim" for a simulated touch; "file:PATH" for frames; "aravis:ID" for a GenICam camera,
         "pylon:SERIAL" for a Basler one, each without ID for the first one found.
-    model : SensorModel
-        The sensor that it looks at; its design says the pixels and bits of a line.
+    model : SensorModel or PadModel
+        The sensor that it looks at; its design says the pixels and bits of a line, or of an image.
     settings : Settings, optional
-        Line rate, exposure, block.
+        Rate, exposure, block.
 
     Raises
     ------
     InputError
-        If there is no such kind of camera, or it needs something that is not installed.
+        If there is no such kind of camera, it needs something that is not installed, or it takes
+        one picture where the sensor's frames are several.
 
     Examples
     --------
@@ -33,7 +37,7 @@ def open_camera(name: str, model: SensorModel, settings: Settings | None = None)
     (64, 2048)
     """
     kind, _, rest = name.partition(":")
-    seen = model.sensor.camera
+    seen, pictures = model.sensor.camera, len(model.sensor.polariscope.pictures)
     if name == "sim":
         from fringeforce.cameras.simulator import SimulatedCamera
 
@@ -41,7 +45,12 @@ def open_camera(name: str, model: SensorModel, settings: Settings | None = None)
     if kind == "file" and rest:
         from fringeforce.cameras.replay import ReplayCamera
 
-        return ReplayCamera(rest, settings)
+        return ReplayCamera(rest, settings, images=isinstance(model, PadModel))
+    if kind in ("aravis", "pylon") and pictures > 1:
+        raise InputError(
+            f"{name} takes one picture at a time, and a frame of this sensor is {pictures}; play "
+            "recorded frames with file:PATH, or design a sensor that needs one picture."
+        )
     if kind == "aravis":
         from fringeforce.cameras.aravis import AravisCamera
 

@@ -1,4 +1,4 @@
-"""What cameras here share: a count of lines, and an end that any thread may ask for."""
+"""What cameras here share: a count of frames, and an end that any thread may ask for."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import threading
 from types import TracebackType
 from typing import Self
 
-from fringeforce.cameras.camera import Settings
+from fringeforce.cameras.camera import IMAGES, LINES, Settings
 
 
 class Interruptible:
@@ -16,13 +16,17 @@ class Interruptible:
     ----------
     settings : Settings, optional
         How it is run.
+    images : bool
+        Whether it delivers images and not lines.
     """
 
-    def __init__(self, settings: Settings | None) -> None:
+    def __init__(self, settings: Settings | None, images: bool = False) -> None:
         self.settings = settings or Settings()
+        self.block = self.settings.block or (IMAGES if images else LINES)
+        """Lines or images in a block."""
         self._closed = threading.Event()
         self._next = 0
-        """Running number of the next line; a camera that was left goes on counting."""
+        """Running number of the next line or image; a camera that was left goes on counting."""
 
     def __enter__(self) -> Self:
         self._closed.clear()

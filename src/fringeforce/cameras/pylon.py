@@ -16,14 +16,16 @@ from fringeforce.extras import extra
 
 
 class PylonCamera(GenicamCamera):
-    """A Basler camera; a frame of it is a block of consecutive lines.
+    """A Basler camera; a picture of it is a block of consecutive lines, or an image of a pad.
 
     Parameters
     ----------
     serial : str
         Its serial number, or nothing for the first one found.
-    pixels, bits : int
-        Of a line, as the design says.
+    pixels : int or (int, int)
+        Of a line, or along x and y of an image, as the design says.
+    bits : int
+        Of a pixel.
     settings : Settings
         Line rate, exposure and block.
 
@@ -34,7 +36,11 @@ class PylonCamera(GenicamCamera):
     """
 
     def __init__(
-        self, serial: str, pixels: int, bits: int = 8, settings: Settings | None = None
+        self,
+        serial: str,
+        pixels: int | tuple[int, int],
+        bits: int = 8,
+        settings: Settings | None = None,
     ) -> None:
         super().__init__(f"Basler camera {serial or 'found first'}", pixels, bits, settings)
         self._serial = serial
@@ -94,15 +100,15 @@ class PylonCamera(GenicamCamera):
     def _configure(self, camera: Any) -> None:
         """Put width, height, pixel format, rate and exposure where the design wants them."""
         camera.PixelFormat.Value = f"Mono{self._bits}"
-        camera.Width.Value = self._pixels
-        camera.Height.Value = self.settings.block
+        camera.Width.Value = self._width
+        camera.Height.Value = self._height
         if self.settings.exposure:
             camera.ExposureTime.Value = self.settings.exposure * 1e6
         self.line_rate = self._set_rate(camera)
 
     def _set_rate(self, camera: Any) -> float:
-        """Set the line rate, and return what the camera made of it [lines/s]."""
-        rate, size = self.settings.line_rate, self.settings.block
+        """Set the rate, and return what the camera made of it [lines/s or images/s]."""
+        rate, size = self.settings.line_rate, self.block
         nodes = camera.GetNodeMap()
         genicam: Any = extra("pypylon.genicam", "pylon")
         for name, lines in (
@@ -115,7 +121,7 @@ class PylonCamera(GenicamCamera):
             if not genicam.IsAvailable(node):
                 continue
             if rate:
-                if (switch := nodes.GetNode("AcquisitionFrameRateEnable")) and lines > 1:
+                if "Frame" in name and (switch := nodes.GetNode("AcquisitionFrameRateEnable")):
                     switch.Value = True
                 node.Value = rate / lines
             return node.Value * lines

@@ -13,6 +13,7 @@ import numpy as np
 from fringeforce.cameras.camera import Block, Settings
 from fringeforce.cameras.interruptible import Interruptible
 from fringeforce.files import load_frames, load_times
+from fringeforce.pads.files import IMAGES, load_images
 
 
 class ReplayCamera(Interruptible):
@@ -21,12 +22,14 @@ class ReplayCamera(Interruptible):
     Parameters
     ----------
     path : path
-        .h5, .npy, .png or .tiff; a row each.
+        .h5, .npy, .png or .tiff; a row each, or an image each for a pad.
     settings : Settings
-        With a line rate, lines come at that rate.  Without, they come when they did in a recording
+        With a line rate, frames come at that rate.  Without, they come when they did in a recording
         that holds times, and as fast as they are read from other files.
     full_speed : bool
         As fast as they are read, whatever the file says.
+    images : bool
+        Whether they are images of a pad.
 
     Raises
     ------
@@ -39,12 +42,13 @@ class ReplayCamera(Interruptible):
         path: str | os.PathLike[str],
         settings: Settings | None = None,
         full_speed: bool = False,
+        images: bool = False,
     ) -> None:
-        super().__init__(settings)
+        super().__init__(settings, images)
         self.name = Path(path).name
-        self.lines = load_frames(path)
-        rate = self.settings.line_rate
-        times = np.arange(len(self.lines)) / rate if rate else load_times(path)
+        self.lines = load_images(path) if images else load_frames(path)
+        rate, kind = self.settings.line_rate, IMAGES if images else "frames"
+        times = np.arange(len(self.lines)) / rate if rate else load_times(path, kind)
         self._offsets = None if times is None or full_speed else times - times[:1]
 
     @property
@@ -61,7 +65,7 @@ class ReplayCamera(Interruptible):
     def __iter__(self) -> Iterator[Block]:
         while self._next < len(self.lines) and not self._closed.is_set():
             first = self._next
-            lines = self.lines[first : first + self.settings.block]
+            lines = self.lines[first : first + self.block]
             if self._offsets is None:
                 timestamps = np.full(len(lines), time.time())
             else:

@@ -1,4 +1,4 @@
-"""What a person sees of a live run: forces as bars where there is a screen, lines elsewhere."""
+"""What a person sees of a live run: a picture where there is a screen, lines of text elsewhere."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fringeforce.acquisition.tally import Delivery, Statistics
+from fringeforce.cli.pad_display import pad_picture
+from fringeforce.pads.design import Pad
 from fringeforce.reading.reading import Status
 from fringeforce.sinks.sink import Readings
 
@@ -24,8 +26,16 @@ NORMAL, TANGENTIAL, QUIET, WARNING = "cyan", "magenta", "dim", "yellow"
 
 
 @contextmanager
-def display(sensor: str, camera: str) -> Iterator[Report]:
-    """A report for `live`: a calm picture on a terminal, one line a second elsewhere."""
+def display(sensor: str, camera: str, pad: Pad | None = None) -> Iterator[Report]:
+    """A report for `live`: a calm picture on a terminal, one line a second elsewhere.
+
+    Parameters
+    ----------
+    sensor, camera : str
+        What to call them.
+    pad : Pad, optional
+        The design, where the sensor is a pad.
+    """
     console = Console(stderr=True)
     if not console.is_terminal:
         yield _once_a_second()
@@ -37,27 +47,49 @@ def display(sensor: str, camera: str) -> Iterator[Report]:
         def report(statistics: Statistics, readings: Readings | None) -> None:
             # the scale only grows, so that bars do not jump
             scale[0] = max(scale[0], full_scale(readings))
-            screen.update(picture(sensor, camera, statistics, readings, scale[0]), refresh=True)
+            shown = picture(sensor, camera, statistics, readings, scale[0], pad)
+            screen.update(shown, refresh=True)
 
         yield report
 
 
+@contextmanager
+def busy(words: str) -> Iterator[None]:
+    """Say what takes long: for as long as it takes on a terminal, in a line elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        print(words, file=sys.stderr)
+        yield
+        return
+    with console.status(words):
+        yield
+
+
 def picture(
-    sensor: str, camera: str, statistics: Statistics, readings: Readings | None, scale: float
+    sensor: str,
+    camera: str,
+    statistics: Statistics,
+    readings: Readings | None,
+    scale: float,
+    pad: Pad | None = None,
 ) -> RenderableType:
-    """The whole screen; bars end at `scale` newtons."""
+    """The whole screen; bars and shades end at `scale` newtons."""
     head = Text.assemble((sensor, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", QUIET))
     parts: list[RenderableType] = [head, Text()]
     if readings is None:
-        parts.append(Text("Waiting for lines ...", style=QUIET))
+        parts.append(Text(f"Waiting for {statistics.counted} ...", style=QUIET))
     else:
-        parts.append(_forces(readings, scale))
+        parts.append(pad_picture(pad, readings, scale) if pad else _forces(readings, scale))
         status = readings.status[-1]
         calm = status in (Status.OK, Status.NO_CONTACT)
         words = "" if calm else f": {status.advice}"
         parts += [Text(), Text(f"{status.name}{words}", style=QUIET if calm else WARNING)]
     parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=QUIET)]
-    parts += [Text(_sink(sink), style=QUIET) for sink in statistics.deliveries if not sink.trouble]
+    parts += [
+        Text(_sink(sink, statistics.counted), style=QUIET)
+        for sink in statistics.deliveries
+        if not sink.trouble
+    ]
     parts += [Text(trouble, style=WARNING) for trouble in statistics.troubles]
     return Group(*parts)
 
@@ -72,12 +104,13 @@ def full_scale(readings: Readings | None) -> float:
 def summary(statistics: Statistics) -> list[str]:
     """The whole run in a few lines."""
     counts = ", ".join(f"{count} {name}" for name, count in statistics.statuses.items())
+    frames = statistics.counted
     mean = statistics.lines / max(statistics.seconds, 1e-9)
-    lines = [f"{statistics.lines} lines in {statistics.seconds:.1f} s, {mean:.4g} lines/s"]
+    lines = [f"{statistics.lines} {frames} in {statistics.seconds:.1f} s, {mean:.4g} {frames}/s"]
     lines += [f"  {counts}"] if counts else []
     lines += [f"  latency {_latency(statistics)}"] if statistics.latency else []
     lines += [f"  camera came back {statistics.reconnects} times"] * bool(statistics.reconnects)
-    lines += [f"  {_sink(sink)}" for sink in statistics.deliveries]
+    lines += [f"  {_sink(sink, frames)}" for sink in statistics.deliveries]
     return [*lines, *(f"  {trouble}" for trouble in statistics.troubles)]
 
 
@@ -132,7 +165,8 @@ def _both_ways(value: float, scale: float) -> str:
 
 def _rates(statistics: Statistics) -> str:
     latency = _latency(statistics) if statistics.latency else "unknown"
-    return f"{statistics.rate:.0f} lines/s, latency {latency}"
+    rate = f"{statistics.rate:.0f}" if statistics.rate >= 100 else f"{statistics.rate:.3g}"
+    return f"{rate} {statistics.counted}/s, latency {latency}"
 
 
 def _latency(statistics: Statistics) -> str:
@@ -148,9 +182,9 @@ def _time(seconds: float) -> str:
 def _counts(statistics: Statistics) -> str:
     lost = f"{statistics.dropped_camera} lost by the camera, {statistics.dropped_queue} dropped"
     statuses = "".join(f", {count} {name}" for name, count in statistics.statuses.items())
-    return f"{statistics.lines} lines read, {lost}{statuses}"
+    return f"{statistics.lines} {statistics.counted} read, {lost}{statuses}"
 
 
-def _sink(sink: Delivery) -> str:
+def _sink(sink: Delivery, frames: str) -> str:
     remark = f", {sink.remark}" if sink.remark else ""
-    return f"{sink.name}: {sink.written} lines{remark}"
+    return f"{sink.name}: {sink.written} {frames}{remark}"

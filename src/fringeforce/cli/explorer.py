@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from fringeforce.cameras.camera import Camera, Settings
     from fringeforce.explorer.live import Source
     from fringeforce.model import SensorModel
+    from fringeforce.pads.model import PadModel
+
+BLOCK = 16
+"""Lines that come at once, if not told otherwise: who watches wants them soon."""
 
 
 def explore(
@@ -25,9 +29,23 @@ def explore(
         str | None,
         typer.Option(help="Watch a running sensor: sim, file:PATH, aravis:ID or pylon:SERIAL."),
     ] = None,
-    line_rate: Annotated[float | None, typer.Option(help="Lines per second of the camera.")] = None,
-    exposure: Annotated[float | None, typer.Option(help="Exposure of a line in seconds.")] = None,
-    block: Annotated[int, typer.Option(help="Lines that the camera delivers at once.")] = 16,
+    line_rate: Annotated[
+        float | None,
+        typer.Option(
+            "--line-rate",
+            "--frame-rate",
+            help="Lines, or images of a pad, per second of the camera.",
+        ),
+    ] = None,
+    exposure: Annotated[
+        float | None, typer.Option(help="Exposure of a line or image in seconds.")
+    ] = None,
+    block: Annotated[
+        int | None,
+        typer.Option(
+            help="How many the camera delivers at once; 16 lines or one image if not given."
+        ),
+    ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
     """See and feel a sensor in the browser: push on it, watch its fringes, read its forces."""
@@ -36,7 +54,6 @@ def explore(
 
     from fringeforce.cli.arguments import is_model
     from fringeforce.design import Sensor, load_sensor, shipped_designs, shipped_pads
-    from fringeforce.errors import InputError
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import Start
@@ -53,11 +70,10 @@ def explore(
 
     source = None
     if camera is not None:
-        if not isinstance(start.sensor, Sensor):
-            raise InputError("A camera can be watched for strips only; leave out --camera.")
         from fringeforce.cameras.camera import Settings
 
-        source = _source(camera, Settings(line_rate, exposure, block))
+        lines = BLOCK if isinstance(start.sensor, Sensor) else None
+        source = _source(camera, Settings(line_rate, exposure, lines if block is None else block))
 
     def ready(address: str) -> None:
         print(f"Open {address} in a browser; end with Ctrl+C.", flush=True)
@@ -70,15 +86,15 @@ def explore(
 def _source(name: str, settings: Settings) -> Source:
     """The camera of a name; a recording without times is played slowly enough to be watched."""
     from fringeforce.cameras.choice import open_camera
-    from fringeforce.cameras.simulator import LINE_RATE
+    from fringeforce.cameras.simulator import IMAGE_RATE, LINE_RATE
     from fringeforce.explorer.live import Source
+    from fringeforce.pads.model import PadModel
 
-    def opened(model: SensorModel) -> Camera:
+    def opened(model: SensorModel | PadModel) -> Camera:
         camera = open_camera(name, model, settings)
-        return (
-            open_camera(name, model, replace(settings, line_rate=LINE_RATE))
-            if camera.patient
-            else camera
-        )
+        if not camera.patient:
+            return camera
+        rate = IMAGE_RATE if isinstance(model, PadModel) else LINE_RATE
+        return open_camera(name, model, replace(settings, line_rate=rate))
 
     return Source(opened, recorded=name.startswith("file:"))

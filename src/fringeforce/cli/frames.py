@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import Frames, Friction, Model, ModelError
+from fringeforce.cli.arguments import Frames, Friction, Model, ModelError, refuse_for_pads
 from fringeforce.cli.progress import progress_bar
-from fringeforce.errors import InputError
 
 
 def simulate(
@@ -63,11 +62,10 @@ def read(
     if not isinstance(found, PadModel):
         reader, images = Reader(found, friction, model_error), load_frames(frames)
         save, draw = save_readings, draw_readings
-    elif friction is None and not model_error:
+    else:
+        refuse_for_pads(friction, model_error)
         reader, images = PadReader(found), load_images(frames)
         save, draw = save_pad_readings, partial(draw_pad_readings, found.sensor)
-    else:
-        raise InputError("--friction and --model-error are for strips; read a pad without them.")
     readings: Any = []
     with progress_bar() as advance:
         for reading in reader.stream(images):

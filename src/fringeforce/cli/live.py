@@ -5,16 +5,17 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Friction, Model, ModelError
+from fringeforce.cli.arguments import Friction, Model, ModelError, refuse_for_pads
 
 if TYPE_CHECKING:
     from fringeforce.model import SensorModel
+    from fringeforce.pads.model import PadModel
     from fringeforce.sinks.sink import Sink
 
 
@@ -29,11 +30,19 @@ def live(
         ),
     ] = None,
     record: Annotated[
-        Path | None, typer.Option(help="HDF5 file for lines and readings, to read them again.")
+        Path | None, typer.Option(help="HDF5 file for frames and readings, to read them again.")
     ] = None,
-    line_rate: Annotated[float | None, typer.Option(help="Lines per second.")] = None,
-    exposure: Annotated[float | None, typer.Option(help="Exposure of a line in seconds.")] = None,
-    block: Annotated[int, typer.Option(help="Lines that the camera delivers at once.")] = 64,
+    line_rate: Annotated[
+        float | None,
+        typer.Option("--line-rate", "--frame-rate", help="Lines, or images of a pad, per second."),
+    ] = None,
+    exposure: Annotated[
+        float | None, typer.Option(help="Exposure of a line or image in seconds.")
+    ] = None,
+    block: Annotated[
+        int | None,
+        typer.Option(help="How many come at once; 64 lines or one image if not given."),
+    ] = None,
     seconds: Annotated[
         float | None, typer.Option("--for", help="Seconds to read; until Ctrl-C if not given.")
     ] = None,
@@ -54,21 +63,30 @@ def live(
     from fringeforce.acquisition.live import live as run
     from fringeforce.cameras.camera import Settings
     from fringeforce.cameras.choice import open_camera
-    from fringeforce.cli.display import display, summary
-    from fringeforce.files import load_strip_model
+    from fringeforce.cli.display import busy, display, summary
+    from fringeforce.files import load_model
+    from fringeforce.pads.model import PadModel
+    from fringeforce.pads.reader import PadReader
     from fringeforce.reading.reader import Reader
 
-    sensor_model = load_strip_model(model)
-    reader = Reader(sensor_model, friction, model_error)
-    source = open_camera(camera, sensor_model, Settings(line_rate, exposure, block))
+    found, settings = load_model(model), Settings(line_rate, exposure, block)
+    if isinstance(found, PadModel):
+        refuse_for_pads(friction, model_error)
+        reader, pad = PadReader(found), found.sensor
+    else:
+        reader, pad = Reader(found, friction, model_error), None
+    with busy("Exposing a simulated touch ...") if pad and camera == "sim" else nullcontext():
+        source = open_camera(camera, found, settings)
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
-    sinks = _opened(targets, sensor_model, bind, token)
-    with _interruptible() as stop, display(sensor_model.sensor.name, source.name) as report:
-        found = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)
-    print("\n".join(summary(found)))
+    sinks = _opened(targets, found, bind, token)
+    with _interruptible() as stop, display(found.sensor.name, source.name, pad) as report:
+        statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)
+    print("\n".join(summary(statistics)))
 
 
-def _opened(targets: Sequence[str], model: SensorModel, bind: str, token: str | None) -> list[Sink]:
+def _opened(
+    targets: Sequence[str], model: SensorModel | PadModel, bind: str, token: str | None
+) -> list[Sink]:
     """All sinks, or none of them left open."""
     from fringeforce.sinks.choice import open_sink
 

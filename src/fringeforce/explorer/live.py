@@ -9,31 +9,23 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.acquisition.live import live
+from fringeforce.acquisition.live import FrameReader, live
 from fringeforce.acquisition.tally import Statistics
 from fringeforce.cameras.camera import Camera
 from fringeforce.errors import FringeforceError
-from fringeforce.force.bounds import covariance
-from fringeforce.model import SensorModel
-from fringeforce.reading.contact import Contact, Event, Friction
-from fringeforce.reading.reader import Reader
-from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.sinks.sink import Readings, Sink
 
 Array = NDArray[Any]
 PERIOD = 1 / 30
 """Least time between two pictures of a page [s]."""
 POLL = 0.004
-QUEUE = 8
-"""Blocks that wait for the reader: who watches wants the newest, not all."""
 PATIENCE = 1.0
 """After which a page hears that nothing is new [s]."""
 REST = 5.0
@@ -52,50 +44,18 @@ class Source:
         Whether it is a recording, all of which a page keeps while it is played.
     """
 
-    open: Callable[[SensorModel], Camera]
+    open: Callable[[Any], Camera]
     recorded: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Glimpse:
-    """The last line of a block, as it was read.
-
-    Attributes
-    ----------
-    line : int
-        Running number of the line.
-    time : float
-        Since the first line of the run [s].
-    frame : ndarray, shape (P,)
-        Grey levels; of a sensor with several pictures the first.
-    std : ndarray, shape (2, n)
-        Standard deviations that the reader gave [N].
-    reading : Reading
-        With a covariance that has those deviations.
-    """
-
-    line: int
-    time: float
-    frame: Array
-    std: Array
-    reading: Reading
-
-
-class Latest(Sink):
-    """The newest readings of a run; each block replaces the one before.
-
-    Parameters
-    ----------
-    model : SensorModel
-        The sensor that is read.
-    """
+class Latest(Sink, ABC):
+    """The newest readings of a run; each block replaces the one before."""
 
     name = "page"
 
-    def __init__(self, model: SensorModel) -> None:
-        self._model, self._reader = model, SingleFrameReader(model)
+    def __init__(self) -> None:
         self._readings: Readings | None = None
-        self._glimpse: tuple[Readings, Glimpse] | None = None
+        self._glimpse: tuple[Readings, Any] | None = None
         self._start: float | None = None
 
     def write(self, readings: Readings) -> None:
@@ -107,8 +67,8 @@ class Latest(Sink):
     def close(self) -> None:
         """Nothing to finish: the last readings stay."""
 
-    def glimpse(self) -> Glimpse | None:
-        """What to show of the newest block; worked out once for all pages."""
+    def glimpse(self) -> Any:
+        """What to show of the newest block, or None; worked out once for all pages."""
         readings = self._readings
         if readings is None or self._start is None:
             return None
@@ -117,52 +77,33 @@ class Latest(Sink):
             self._glimpse = readings, self._seen(readings, elapsed)
         return self._glimpse[1]
 
-    def _seen(self, readings: Readings, elapsed: float) -> Glimpse:
-        forces, std, status = readings.forces[-1], readings.std[-1], readings.status[-1]
-        matrix = self._model.pixel_influence.reshape(-1, forces.size)
-        reading = Reading(
-            forces=forces,
-            covariance=self._covariance(forces, std, status),
-            phase=matrix @ forces.ravel(),
-            chi2=float(readings.chi2[-1]),
-            status=status,
-            detail="",
-            alternatives=np.empty((0, *forces.shape)),
-            limited=np.zeros(forces.shape[1], dtype=bool),
-        )
-        frame = np.atleast_2d(readings.lines[-1])[0]
-        return Glimpse(readings.first + len(readings) - 1, elapsed, frame, std, reading)
-
-    def _covariance(self, forces: Array, std: Array, status: Status) -> Array:
-        """Deviations that were read, correlated as the sensor's optics correlate them."""
-        spread = std.ravel()
-        if status is not Status.OK:
-            return np.diag(spread**2)
-        psi = self._reader.influence
-        bound = covariance(psi @ forces.ravel(), psi, self._model.response)
-        own = np.sqrt(np.diag(bound))
-        return bound / np.outer(own, own) * np.outer(spread, spread)
+    @abstractmethod
+    def _seen(self, readings: Readings, elapsed: float) -> Any:
+        """The last frame of a block, exposed so many seconds after the first of the run."""
 
 
-class Live:
+class Live(ABC):
     """One camera, read in a thread of its own while pages ask.
 
     A camera that no page asks for rests until one does; a recording is played to its end.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         The sensor that the camera looks at.
     source : Source
         The camera.
     """
 
-    def __init__(self, model: SensorModel, source: Source) -> None:
+    queue: int | None = None
+    """Blocks that wait for the reader, if not as many as for every other reading."""
+
+    def __init__(self, model: Any, source: Source) -> None:
         self.model, self.source = model, source
         self.run = 0
         """Counts how often the camera was started."""
         self.name = self.ended = ""
-        self.latest = Latest(model)
+        self.latest = self._latest()
         self.statistics: Statistics | None = None
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
@@ -175,14 +116,22 @@ class Live:
         if not (resting or (again and self.ended)):
             return
         self.run += 1
-        self.latest, self.statistics, self.ended = Latest(self.model), None, ""
+        self.latest, self.statistics, self.ended = self._latest(), None, ""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._read, name="live", daemon=True)
         self._thread.start()
 
+    @abstractmethod
     def watcher(self) -> Watcher:
         """What one page sees of it."""
-        return Watcher(self)
+
+    @abstractmethod
+    def _latest(self) -> Latest:
+        """Room for the newest readings."""
+
+    @abstractmethod
+    def _reader(self) -> FrameReader:
+        """What reads the camera's frames."""
 
     def close(self) -> None:
         """End the camera."""
@@ -194,8 +143,8 @@ class Live:
         try:
             camera = self.source.open(self.model)
             self.name = camera.name
-            reader, sinks = Reader(self.model), [self.latest]
-            live(reader, camera, sinks, stop=self._stop, report=self._told, queue=QUEUE)
+            reader, sinks = self._reader(), [self.latest]
+            live(reader, camera, sinks, stop=self._stop, report=self._told, queue=self.queue)
             if self._stop.is_set():
                 return
         except FringeforceError as error:
@@ -212,8 +161,8 @@ class Live:
             self._stop.set()
 
 
-class Watcher:
-    """What one page sees of a camera, and the contacts it follows with its own friction.
+class Watcher(ABC):
+    """What one page sees of a camera.
 
     Parameters
     ----------
@@ -223,9 +172,8 @@ class Watcher:
 
     def __init__(self, source: Live) -> None:
         self._live = source
-        self._contact = Contact.none(source.model.sensor.tactels.count)
         self._run = 0
-        self._seen: Glimpse | None = None
+        self._seen: Any = None
         self._told = 0.0
 
     async def next(
@@ -244,7 +192,7 @@ class Watcher:
         source.start(again)
         if self._run != source.run:
             self._run, self._seen = source.run, None
-            self._contact = Contact.none(len(self._contact.touching))
+            self._begin()
         await asyncio.sleep(max(self._told + PERIOD - time.monotonic(), 0))
         patience = time.monotonic() + PATIENCE
         # taken before the glimpse: what was read last is shown before the end is told
@@ -257,34 +205,19 @@ class Watcher:
         self._told = time.monotonic()
         header = {"run": self._run, "camera": source.name, "recorded": source.source.recorded}
         header |= {"ended": ended, **_counts(source.statistics)}
-        if not new or glimpse is None:
+        if not new:
             return header, {}
         self._seen = glimpse
-        return header | self._facts(glimpse, friction), {
-            "frame": glimpse.frame,
-            "forces": glimpse.reading.forces,
-            "std": glimpse.std,
-            "phase": glimpse.reading.phase,
-        }
+        facts, blocks = self._shown(glimpse, friction)
+        return header | facts, blocks
 
-    def _facts(self, glimpse: Glimpse, friction: float) -> dict[str, Any]:
-        before = Contact(self._contact.touching, self._contact.slipping, Friction(friction, 0.0))
-        self._contact, events = before.follow(glimpse.reading)
-        reading = glimpse.reading
-        return {
-            "time": glimpse.time,
-            "line": glimpse.line,
-            "status": reading.status.name,
-            "advice": reading.advice,
-            "chi2": reading.chi2 if np.isfinite(reading.chi2) else None,
-            "touching": np.flatnonzero(self._contact.touching).tolist(),
-            "slipping": np.flatnonzero(self._contact.slipping).tolist(),
-            "events": [_spelled(event) for event in events],
-        }
+    @abstractmethod
+    def _begin(self) -> None:
+        """Forget what was seen of an earlier run."""
 
-
-def _spelled(event: Event) -> list[Any]:
-    return [event.kind.value, event.tactel]
+    @abstractmethod
+    def _shown(self, glimpse: Any, friction: float) -> tuple[dict[str, Any], dict[str, Array]]:
+        """Facts and arrays that the page shows."""
 
 
 def _counts(statistics: Statistics | None) -> dict[str, Any]:
@@ -295,4 +228,5 @@ def _counts(statistics: Statistics | None) -> dict[str, Any]:
         "dropped": statistics.dropped_camera + statistics.dropped_queue,
         "rate": statistics.rate,
         "trouble": statistics.camera_trouble,
+        "counted": statistics.counted,
     }

@@ -29,6 +29,7 @@ from fringeforce.explorer.workers import StripWorkers, Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live, Source
+    from fringeforce.explorer.tasks import Solved
 
 STATIC = Path(__file__).parent / "static"
 Conversations = Callable[[Send, "Live | None"], Conversation]
@@ -65,10 +66,7 @@ def application(
         with closing(workers):
             solved = await workers.begin(start.sensor, start.model)
             if camera is not None:
-                # only a camera brings the reader's libraries into this process
-                from fringeforce.explorer.live import Live
-
-                live = Live(pickle.loads(solved.model), camera)
+                live = _watched(start, solved, camera)
             warming = asyncio.ensure_future(workers.warm(solved))
             ready()
             yield
@@ -119,7 +117,18 @@ def _kind(start: Start) -> tuple[Workers, str, Conversations]:
         strips = StripWorkers()
         return strips, "index.html", lambda send, live: StripSession(start, strips, send, live)
     pads = PadWorkers()
-    return pads, "pad.html", lambda send, _: PadSession(start, pads, send)
+    return pads, "pad.html", lambda send, live: PadSession(start, pads, send, live)
+
+
+def _watched(start: Start, solved: Solved, camera: Source) -> Live:
+    """A camera that pages can watch; only that brings a reader's libraries into this process."""
+    if isinstance(start.sensor, Sensor):
+        from fringeforce.explorer.strip_live import StripLive
+
+        return StripLive(pickle.loads(solved.model), camera)
+    from fringeforce.explorer.pads.live import PadLive
+
+    return PadLive(pickle.loads(Path(solved.model).read_bytes()), camera)
 
 
 def serve(

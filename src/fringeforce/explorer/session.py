@@ -88,23 +88,32 @@ class Conversation(ABC):
         Takes one frame to the page.
     shipped : collection of str
         Names of the designs that there are to start from.
+    live : Live, optional
+        The camera, if there is one.
     """
 
     understood: ClassVar[TypeAdapter[Request]]
     """What the page may ask."""
 
     def __init__(
-        self, start: Start, workers: Workers, send: Send, shipped: Collection[str]
+        self,
+        start: Start,
+        workers: Workers,
+        send: Send,
+        shipped: Collection[str],
+        live: Live | None = None,
     ) -> None:
         self.start, self.shipped = start, shipped
+        self.watcher = None if live is None else live.watcher()
         self._solver, self._send = workers, send
         self.wishes = LatestWins(self._answer)
         self.designs: dict[str, tuple[int, Solved]] = {}
         """The last one of each slot, by the number of its wish."""
 
-    async def greet(self, **more: Any) -> None:
-        """Say what there is."""
-        await self._say({"type": "hello", "designs": list(self.shipped), **more})
+    async def greet(self) -> None:
+        """Say what there is, and whether there is a camera."""
+        there = self.watcher is not None
+        await self._say({"type": "hello", "designs": list(self.shipped), "camera": there})
 
     async def receive(self, frame: bytes) -> None:
         """Take in one message of the page."""
@@ -121,7 +130,7 @@ class Conversation(ABC):
 
     @abstractmethod
     async def _fulfil(self, wish: Request) -> None:
-        """Answer a request that is not about another design."""
+        """Answer a request that is about neither another design nor the camera."""
 
     async def _design(self, wish: DesignRequest) -> None:
         base = Start(load_sensor(wish.start)) if wish.start in self.shipped else self.start
@@ -142,12 +151,23 @@ class Conversation(ABC):
 
     async def _answer(self, wish: Request) -> None:
         try:
-            await (self._design(wish) if isinstance(wish, DesignRequest) else self._fulfil(wish))
+            if isinstance(wish, DesignRequest):
+                await self._design(wish)
+            elif isinstance(wish, LiveRequest):
+                await self._look(wish)
+            else:
+                await self._fulfil(wish)
         except FringeforceError as error:
             await self._refuse(wish, error)
         except (ArithmeticError, ValueError, RuntimeError, MemoryError) as error:
             # numbers that a drawing may hold but arithmetic cannot: the page must hear of it
             await self._refuse(wish, InputError(f"This cannot be computed: {error}."))
+
+    async def _look(self, wish: LiveRequest) -> None:
+        if self.watcher is None:
+            raise InputError("There is no camera; start the explorer with --camera.")
+        facts, blocks = await self.watcher.next(wish.friction, wish.again)
+        await self._say({"type": "live", "id": wish.id, **facts}, blocks)
 
     async def _refuse(self, wish: Request | None, error: Exception) -> None:
         stale = isinstance(error, StaleDesignError)
@@ -180,10 +200,8 @@ class StripSession(Conversation):
 
     Parameters
     ----------
-    start, workers, send
+    start, workers, send, live
         As for every conversation.
-    live : Live, optional
-        The camera, if there is one.
     """
 
     understood = STRIP
@@ -191,13 +209,8 @@ class StripSession(Conversation):
     def __init__(
         self, start: Start, workers: StripWorkers, send: Send, live: Live | None = None
     ) -> None:
-        super().__init__(start, workers, send, shipped_designs())
+        super().__init__(start, workers, send, shipped_designs(), live)
         self.workers = workers
-        self.watcher = None if live is None else live.watcher()
-
-    async def greet(self, **more: Any) -> None:
-        """Say what there is, and whether there is a camera."""
-        await super().greet(camera=self.watcher is not None, **more)
 
     async def _fulfil(self, wish: Request) -> None:
         workers = self.workers
@@ -209,11 +222,3 @@ class StripSession(Conversation):
         elif isinstance(wish, DownloadRequest):
             loaded = self._solved(wish.design), wish.forces, wish.seed
             await self._hand(wish.kind, wish, await workers.file(wish.kind, *loaded))
-        elif isinstance(wish, LiveRequest):
-            await self._look(wish)
-
-    async def _look(self, wish: LiveRequest) -> None:
-        if self.watcher is None:
-            raise InputError("There is no camera; start the explorer with --camera.")
-        facts, blocks = await self.watcher.next(wish.friction, wish.again)
-        await self._say({"type": "live", "id": wish.id, **facts}, blocks)

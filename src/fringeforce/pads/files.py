@@ -134,7 +134,8 @@ def load_images(path: PathLike) -> NDArray[Any]:
             return read(file, "image")
     if Path(path).suffix.lower() in HDF5:
         with existing_file(path, IMAGES) as file:
-            return read(file, "grey")
+            # a recording that was killed may end with images that nothing was said of yet
+            return read(file, "grey")[: read(file, "frame").size]
     images = load_array(path)
     images = images[None] if images.ndim == 2 else images
     if images.ndim not in (3, 4) or images.dtype.kind not in "uif":

@@ -14,13 +14,14 @@ from fringeforce.force.likelihood import Response
 from fringeforce.imaging import camera_response
 from fringeforce.optics.arrangement import signed
 from fringeforce.pads.fit import Curvature, Fit, Start, Top
+from fringeforce.pads.following import TRUSTED, PadFollower
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reading import PadReading
 from fringeforce.pads.rivals import Mirror, Verdict, are_apart, weighed
 from fringeforce.pads.sampling import Sampling, lattice
 from fringeforce.pads.search import Search
 from fringeforce.pads.verdict import Judge
-from fringeforce.reading.batch import Batch, checked_recording
+from fringeforce.reading.batch import Batch
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -31,9 +32,6 @@ DEPTH = 4
 """Times that mirror images are tried, each time of what is likelier than all before."""
 PROMISING = 0.5
 """Mean square by which a mirror image may be worse than what it is an image of, to be tried."""
-KEPT = 0.8
-"""Share of the last change of the forces that the next is expected to have."""
-_FOLLOWED = Status.OK, Status.NO_CONTACT
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +186,7 @@ class PadReader:
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out, where true.
         """
-        if last.status not in _FOLLOWED:
+        if last.status not in TRUSTED:
             return self.read(frame, mask=mask)
         judge = self._judge(mask)
         levels = judge.checked(frame)
@@ -225,24 +223,25 @@ class PadReader:
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
     ) -> Iterator[PadReading]:
         """Readings of frames one after the other, each followed from the last."""
-        judge, here, known = self._judge(mask), None, None
-        ahead: Start | None = None
+        follower = self.follower(mask)
         for frame in frames:
-            levels = judge.checked(frame)
-            if isinstance(levels, PadReading):
-                yield levels
-                continue
-            if ahead is None:
-                reading, top = self._searched(levels, None, judge)
-            else:
-                reading, top = self._followed(levels, ahead, judge, known)
-            known = top.curvature
-            before, here = here, top.place if reading.status in _FOLLOWED else None
-            ahead = here
-            if here is not None and before is not None and reading.tracked:
-                # a steady motion goes on; noise, which a difference doubles, counts less
-                ahead = here.onward(KEPT, before)
-            yield reading
+            yield follower.read(frame)
+
+    def follower(self, mask: ArrayLike | None = None) -> PadFollower:
+        """What reads frames as they come, remembering the last; for `fringeforce.live` too.
+
+        Parameters
+        ----------
+        mask : array_like of bool, shape of a frame, optional
+            Pixels to leave out of all frames, where true.
+        """
+        judge = self._judge(mask)
+        return PadFollower(
+            self.model,
+            judge,
+            search=lambda levels: self._searched(levels, None, judge),
+            follow=lambda levels, start, known: self._followed(levels, start, judge, known),
+        )
 
     def read_batch(
         self,
@@ -269,13 +268,7 @@ class PadReader:
         InputError
             If the frames are none of this pad, or the mask does not fit.
         """
-        images = checked_recording(frames, self.model.frame_shape)
-        batch = Batch.of(len(images), (self.model.sensor.tactels.total, 3), covariance)
-        for row, reading in enumerate(self.stream(images, mask)):
-            batch.store(row, reading)
-            if progress is not None:
-                progress(1)
-        return batch
+        return self.follower(mask).read_on(frames, covariance, progress)
 
     @property
     def _pixels(self) -> int:

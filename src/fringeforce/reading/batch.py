@@ -70,9 +70,9 @@ class Batch:
         arrays = (self.forces, self.std, self.chi2, self.status, self.tracked)
         return Batch(*(array[rows] for array in arrays), whole)  # type: ignore[arg-type]
 
-    def store(self, row: int, reading: Reading | PadReading) -> None:
-        """Fill in one frame."""
-        self.forces[row], self.std[row] = reading.forces, reading.std
+    def store(self, row: int, reading: Reading | PadReading, std: Array | None = None) -> None:
+        """Fill in one frame; its deviations may be known already, and take time otherwise."""
+        self.forces[row], self.std[row] = reading.forces, reading.std if std is None else std
         self.chi2[row], self.status[row] = reading.chi2, reading.status
         self.tracked[row] = reading.tracked
         if self.covariance is not None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from fringeforce.errors import InputError
 from fringeforce.model import SensorModel
+from fringeforce.pads.model import PadModel
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.serving import LOOPBACK
 from fringeforce.sinks.sink import Sink
 
@@ -14,7 +16,10 @@ KINDS = (
 
 
 def open_sink(
-    target: str, model: SensorModel, bind: str = LOOPBACK, token: str | None = None
+    target: str,
+    model: SensorModel | PadModel,
+    bind: str = LOOPBACK,
+    token: str | None = None,
 ) -> Sink:
     """A sink for the readings of a sensor.
 
@@ -24,7 +29,7 @@ def open_sink(
         "csv:PATH"; "h5:PATH" for readings, "record:PATH" for readings with their frames;
         "ws://HOST:PORT"; "mcap:PATH", "foxglove://HOST:PORT"; "rosbag:PATH", "ros:NODE";
         "zmq:tcp://HOST:PORT"; "lsl:NAME".
-    model : SensorModel
+    model : SensorModel or PadModel
         The sensor.
     bind : str
         Host for servers whose target names none, as in "ws:".
@@ -56,11 +61,11 @@ def open_sink(
     return _robot(kind, rest, target, model, bind)
 
 
-def _file(kind: str, path: str, model: SensorModel) -> Sink:
+def _file(kind: str, path: str, model: SensorModel | PadModel) -> Sink:
     if kind == "csv":
         from fringeforce.sinks.csv_file import CsvSink
 
-        return CsvSink(path)
+        return CsvSink(path, Components.of(model))
     from fringeforce.sinks.hdf5 import Hdf5Sink
 
     return Hdf5Sink(path, model, frames=kind == "record")
@@ -76,26 +81,26 @@ def _server(target: str, bind: str, token: str | None) -> Sink:
     return ZmqSink(target.removeprefix("zmq:") or "tcp:", bind, token)
 
 
-def _robot(kind: str, rest: str, target: str, model: SensorModel, bind: str) -> Sink:
-    positions = model.sensor.tactels.positions
+def _robot(kind: str, rest: str, target: str, model: SensorModel | PadModel, bind: str) -> Sink:
+    components = Components.of(model)
     if kind == "foxglove":
         from fringeforce.sinks.foxglove import FoxgloveSink
 
-        return FoxgloveSink(target, bind)
+        return FoxgloveSink(components, target, bind)
     if kind == "mcap":
         from fringeforce.sinks.foxglove import McapSink
 
-        return McapSink(rest)
+        return McapSink(rest, components)
     if kind == "rosbag":
         from fringeforce.sinks.rosbag import RosbagSink
 
-        return RosbagSink(rest, positions)
+        return RosbagSink(rest, components)
     if kind == "ros":
         from fringeforce.sinks.ros import RosSink
 
-        return RosSink(rest, positions)
+        return RosSink(rest, components)
     if kind == "lsl":
         from fringeforce.sinks.lsl import LslSink
 
-        return LslSink(rest, len(positions))
+        return LslSink(rest, components)
     raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")

@@ -1,4 +1,4 @@
-"""Readings for Foxglove: live, and as an MCAP file; one JSON message for each line."""
+"""Readings for Foxglove: live, and as an MCAP file; one JSON message for each line or image."""
 
 from __future__ import annotations
 
@@ -8,26 +8,15 @@ from typing import Any
 
 from fringeforce.errors import FileFormatError, InputError
 from fringeforce.extras import extra
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.message import numbers
 from fringeforce.sinks.serving import LOOPBACK, address
 from fringeforce.sinks.sink import Readings, Sink
+from fringeforce.sinks.wrench import wrenches
 
 PORT = 8765
 TOPIC = "/fringeforce/reading"
 NUMBERS = {"type": "array", "items": {"type": "number"}}
-SCHEMA = {
-    "type": "object",
-    "title": "fringeforce.Reading",
-    "properties": {
-        "line": {"type": "integer"},
-        "normal": NUMBERS,
-        "tangential": NUMBERS,
-        "normal_std": NUMBERS,
-        "tangential_std": NUMBERS,
-        "chi2": {"type": "number"},
-        "status": {"type": "string"},
-    },
-}
 
 
 class FoxgloveSink(Sink):
@@ -35,6 +24,8 @@ class FoxgloveSink(Sink):
 
     Parameters
     ----------
+    components : Components
+        Of the sensor's forces.
     url : str
         Where to serve, "foxglove://127.0.0.1:8765" if host and port are left out.
     bind : str
@@ -46,8 +37,11 @@ class FoxgloveSink(Sink):
         If foxglove-sdk is missing or the address cannot be served.
     """
 
-    def __init__(self, url: str = "foxglove:", bind: str = LOOPBACK) -> None:
+    def __init__(
+        self, components: Components, url: str = "foxglove:", bind: str = LOOPBACK
+    ) -> None:
         foxglove: Any = extra("foxglove", "robots")
+        self._components = components
         host, port = address(url, PORT, bind, tokens=False)
         # channels end with their context, so it is kept
         self._context = context = foxglove.Context()
@@ -57,14 +51,14 @@ class FoxgloveSink(Sink):
             )
         except (OSError, RuntimeError) as error:
             raise InputError(f"{url} cannot be served: {error}.") from None
-        self._channel = foxglove.Channel(TOPIC, schema=SCHEMA, context=context)
+        self._channel = foxglove.Channel(TOPIC, schema=_schema(components), context=context)
         self.port: int = self._server.port
         self.name = f"Foxglove at {host}:{self.port}"
 
     def write(self, readings: Readings) -> None:
         """Show a block."""
         if self._channel.has_sinks():
-            _log(self._channel, readings)
+            _log(self._channel, readings, self._components)
 
     def close(self) -> None:
         """Stop serving."""
@@ -78,6 +72,8 @@ class McapSink(Sink):
     ----------
     path : path
         Of the file, which is written anew.
+    components : Components
+        Of the sensor's forces.
 
     Raises
     ------
@@ -87,8 +83,9 @@ class McapSink(Sink):
         If the file cannot be written.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
         foxglove: Any = extra("foxglove", "robots")
+        self._components = components
         self.name = f"MCAP {os.fspath(path)}"
         # channels end with their context, so it is kept
         self._context = context = foxglove.Context()
@@ -96,11 +93,11 @@ class McapSink(Sink):
             self._writer = foxglove.open_mcap(Path(path), allow_overwrite=True, context=context)
         except (OSError, RuntimeError) as error:
             raise FileFormatError(f"{path} cannot be written: {error}.") from None
-        self._channel = foxglove.Channel(TOPIC, schema=SCHEMA, context=context)
+        self._channel = foxglove.Channel(TOPIC, schema=_schema(components), context=context)
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        _log(self._channel, readings)
+        _log(self._channel, readings, self._components)
         self._writer.flush()
 
     def close(self) -> None:
@@ -108,18 +105,29 @@ class McapSink(Sink):
         self._writer.close()
 
 
-def _log(channel: Any, readings: Readings) -> None:
-    forces, std, chi2 = map(numbers, (readings.forces, readings.std, readings.chi2))
+def _schema(components: Components) -> dict[str, Any]:
+    names = *components.names, *(f"{name}_std" for name in components.names)
+    properties = {"line": {"type": "integer"}, **dict.fromkeys(names, NUMBERS)}
+    if components.pad:
+        properties |= {"force": NUMBERS, "torque": NUMBERS}
+    properties |= {"chi2": {"type": "number"}, "status": {"type": "string"}}
+    return {"type": "object", "title": "fringeforce.Reading", "properties": properties}
+
+
+def _log(channel: Any, readings: Readings, components: Components) -> None:
+    forces, std = (
+        numbers(components.by_tactel(values).swapaxes(1, 2))
+        for values in (readings.forces, readings.std)
+    )
+    force, torque = map(numbers, wrenches(readings.forces, components.places))
+    chi2 = numbers(readings.chi2)
     for i, status in enumerate(readings.status):
+        columns = dict(zip(components.names, forces[i], strict=True))
+        spread = zip(components.names, std[i], strict=True)
+        columns |= {f"{name}_std": values for name, values in spread}
+        if components.pad:
+            columns |= {"force": force[i], "torque": torque[i]}
         channel.log(
-            {
-                "line": readings.first + i,
-                "normal": forces[i][0],
-                "tangential": forces[i][1],
-                "normal_std": std[i][0],
-                "tangential_std": std[i][1],
-                "chi2": chi2[i],
-                "status": status.name,
-            },
+            {"line": readings.first + i, **columns, "chi2": chi2[i], "status": status.name},
             log_time=round(readings.timestamps[i] * 1e9),
         )

@@ -8,21 +8,27 @@ from __future__ import annotations
 
 import os
 import re
+from math import prod
 
 import h5py
 import numpy as np
 from numpy.typing import DTypeLike
 
 from fringeforce.errors import FileFormatError
-from fringeforce.files import COMPONENTS
 from fringeforce.model import SensorModel
+from fringeforce.pads.files import IMAGES
+from fringeforce.pads.model import PadModel
 from fringeforce.reading.reading import Status
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.sink import Readings, Sink
 from fringeforce.storage import describe, stamp
 
+SECONDS = "seconds since 1970-01-01"
 CODES = {status: code for code, status in enumerate(Status)}
-CHUNK = 256
-FRAME_CHUNK = 64
+CHUNK, FRAME_CHUNK = 256, 64
+"""Most rows of numbers, and of grey levels, that are kept together."""
+CHUNK_BYTES = 2**17
+"""Room for them: whoever appends a row writes all that is kept together with it."""
 
 
 class Hdf5Sink(Sink):
@@ -32,10 +38,11 @@ class Hdf5Sink(Sink):
     ----------
     path : path
         Of the file, which is written anew.
-    model : SensorModel
+    model : SensorModel or PadModel
         The sensor, which names the places of pixels and tactels.
     frames : bool
-        Record the grey levels too; `load_frames` and `fringeforce read` then read them again.
+        Record the grey levels too; `load_frames`, or `load_images` of a pad, and
+        `fringeforce read` then read them again.
 
     Raises
     ------
@@ -46,7 +53,10 @@ class Hdf5Sink(Sink):
     interval = 0.2
 
     def __init__(
-        self, path: str | os.PathLike[str], model: SensorModel, frames: bool = False
+        self,
+        path: str | os.PathLike[str],
+        model: SensorModel | PadModel,
+        frames: bool = False,
     ) -> None:
         self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
         try:
@@ -95,25 +105,44 @@ class Hdf5Sink(Sink):
         """Close the file."""
         self._file.close()
 
-    def _describe(self, model: SensorModel) -> None:
-        file, tactels = self._file, model.sensor.tactels.positions
-        stamp(file, "frames" if self._frames else "readings")
+    def _describe(self, model: SensorModel | PadModel) -> None:
+        file, components = self._file, Components.of(model)
+        what = "image" if components.pad else "line"
+        recording = IMAGES if components.pad else "frames"
+        stamp(file, recording if self._frames else "readings")
         file.attrs["design"] = model.sensor.to_toml()
-        self._scale("component", np.array(COMPONENTS, dtype="S"), "direction of the force")
-        self._scale("tactel", tactels, "places of the tactels", "m")
-        self._growing("frame", (), np.int64, "running number of the line")
-        self._growing("time", (), float, "when the line was exposed", "seconds since 1970-01-01")
-        forces = ("component", "tactel")
-        self._growing("forces", forces, float, "forces", "N")
-        self._growing("std", forces, float, "standard deviations of the forces", "N")
+        self._scale("component", np.array(components.names, dtype="S"), "direction of the force")
+        if components.pad:
+            numbers = np.arange(1, len(components.places) + 1)
+            self._scale("tactel", numbers, "number of the tactel")
+        else:
+            self._scale("tactel", components.places, "places of the tactels", "m")
+        self._growing("frame", (), np.int64, f"running number of the {what}")
+        self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
+        self._growing("forces", components.axes, float, "forces", "N")
+        self._growing("std", components.axes, float, "standard deviations of the forces", "N")
         self._growing("chi2", (), float, "reduced chi-square")
         status = self._growing("status", (), np.uint8, "verdict")
         status.attrs["flag_values"] = np.array(list(CODES.values()), dtype=np.uint8)
         status.attrs["flag_meanings"] = " ".join(status.name for status in CODES)
         if self._frames:
+            self._describe_pixels(model)
+
+    def _describe_pixels(self, model: SensorModel | PadModel) -> None:
+        if isinstance(model, PadModel):
+            x, y = model.sensor.pixel_positions
+            self._scale("y", y, "places of the rows", "m")
+            self._scale("x", x, "places of the columns", "m")
+            axes: tuple[str, ...] = "y", "x"
+        else:
             self._scale("x", model.pixel_positions, "places of the pixels", "m")
-            dtype = np.uint8 if model.sensor.camera.bits <= 8 else np.uint16
-            self._growing("grey", ("x",), dtype, "grey levels")
+            axes = ("x",)
+        if len(model.frame_shape) > len(axes):
+            numbers = np.arange(1, model.frame_shape[0] + 1)
+            self._scale("channel", numbers, "number of the channel")
+            axes = "channel", *axes
+        dtype = np.uint8 if model.sensor.camera.bits <= 8 else np.uint16
+        self._growing("grey", axes, dtype, "grey levels")
 
     def _scale(self, name: str, values: np.ndarray, meaning: str, unit: str = "") -> None:
         dataset = self._file.create_dataset(name, data=values)
@@ -124,7 +153,9 @@ class Hdf5Sink(Sink):
         self, name: str, dimensions: tuple[str, ...], dtype: DTypeLike, meaning: str, unit: str = ""
     ) -> h5py.Dataset:
         shape = tuple(self._dataset(dimension).shape[0] for dimension in dimensions)
-        length = FRAME_CHUNK if name == "grey" else CHUNK
+        row = max(prod(shape) * np.dtype(dtype).itemsize, 1)
+        most = FRAME_CHUNK if name == "grey" else CHUNK
+        length = min(most, max(CHUNK_BYTES // row, 1))
         dataset = self._file.create_dataset(
             name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(length, *shape)
         )

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 
 from fringeforce.extras import extra
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.sink import Readings, Sink
 
 
 class LslSink(Sink):
-    """An outlet with a channel for each component of each tactel, normal ones first [N].
+    """An outlet with a channel for each component of each tactel, named after both [N].
+
+    A strip's normal forces come first, a pad's components tactel by tactel.
 
     Lab Streaming Layer announces streams on the local network and knows no token.
 
@@ -20,8 +23,8 @@ class LslSink(Sink):
     ----------
     name : str
         Of the stream.
-    tactels : int
-        Number of tactels.
+    components : Components
+        Of the sensor's forces.
 
     Raises
     ------
@@ -29,19 +32,19 @@ class LslSink(Sink):
         If pylsl is missing.
     """
 
-    def __init__(self, name: str, tactels: int) -> None:
+    def __init__(self, name: str, components: Components) -> None:
         self._lsl: Any = extra("pylsl", "robots")
         # its log would run through what a person watches; warnings and errors still appear
         self._lsl.set_config_content("[log]\nlevel = -1\n")
+        labels = components.labels
         info = self._lsl.StreamInfo(
-            name, "Force", 2 * tactels, self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
+            name, "Force", len(labels), self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
         )
         channels = info.desc().append_child("channels")
-        for component in ("normal", "tangential"):
-            for tactel in range(1, tactels + 1):
-                channel = channels.append_child("channel")
-                channel.append_child_value("label", f"{component}_{tactel}")
-                channel.append_child_value("unit", "newtons")
+        for label in labels:
+            channel = channels.append_child("channel")
+            channel.append_child_value("label", label)
+            channel.append_child_value("unit", "newtons")
         self._outlet: Any = self._lsl.StreamOutlet(info)
         self.name = f"LSL stream {name}"
 

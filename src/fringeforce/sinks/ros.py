@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fringeforce.errors import InputError
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.sink import Readings, Sink
 from fringeforce.sinks.wrench import FRAME_ID, wrenches
 
@@ -23,8 +24,8 @@ class RosSink(Sink):
     ----------
     node : str
         Name of the node; the topics are below it.
-    positions : ndarray, shape (n,)
-        Of the tactels [m].
+    components : Components
+        Of the sensor's forces.
 
     Raises
     ------
@@ -32,7 +33,7 @@ class RosSink(Sink):
         If there is no ROS in this environment.
     """
 
-    def __init__(self, node: str, positions: np.ndarray) -> None:
+    def __init__(self, node: str, components: Components) -> None:
         try:
             self._rclpy: Any = import_module("rclpy")
             geometry: Any = import_module("geometry_msgs.msg")
@@ -43,7 +44,7 @@ class RosSink(Sink):
                 "ROS installation first, or write a bag with rosbag:PATH."
             ) from None
         self.name = f"ROS node {node}"
-        self._positions = positions
+        self._components = components
         self._wrench, self._array = geometry.WrenchStamped, standard.Float64MultiArray
         self._dimension = standard.MultiArrayDimension
         self._context = self._rclpy.Context()
@@ -58,7 +59,7 @@ class RosSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Publish the last reading of a block."""
-        force, torque = (one[0] for one in wrenches(readings.forces[-1:], self._positions))
+        force, torque = (one[0] for one in wrenches(readings.forces[-1:], self._components.places))
         stamped = self._wrench()
         stamped.header.frame_id = FRAME_ID
         nanoseconds = round(readings.timestamps[-1] * 1e9)
@@ -75,11 +76,11 @@ class RosSink(Sink):
         self._rclpy.shutdown(context=self._context)
 
     def _array_message(self, values: np.ndarray) -> Any:
-        rows, columns = values.shape
+        (outer, inner), (rows, columns) = self._components.axes, values.shape
         array = self._array()
         array.layout.dim = [
-            self._dimension(label="component", size=rows, stride=rows * columns),
-            self._dimension(label="tactel", size=columns, stride=columns),
+            self._dimension(label=outer, size=rows, stride=rows * columns),
+            self._dimension(label=inner, size=columns, stride=columns),
         ]
         array.data = values.ravel().tolist()
         return array

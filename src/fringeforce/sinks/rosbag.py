@@ -10,6 +10,7 @@ import numpy as np
 
 from fringeforce.errors import FileFormatError
 from fringeforce.extras import extra
+from fringeforce.sinks.components import Components
 from fringeforce.sinks.sink import Readings, Sink
 from fringeforce.sinks.wrench import FRAME_ID, wrenches
 
@@ -19,14 +20,16 @@ TOPIC = "/fringeforce"
 
 
 class RosbagSink(Sink):
-    """Writes the resultant as WrenchStamped and every tactel as Float64MultiArray (2, n).
+    """Writes the resultant as WrenchStamped and every tactel as Float64MultiArray.
+
+    The arrays have the shape (2, n), or (n, 3) of a pad.
 
     Parameters
     ----------
     path : path
         Of the bag, a folder that must not exist yet.
-    positions : ndarray, shape (n,)
-        Of the tactels [m].
+    components : Components
+        Of the sensor's forces.
 
     Raises
     ------
@@ -36,11 +39,11 @@ class RosbagSink(Sink):
         If the bag cannot be written.
     """
 
-    def __init__(self, path: str | os.PathLike[str], positions: np.ndarray) -> None:
+    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
         rosbag2: Any = extra("rosbags.rosbag2", "robots")
         typesys: Any = extra("rosbags.typesys", "robots")
         self.name = f"ROS bag {os.fspath(path)}"
-        self._positions = positions
+        self._components = components
         self._store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
         try:
             self._bag = rosbag2.Writer(
@@ -56,7 +59,7 @@ class RosbagSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        forces, torques = wrenches(readings.forces, self._positions)
+        forces, torques = wrenches(readings.forces, self._components.places)
         for i, time in enumerate(np.rint(readings.timestamps * 1e9).astype(int).tolist()):
             wrench = self._wrench_message(time, forces[i], torques[i])
             self._append(self._wrench, time, wrench)
@@ -84,11 +87,12 @@ class RosbagSink(Sink):
 
     def _array_message(self, values: np.ndarray) -> Any:
         types, (rows, columns) = self._store.types, values.shape
+        outer, inner = self._components.axes
         dimension = types["std_msgs/msg/MultiArrayDimension"]
         layout = types["std_msgs/msg/MultiArrayLayout"](
             dim=[
-                dimension(label="component", size=rows, stride=rows * columns),
-                dimension(label="tactel", size=columns, stride=columns),
+                dimension(label=outer, size=rows, stride=rows * columns),
+                dimension(label=inner, size=columns, stride=columns),
             ],
             data_offset=0,
         )

@@ -17,7 +17,7 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Readings of consecutive lines.
+    """Readings of consecutive lines, or images of a pad.
 
     Attributes
     ----------
@@ -25,13 +25,13 @@ class Readings:
         Running number of the first line.
     timestamps : ndarray, shape (k,)
         When every line was exposed [s since 1970].
-    forces, std : ndarray, shape (k, 2, n)
-        Normal and tangential forces and their standard deviations [N].
+    forces, std : ndarray, shape (k, 2, n), or (k, n, 3) of a pad
+        Normal and tangential forces, or N, T_x, T_y, and their standard deviations [N].
     chi2 : ndarray, shape (k,)
         Reduced chi-squares.
     status : sequence of Status, length k
         Verdicts.
-    lines : ndarray, shape (k, P)
+    lines : ndarray, shape (k, *frame_shape)
         The grey levels that were read.
     """
 

@@ -7,7 +7,15 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from fringeforce.explorer.pads.contacts import Contact
-from fringeforce.explorer.protocol import AboutDesign, DesignRequest, File, Force, Request, Seed
+from fringeforce.explorer.protocol import (
+    AboutDesign,
+    DesignRequest,
+    File,
+    Force,
+    LiveRequest,
+    Request,
+    Seed,
+)
 
 MOST = 12
 """Contacts at a time."""
@@ -66,5 +74,6 @@ class PadDownloadRequest(PressedRequest):
     kind: File
 
 
-_Wish = DesignRequest | PressRequest | SlicesRequest | PadReadRequest | PadDownloadRequest
+_Pressed = PressRequest | SlicesRequest | PadReadRequest | PadDownloadRequest
+_Wish = DesignRequest | LiveRequest | _Pressed
 PAD: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])

@@ -17,6 +17,7 @@ from fringeforce.explorer.protocol import Request
 from fringeforce.explorer.session import Conversation, Send, Start
 
 if TYPE_CHECKING:
+    from fringeforce.explorer.live import Live
     from fringeforce.explorer.pads.tasks import Contacts
     from fringeforce.explorer.pads.workers import PadWorkers
     from fringeforce.explorer.tasks import Solved
@@ -27,14 +28,16 @@ class PadSession(Conversation):
 
     Parameters
     ----------
-    start, workers, send
+    start, workers, send, live
         As for every conversation.
     """
 
     understood = PAD
 
-    def __init__(self, start: Start, workers: PadWorkers, send: Send) -> None:
-        super().__init__(start, workers, send, shipped_pads())
+    def __init__(
+        self, start: Start, workers: PadWorkers, send: Send, live: Live | None = None
+    ) -> None:
+        super().__init__(start, workers, send, shipped_pads(), live)
         self.workers = workers
 
     async def _fulfil(self, wish: Request) -> None:

@@ -8,6 +8,7 @@ import { byId } from "./dom";
 import { downloadMenu, PICTURES, saveFile } from "./download";
 import { showFigures } from "./figures";
 import { Live } from "./live";
+import { LivePictures } from "./livepictures";
 import { type Figure, Model, type Reading } from "./model";
 import { Page } from "./page";
 import { Painting } from "./painting";
@@ -25,7 +26,7 @@ export class Explorer {
   private figures: Figure[] = [];
   private frame = 0;
   private loadChanged = true;
-  private live: Live | null = null;
+  private live: Live<Model> | null = null;
   private readonly store = new Store(location.hash, (before) => this.changed(before));
   private readonly page = new Page(this.store, () => this.schedule());
   private readonly painting = new Painting(this.store, () => this.schedule());
@@ -115,7 +116,11 @@ export class Explorer {
   private greeted(header: Record<string, unknown>): void {
     this.page.offer(header.designs as string[], this.store.state.start);
     if (header.camera) {
-      this.live ??= new Live(this.connection, () => this.schedule());
+      this.live ??= new Live(
+        this.connection,
+        () => this.schedule(),
+        (repaint) => new LivePictures(repaint),
+      );
       this.live.greet();
     }
   }

@@ -2,8 +2,6 @@
 
 import type { Connection } from "./connection";
 import { byId } from "./dom";
-import { LivePictures } from "./livepictures";
-import type { Model } from "./model";
 import { clamped } from "./numbers";
 import { answer, type Message } from "./protocol";
 import { type Moment, Ring } from "./ring";
@@ -11,9 +9,18 @@ import { type Moment, Ring } from "./ring";
 const STEP = 1;
 const LEAP = 30;
 
-export class Live {
+/** What is painted of a running sensor of one kind. */
+export interface Pictures<M> {
+  /** Make ready for a sensor. */
+  build(model: M): void;
+  /** How the camera does, which is the same for all moments. */
+  counts(header: Record<string, unknown>): void;
+  draw(model: M, ring: Ring, number: number, friction: number): void;
+}
+
+export class Live<M> {
   shown = false;
-  private model: Model | null = null;
+  private model: M | null = null;
   private run = 0;
   private greeted = false;
   private again = false;
@@ -23,21 +30,25 @@ export class Live {
   private frame = 0;
   private friction = 0.5;
   private readonly ring = new Ring();
-  private readonly pictures = new LivePictures(() => this.redraw());
+  private readonly pictures: Pictures<M>;
   private readonly scrub = byId<HTMLInputElement>("scrub");
 
   constructor(
     private readonly connection: Connection,
     private readonly left: () => void,
+    pictures: (repaint: () => void) => Pictures<M>,
   ) {
+    this.pictures = pictures(() => this.redraw());
     const mode = byId("live");
     mode.hidden = false;
     mode.addEventListener("click", () => this.show(!this.shown));
     byId("pause").addEventListener("click", () => this.pause(!this.paused));
     byId("again").addEventListener("click", () => this.restart());
     this.scrub.addEventListener("input", () => this.seek(this.ring.at(this.scrub.valueAsNumber)));
-    byId<HTMLInputElement>("friction").addEventListener("input", (event) => this.assume(event));
+    document.querySelector("input#friction")?.addEventListener("input", (event) => this.assume(event));
     addEventListener("keydown", (event) => this.key(event));
+    // a picture that is held, or the last of a recording, follows the page's width too
+    new ResizeObserver(() => this.redraw()).observe(byId("watch"));
   }
 
   /** The server has answered, for the first time or after it was away. */
@@ -47,7 +58,7 @@ export class Live {
     this.greeted = true;
   }
 
-  modelled(model: Model): void {
+  modelled(model: M): void {
     this.model = model;
     this.pictures.build(model);
     this.redraw();

@@ -1,20 +1,22 @@
 /** Everything that is painted of one moment of a running sensor. */
 
-import { blankCanvas, byId, element, write } from "./dom";
+import { blankCanvas, byId, element } from "./dom";
 import { drawFringes } from "./fringes";
 import { History } from "./history";
 import { type Layout, layout, Sight } from "./layout";
+import type { Pictures } from "./live";
 import type { Model } from "./model";
 import { Plot } from "./plots";
 import { Readings } from "./readings";
 import type { Moment, Ring } from "./ring";
 import { Slip } from "./slip";
+import { showCounts, showMoment } from "./watching";
 
 const SPAN = 10;
 const TOLD = 6;
 const WORDS: Record<string, string> = { slip: "near slip", stick: "holds" };
 
-export class LivePictures {
+export class LivePictures implements Pictures<Model> {
   private readonly canvas = blankCanvas();
   private readonly readings: Readings;
   private readonly slip: Slip;
@@ -49,13 +51,7 @@ export class LivePictures {
 
   /** How the camera does, which is the same for all moments. */
   counts(header: Record<string, unknown>): void {
-    const rate = Math.round(header.rate as number);
-    const [lines, dropped] = [header.lines as number, header.dropped as number];
-    write(byId("watch-title"), (header.camera as string) || "Live");
-    write(byId("watch-counts"), `${rate} lines/s read, ${lines} lines, ${dropped} dropped`);
-    const trouble = (header.ended as string) || (header.trouble as string);
-    write(byId("watch-trouble"), trouble);
-    byId("watch-trouble").hidden = !trouble;
+    showCounts(header);
   }
 
   draw(model: Model, ring: Ring, number: number, friction: number): void {
@@ -70,9 +66,7 @@ export class LivePictures {
       this.slip.draw(model, moment, place, friction);
       this.events(ring.until(number, 2 * SPAN));
     }
-    write(byId("watch-status"), moment.status.replaceAll("_", " "));
-    byId("watch-status").dataset.status = moment.status;
-    write(byId("watch-advice"), moment.advice);
+    showMoment(moment);
   }
 
   private along(model: Model, moment: Moment, place: Layout): void {

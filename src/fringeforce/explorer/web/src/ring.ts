@@ -77,6 +77,6 @@ export class Ring {
 }
 
 /** All blocks of a moment look into one buffer. */
-function size({ frame }: Moment): number {
-  return frame.buffer.byteLength;
+function size({ forces }: Moment): number {
+  return forces.buffer.byteLength;
 }

@@ -6,11 +6,13 @@ import { DesignForm } from "../design";
 import { byId, element, save } from "../dom";
 import { downloadMenu, saveFile } from "../download";
 import { showFigures } from "../figures";
+import { Live } from "../live";
 import { Page } from "../page";
 import { answer, type Message } from "../protocol";
 import { held, sent } from "./contacts";
 import { PAD_GROUPS } from "./controls";
 import { Editor } from "./editor";
+import { PadLivePictures } from "./live";
 import { ForceMap } from "./map";
 import { PadModel, type Picture, type Reading, type Slices } from "./model";
 import { presetContacts, PRESETS } from "./presets";
@@ -41,6 +43,7 @@ export class PadExplorer {
   private told: State | null = null;
   private fine = true;
   private frame = 0;
+  private live: Live<PadModel> | null = null;
   private editedAt = 0;
   private stale = new Set(["picture", "map", "sums", "slices"]);
   private restTimer = 0;
@@ -128,7 +131,9 @@ export class PadExplorer {
   private receive(message: Message): void {
     const { header, blocks } = message;
     const own = header.design === this.model?.id;
-    if (message.type === "hello") this.page.offer(header.designs as string[], this.store.state.start);
+    if (message.type === "hello") this.greeted(header);
+    else if (message.type === "live") this.live?.take(message);
+    else if (message.type === "model" && header.slot === "camera") this.live?.modelled(new PadModel(message));
     else if (message.type === "model") this.modelled(new PadModel(message));
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
@@ -143,6 +148,13 @@ export class PadExplorer {
       this.slices = answer<Slices>(message);
       this.schedule("slices");
     }
+  }
+
+  private greeted(header: Record<string, unknown>): void {
+    this.page.offer(header.designs as string[], this.store.state.start);
+    if (!header.camera) return;
+    this.live ??= new Live(this.connection, () => this.all(), () => new PadLivePictures());
+    this.live.greet();
   }
 
   private modelled(model: PadModel): void {

@@ -6,6 +6,9 @@ import { blankCanvas, set } from "../dom";
 import { niceAbove } from "../numbers";
 import type { PadModel, Reading } from "./model";
 
+/** What was read, as far as it is drawn. */
+type Forces = Pick<Reading, "forces" | "std">;
+
 const SMALLEST = 0.02;
 const HEAD = 3.5;
 /** Full scales: finer than 1, 2, 5, so that the discs fill their cells. */
@@ -27,7 +30,7 @@ export class ForceMap {
     container.append(this.canvas);
   }
 
-  draw(model: PadModel, truth: Float32Array | null, reading: Reading | null): void {
+  draw(model: PadModel, truth: Float32Array | null, reading: Forces | null): void {
     const [halfX, halfY] = model.half;
     const width = this.container.clientWidth;
     const scale = width / (2 * halfX);
@@ -72,7 +75,7 @@ export class ForceMap {
     this.tell(model, full, truth, reading);
   }
 
-  private tell(model: PadModel, full: Scale, truth: Float32Array | null, reading: Reading | null): void {
+  private tell(model: PadModel, full: Scale, truth: Float32Array | null, reading: Forces | null): void {
     const spread = reading ? middle(reading.std, 0) : Number.NaN;
     const pulled = reading ? Math.max(middle(reading.std, 1), middle(reading.std, 2)) : Number.NaN;
     const sure = Number.isFinite(spread)

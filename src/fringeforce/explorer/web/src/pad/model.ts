@@ -3,6 +3,7 @@
 import type { Value } from "../controls";
 import type { Estimate, Figure, Verdict } from "../model";
 import type { Message } from "../protocol";
+import type { Moment } from "../ring";
 
 interface Facts {
   name: string;
@@ -40,16 +41,25 @@ export class PadModel {
   }
 }
 
-export interface Picture {
-  id: number;
+export interface Raster {
   shape: [rows: number, columns: number, colours: number];
   image: Uint8Array;
+}
+
+export interface Picture extends Raster {
+  id: number;
   /** N, T_x, T_y of tactel after tactel [N]. */
   forces: Float32Array;
 }
 
 export interface Reading extends Estimate, Verdict {
   /** Of the pad and of each contact: six numbers that are true, six read, six deviations. */
+  sums: Float32Array;
+}
+
+/** What is seen of a running pad at a time. */
+export interface PadMoment extends Moment, Raster {
+  /** Of all tactels: force [N], moment about the normal [N m], centre of pressure [m]. */
   sums: Float32Array;
 }
 

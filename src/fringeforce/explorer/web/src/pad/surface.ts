@@ -2,7 +2,7 @@
 
 import { blankCanvas, set, shape, sized } from "../dom";
 import { type Contact, FINGER, LIMITS, worded } from "./contacts";
-import type { PadModel, Picture } from "./model";
+import type { PadModel, Picture, Raster } from "./model";
 import type { PadStore } from "./store";
 
 const STEP = 0.5;
@@ -243,7 +243,7 @@ export class Surface {
 }
 
 /** Pixels from above: rows of a picture count from the most negative y. */
-function raster({ shape: [rows, columns, colours], image }: Picture): ImageData {
+export function raster({ shape: [rows, columns, colours], image }: Raster): ImageData {
   const data = new ImageData(columns, rows);
   const pixels = new Uint32Array(data.data.buffer);
   for (let row = 0, k = 0; row < rows; row++) {

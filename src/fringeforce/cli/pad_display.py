@@ -1,0 +1,64 @@
+"""What a terminal shows of a pad: a map of the normal forces, and what all forces amount to."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+from rich.text import Text
+
+from fringeforce.pads.design import Pad
+from fringeforce.reading.reading import Status
+from fringeforce.sinks.sink import Readings
+from fringeforce.sinks.wrench import wrenches
+
+Array = NDArray[np.float64]
+SHADES = "··", "░░", "▒▒", "▓▓", "██"
+COLUMNS, ROWS = 24, 16
+"""Most squares of the map along x and y."""
+
+
+def pad_picture(pad: Pad, readings: Readings, scale: float) -> Table:
+    """The last reading: a map of N, full at `scale` newtons, beside the sum of all forces."""
+    forces, std = readings.forces[-1], readings.std[-1]
+    table = Table.grid(padding=(0, 4))
+    table.add_column(no_wrap=True)
+    known = readings.status[-1] in (Status.OK, Status.NO_CONTACT)
+    table.add_row(_map(pad, forces[:, 0], scale), _sums(pad, forces, std, scale, known))
+    return table
+
+
+def _map(pad: Pad, normal: Array, scale: float) -> Text:
+    """Seen from above, y upwards; where tactels share a square, the largest of them."""
+    grid = normal.reshape(pad.tactels.count)
+    along, across = (-(-n // most) for n, most in zip(grid.shape, (COLUMNS, ROWS), strict=True))
+    wide = np.pad(
+        grid, ((0, -grid.shape[0] % along), (0, -grid.shape[1] % across)), constant_values=-np.inf
+    )
+    squares = wide.reshape(wide.shape[0] // along, along, -1, across).max(axis=(1, 3))
+    share = np.nan_to_num(squares / scale, nan=0.0, neginf=0.0)
+    levels = np.rint(np.clip(share, 0, 1) * (len(SHADES) - 1)).astype(int)
+    rows = ("".join(SHADES[level] for level in column) for column in levels.T[::-1])
+    return Text("\n".join(rows), style="cyan")
+
+
+def _sums(pad: Pad, forces: Array, std: Array, scale: float, known: bool) -> Table:
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(no_wrap=True)
+    if np.isfinite(forces).all():
+        (force,), (torque,) = wrenches(forces[None], pad.tactels.places)
+        along, across, down = force
+        most = int(forces[:, 0].argmax())
+        table.add_row("N", f"{-down:+.3f} N")
+        table.add_row("T", f"{along:+.3f} N, {across:+.3f} N")
+        if known and -down > 0:
+            x, y = 1e3 * torque[1] / -down, 1e3 * torque[0] / down
+            table.add_row("centre", f"{x:+.2f} mm, {y:+.2f} mm")
+        else:
+            table.add_row("centre", "nowhere")
+        table.add_row("moment", f"{1e3 * torque[2]:+.2f} mN m")
+        table.add_row("most", f"{forces[most, 0]:+.3f} ± {std[most, 0]:.3f} N, tactel {most + 1}")
+        table.add_row()
+    table.add_row("map", Text(f"N to {scale:g} N, y upwards", style="dim"))
+    return table
