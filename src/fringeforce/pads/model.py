@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.errors import InputError
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
-from fringeforce.mechanics.solid.elasticity import Progress
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.optics import camera as camera_optics
@@ -23,6 +22,7 @@ from fringeforce.pads import splines
 from fringeforce.pads.design import Pad
 from fringeforce.pads.imaging import Lens, Picture, measure, measure_back, mosaic, pictures
 from fringeforce.pads.influence import PadInfluence, compressed
+from fringeforce.progress import Progress
 
 if TYPE_CHECKING:
     from fringeforce.pads.reading import PadReading
