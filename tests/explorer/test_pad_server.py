@@ -230,7 +230,7 @@ def test_free_sides_that_are_solved_already_can_be_explored(model: PadModel) -> 
         ({"contacts": [], "view": "x" * 50}, "view"),
         ({"contacts": [], "view": "camera-5"}, "no view"),
         ({"contacts": [], "seed": -1}, "seed"),
-        ({"type": "live"}, "the message"),
+        ({"type": "sing"}, "the message"),
     ],
 )
 def test_contacts_that_cannot_be_are_refused_by_their_place(

@@ -43,7 +43,7 @@ STEPS = 6
 """Largest number of steps for one frame."""
 CLOSE = 0.25
 """Gain of twice the log-likelihood that the next step promises, below which it is the last."""
-FRESH = 0.022
+FRESH = 0.015
 """Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
 FAR = 0.1
 """Mean squared change of the phase beyond which it is computed at every pixel again [rad^2]."""

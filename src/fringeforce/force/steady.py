@@ -27,7 +27,7 @@ from fringeforce.force.evaluation import (
     silence,
     take,
 )
-from fringeforce.force.gauss_newton import FAR, RIDGE, bend, keep, row_of, survey, weaken
+from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, row_of, survey, weaken
 from fringeforce.force.information import factorise_information
 from fringeforce.force.vector_loops import ROWS, combine, invert, invert_factor, multiply
 
@@ -44,8 +44,6 @@ LAGGING = 1.3
 RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
 """Least share of a frame in the mean surprise; factors by which its share in the mean of the loads
 grows where that lags, and shrinks where it does not."""
-WORN = 0.03
-"""Bend of the way of the mean beyond which the matrix is computed anew."""
 ROUNDS = 12
 """Rounds until the variance of the phase and the information agree, from nothing."""
 
@@ -93,7 +91,7 @@ def step_steadily(strip, place, variance, memory, rest, frame, estimate, report)
     level, places, step = place.level, len(place.anchor), np.empty(len(place.loads))
     take(strip, frame, room)
     beyond = compare(strip, slope, level, room)
-    if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > WORN:
+    if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
         _anchor(strip, place, room.root, variance, 1)
     multiply(place.covariance, room.gradient, step)
     report[PROMISED] = np.dot(step, room.gradient[: len(loads)])
