@@ -79,6 +79,9 @@ def live(
         source = open_camera(camera, found, settings)
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
     sinks = _opened(targets, found, bind, token)
+    if isinstance(reader, Reader):
+        with busy("Loading the reader, which is compiled for a minute or two the first time ..."):
+            reader.prepare()
     with _interruptible() as stop, display(found.sensor.name, source.name, pad) as report:
         statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)
     print("\n".join(summary(statistics)))

@@ -34,7 +34,7 @@ class Reader:
     That one searches the mean of the last frames, if there are enough and they show one touch that
     hardly moves: it tells mirror images apart that no single frame can.
 
-    The compiled loops take some seconds to compile on the first use on a machine, and about one
+    The compiled loops take a minute or two to compile on the first use on a machine, and about one
     to load in each process; `prepare` does it before the first frame comes.
 
     Parameters
