@@ -24,6 +24,11 @@ Friction = Annotated[
 ModelError = Annotated[
     float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
 ]
+Rate = Annotated[
+    float | None,
+    typer.Option("--line-rate", "--frame-rate", help="Lines, or images of a pad, per second."),
+]
+Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or image in seconds.")]
 Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fringeforce.cli.arguments import Exposure, Rate, is_model
+
 if TYPE_CHECKING:
     from fringeforce.cameras.camera import Camera, Settings
     from fringeforce.explorer.live import Source
@@ -29,17 +31,8 @@ def explore(
         str | None,
         typer.Option(help="Watch a running sensor: sim, file:PATH, aravis:ID or pylon:SERIAL."),
     ] = None,
-    line_rate: Annotated[
-        float | None,
-        typer.Option(
-            "--line-rate",
-            "--frame-rate",
-            help="Lines, or images of a pad, per second of the camera.",
-        ),
-    ] = None,
-    exposure: Annotated[
-        float | None, typer.Option(help="Exposure of a line or image in seconds.")
-    ] = None,
+    line_rate: Rate = None,
+    exposure: Exposure = None,
     block: Annotated[
         int | None,
         typer.Option(
@@ -52,7 +45,6 @@ def explore(
     import pickle
     import webbrowser
 
-    from fringeforce.cli.arguments import is_model
     from fringeforce.design import Sensor, load_sensor, shipped_designs, shipped_pads
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve

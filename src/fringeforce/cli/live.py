@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Friction, Model, ModelError, refuse_for_pads
+from fringeforce.cli.arguments import Exposure, Friction, Model, ModelError, Rate, refuse_for_pads
 
 if TYPE_CHECKING:
     from fringeforce.model import SensorModel
@@ -32,13 +32,8 @@ def live(
     record: Annotated[
         Path | None, typer.Option(help="HDF5 file for frames and readings, to read them again.")
     ] = None,
-    line_rate: Annotated[
-        float | None,
-        typer.Option("--line-rate", "--frame-rate", help="Lines, or images of a pad, per second."),
-    ] = None,
-    exposure: Annotated[
-        float | None, typer.Option(help="Exposure of a line or image in seconds.")
-    ] = None,
+    line_rate: Rate = None,
+    exposure: Exposure = None,
     block: Annotated[
         int | None,
         typer.Option(help="How many come at once; 64 lines or one image if not given."),

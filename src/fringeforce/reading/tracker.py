@@ -125,6 +125,8 @@ class Tracker:
     def advance(self, frames: NDArray[Any], track: Track, first: int, whole: bool = False) -> int:
         """Follow frames until one is doubtful; returns how many were done before it.
 
+        The lock is lost with it, unless the frames before it together allow to take it anew.
+
         Parameters
         ----------
         frames : ndarray, shape (k, n_pixels)
