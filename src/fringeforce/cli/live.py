@@ -75,7 +75,7 @@ def live(
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
     sinks = _opened(targets, found, bind, token)
     if isinstance(reader, Reader):
-        with busy("Loading the reader, which is compiled for a minute or two the first time ..."):
+        with busy("Loading the reader, which is compiled for about a minute the first time ..."):
             reader.prepare()
     with _interruptible() as stop, display(found.sensor.name, source.name, pad) as report:
         statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from fringeforce.force.likelihood import Response
@@ -142,37 +141,32 @@ def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
     return pulls @ spread / variance
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _agreed(influence, cosine, most, variance, rounds):
+def _agreed(influence: Array, cosine: Array, most: Array, variance: Array, rounds: int) -> Array:
     """Covariance of the loads that agrees with the variance of the phase that it causes."""
-    variance, before = variance.copy(), np.full(influence.shape[1], np.inf)
-    result = np.empty((len(before), len(before)))
+    result, before = np.empty((0, 0)), np.full(influence.shape[1], np.inf)
     for _ in range(rounds):
-        result[:] = _inverse(_information(influence, cosine, most, variance))
+        result = _inverse(_information(influence, cosine, most, variance))
         # the geometric mean settles at once where information is proportional to the variance
         variance = np.sqrt(variance * _phase_variance(influence, result))
-        after = np.diag(result).copy()
+        after = np.diag(result)
         if (np.abs(after - before) < 0.02 * after).all():
             break
         before = after
     return result
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _information(influence, cosine, most, variance):
+def _information(influence: Array, cosine: Array, most: Array, variance: Array) -> Array:
     """Information on the loads; see `fisher_information` and `_largest`."""
     weight = most * (1 - np.exp(-2 * variance) * cosine)
-    return (influence * weight.reshape(-1, 1)).T @ influence
+    return np.asarray((influence * weight[:, None]).T @ influence)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _phase_variance(influence, loads):
+def _phase_variance(influence: Array, loads: Array) -> Array:
     """Variance of the phase at every pixel, given the covariance of the loads."""
-    return ((influence @ loads) * influence).sum(axis=1)
+    return np.einsum("ij,ij->i", influence @ loads, influence)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _inverse(information):
+def _inverse(information: Array) -> Array:
     """Inverse of an information matrix, bounded where a load leaves no trace at all."""
     ridge = 1e-12 * np.trace(information) + 1e-300
     return np.linalg.inv(information + ridge * np.eye(len(information)))

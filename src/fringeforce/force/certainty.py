@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.force.compiling import inner
 from fringeforce.force.evaluation import (
     BENT,
     GAIN,
@@ -113,7 +113,7 @@ def begin(known: Array, unsettled: bool, silent: bool) -> None:
     known[:] = unsettled, not silent, not silent, spell, spell, 0, SPELL, 0, 0
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def verdict(report, limits, order) -> int:
     """What becomes of a frame, from what `follow` reported."""
     pixels, groups, size, _ = limits
@@ -126,13 +126,13 @@ def verdict(report, limits, order) -> int:
     return FOLLOWED
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def rests(report) -> bool:
     """Whether a frame is so sure that those after it need no mean."""
     return 2 * MARGIN * report[WEAK] < CALM
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def steady_verdict(report, limits, mean, known, order) -> int:
     """What becomes of a frame, from what `step_steadily` reported."""
     pixels, groups, size, _ = limits
@@ -163,13 +163,13 @@ def steady_verdict(report, limits, mean, known, order) -> int:
     return UNSETTLED if known[OPEN] or known[LENGTH] - known[LEFT] > WORD else HELD
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def trust(known) -> None:
     """Take a frame as surer than the last search."""
     known[FRESHLY], known[AGAIN], known[LENGTH], known[LEFT] = 0, 0, SPELL, SPELL
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def looks_like_noise(report, pixels, groups, wide, narrow) -> bool:
     """Whether residuals are as small and as unordered as noise; see `goodness.is_noise`."""
     return (

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.force.compiling import entry, inner
 from fringeforce.force.evaluation import compare, evaluate, room_for, take
 from fringeforce.force.information import fill_information
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import Single, combine, factorise, solve, square_sum
+from fringeforce.force.vector_loops import Single, combine, copy, factorise, solve, square_sum
 
 Array = NDArray[np.float64]
 
@@ -76,10 +76,10 @@ def node_phase(strip: Strip, loads: Array) -> Single:
     return phase
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def _node_phase(nodes, loads, watched, phase) -> None:
     short = np.zeros(len(nodes), np.float32)
-    short[: len(loads)] = loads
+    copy(loads, short)
     combine(nodes, short, np.zeros_like(watched), phase)
     phase *= watched
 
@@ -129,7 +129,7 @@ class Phases:
         return float(_distance(self._kept[: self._count], phase, self._even))
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def _known(others, phase, apart, even) -> bool:
     for other in others:
         plain, mirrored = np.int32(0), np.int32(not even)
@@ -141,7 +141,7 @@ def _known(others, phase, apart, even) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def _admit(nodes, watched, loads, kept, count, apart, even):
     fresh, found = np.empty(len(loads), np.int64), 0
     for i in range(len(loads)):
@@ -153,7 +153,7 @@ def _admit(nodes, watched, loads, kept, count, apart, even):
     return fresh[:found]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def _distance(others, phase, even):
     nearest = np.inf
     for other in others:
@@ -165,7 +165,7 @@ def _distance(others, phase, even):
     return nearest
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def _climb(strip, frame, loads, steps, tolerance) -> float:
     """Move loads to the top; returns their loss."""
     rows, size = len(strip.nodes), strip.loads
@@ -184,18 +184,21 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
         solve(factor, size, gradient, step)
         if np.dot(step, gradient[:size]) < tolerance / 10:
             break
-        before, start[:], downhill[:] = loss, loads, gradient
+        before = loss
+        copy(loads, start)
+        copy(gradient, downhill)
         while True:
             _factorise(information, size, damping, factor)
             solve(factor, size, downhill, step)
-            loads[:] = start - step
+            copy(start - step, loads)
             evaluate(strip, loads, phase, slope, level)
             loss = _loss(strip, slope, level, room)
             if loss <= before or damping > STRONGEST:
                 break
             damping *= 10
         if loss > before:
-            loads[:], loss = start, before
+            copy(start, loads)
+            loss = before
             break
         damping /= 10
         if before - loss < tolerance:
@@ -203,19 +206,20 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
     return loss
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _loss(strip, slope, level, room) -> float:
     """Twice the negative logarithm of the likelihood, less a constant; see `compare`."""
     return compare(strip, slope, level, room) + float(square_sum(room.left))
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _factorise(information, size, damping, factor) -> None:
     """Cholesky factor of damped information: each load's own, and a trace of the mean."""
     trace = 0.0
     for j in range(size):
         trace += information[j, j]
-    factor[:] = information
+    for j in range(size):
+        copy(information[j], factor[j])
     for j in range(size):
         factor[j, j] += damping * (information[j, j] + 1e-9 * trace + 1e-12)
     factorise(factor, size, 1e-12 * trace + 1e-12)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from fringeforce.force.certainty import (
@@ -30,13 +29,14 @@ from fringeforce.force.certainty import (
     trust,
     verdict,
 )
+from fringeforce.force.compiling import entry, part
 from fringeforce.force.evaluation import Room, describe, evaluate, silence, take
 from fringeforce.force.gauss_newton import Place, Standing, follow, settle
 from fringeforce.force.information import factorise_information
 from fringeforce.force.steady import REMEMBERED, STEADY, steady, step_steadily
 from fringeforce.force.strip import Pixels, Strip
 from fringeforce.force.trend import TRENDS, lingers
-from fringeforce.force.vector_loops import invert
+from fringeforce.force.vector_loops import copy, invert
 
 Array = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ def state_of(strip: Strip, place: Place, memory: Memory, limits: Limits) -> tupl
     )
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdicts) -> int:
     """Follow frames until one is doubtful; returns how many were done before it.
 
@@ -118,22 +118,7 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
         Filled; of the covariances only what is wanted.
     """
     strip, place = Pixels(*state[0]), Standing(*state[1], Room(*state[2]))
-    # in a function of its own, where the loops need not count who holds the arrays
-    return _follow_all(
-        strip,
-        place,
-        Remembered(*state[3]),
-        state[4],
-        silent,
-        frames,
-        wanted,
-        (loads, covariances, reports, verdicts),
-    )
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _follow_all(strip, place, memory, limits, silent, frames, wanted, found) -> int:
-    loads, covariances, reports, verdicts = found
+    memory, limits = Remembered(*state[3]), state[4]
     mean, known = memory.mean, memory.known
     for i in range(len(frames)):
         if silent:
@@ -154,13 +139,14 @@ def _follow_all(strip, place, memory, limits, silent, frames, wanted, found) -> 
             continue
         known[HUSHED] = 0
         if (mean[STEADY] and wanted != NONE) or wanted == STEP:
-            covariances[i] = place.covariance
+            for j in range(len(place.covariance)):
+                copy(place.covariance[j], covariances[i, j])
         elif wanted == WHOLE:
             covariance(strip, place.slope, covariances[i])
     return len(frames)
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _hush(strip, room, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
     pixels, _, size, groups = limits
@@ -176,7 +162,7 @@ def _hush(strip, room, known, limits, frame, report) -> int:
     return DOUBTFUL if loud or (known[RAISED] > 1 and known[LEFT] < 0) else SILENT
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _touch(strip, place, memory, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
     variance, mean, known = memory.variance, memory.mean, memory.known
@@ -190,17 +176,18 @@ def _touch(strip, place, memory, limits, frame, loads, report) -> int:
             trust(known)
         if found != DOUBTFUL:
             return found
-        place.loads[:] = before
+        copy(before, place.loads)
         steady(strip, place, variance, mean)
     step_steadily(strip, place, variance, mean, memory.rest, frame, loads, report)
     found = steady_verdict(report, limits, mean, known, order)
     if found == FOLLOWED and rests(report):
-        mean[STEADY], place.loads[:] = 0, loads
+        mean[STEADY] = 0
+        copy(loads, place.loads)
         settle(strip, place)
     return found
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def covariance(strip, slope, result) -> None:
     """Fill in the covariance of the loads from the slopes of all pixels, shape (m, m) [N^2].
 

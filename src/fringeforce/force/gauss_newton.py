@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.force.compiling import entry, inner, part
 from fringeforce.force.evaluation import (
     BENT,
     GAIN,
@@ -35,7 +36,7 @@ from fringeforce.force.evaluation import (
 )
 from fringeforce.force.information import factorise_information
 from fringeforce.force.strip import Strip
-from fringeforce.force.vector_loops import REORDERED, Single, combine, invert, multiply
+from fringeforce.force.vector_loops import REORDERED, Single, combine, copy, invert, multiply
 
 Array = NDArray[np.float64]
 
@@ -117,7 +118,7 @@ Standing = namedtuple("Standing", [field.name for field in fields(Place)])
 """What the compiled functions take of a place, under the same names."""
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
     survey(strip, place)
@@ -125,7 +126,7 @@ def settle(strip, place) -> None:
         _anchor(strip, place, np.ones_like(place.phase))
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part
 def follow(strip, place, frame, estimate, report) -> None:
     """Move a place to the top of the likelihood of a frame.
 
@@ -165,7 +166,7 @@ def follow(strip, place, frame, estimate, report) -> None:
         report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
         if not report[PROMISED] > CLOSE:
             break
-    estimate[:] = loads - step
+    copy(loads - step, estimate)
     describe(strip, room, report)
     if way > FAR:
         survey(strip, place)
@@ -176,14 +177,15 @@ def follow(strip, place, frame, estimate, report) -> None:
     report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner
 def survey(strip, place) -> None:
     """Compute the phase of a place at every pixel."""
     evaluate(strip, place.loads, place.phase, place.slope, place.level)
-    place.base[:], place.ground[:] = place.loads, place.phase
+    copy(place.loads, place.base)
+    copy(place.phase, place.ground)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner
 def _anchor(strip, place, root) -> None:
     """Compute the matrix where the place is."""
     step_matrix(strip, place.slope, root, place.factor)
@@ -192,28 +194,28 @@ def _anchor(strip, place, root) -> None:
     keep(strip, place)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner
 def keep(strip, place) -> None:
     """Keep what says how bent a way from here is, and how bent one of one deviation."""
     places, weakest = len(place.anchor), place.weakest
-    place.anchor[:] = row_of(strip, place.phase, places)
-    place.steep[:] = row_of(strip, place.slope, places)
+    copy(row_of(strip, place.phase, places), place.anchor)
+    copy(row_of(strip, place.slope, places), place.steep)
     weakest[-1] = weak_bend(strip, weakest[:-1], place.slope, place.level, place.room)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner
 def step_matrix(strip, slope, root, factor) -> None:
     """Fill in the Cholesky factor of the information, each pixel with its weight."""
     factorise_information(strip, (slope * root) ** 2, RIDGE, factor)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part
 def row_of(strip, values, places):
     """The one row of which the pixels say how bent a way is, shape (places,)."""
     return values[strip.row : strip.row + places]
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def bend(strip, anchor, phase, steep, level) -> float:
     """Second-order change of the levels on the way from an anchor, relative to the first.
 
@@ -240,7 +242,7 @@ def _changes(strip, moved, steep, level):
     return first, second
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def weaken(covariance: Array, direction: Array) -> None:
     """Turn a direction towards the one of least information, and make it one deviation long.
 
@@ -249,13 +251,16 @@ def weaken(covariance: Array, direction: Array) -> None:
     size = len(covariance)
     before = direction[:size].copy()
     multiply(covariance, before, direction[:size])
-    direction[:size] /= np.sqrt(np.dot(before, direction[:size]))
+    length = np.sqrt(np.dot(before, direction[:size]))
+    for j in range(size):
+        direction[j] /= length
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def weak_bend(strip, direction, slope, level, room) -> float:
     """Bend of a way of one deviation."""
-    way, room.short[: len(direction)] = room.weight, direction
+    way = room.weight
+    copy(direction, room.short)
     combine(strip.nodes, room.short, room.nothing, way)
     first, second = _changes(strip, way, row_of(strip, slope, len(way)), level)
     return np.sqrt(second / np.float32(len(strip.shares))) / max(first, _TINY)

@@ -8,9 +8,9 @@ shared out.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.force.compiling import inner
 from fringeforce.force.layout import TAPS, Layout
 from fringeforce.force.vector_loops import add_gram, factorise, gather
 
@@ -53,7 +53,7 @@ def spacing(influence: Array, used: NDArray[np.bool_], channels: int = 1) -> int
     return 1
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner
 def fill_information(strip, square, matrix) -> None:
     """Fill in the lower triangle of the information of squared slopes, shape (size,)."""
     nodes, shares = strip.nodes, strip.shares
@@ -66,7 +66,7 @@ def fill_information(strip, square, matrix) -> None:
         add_gram(nodes, weight, first, scaled, matrix)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner
 def factorise_information(strip, square, ridge, factor) -> None:
     """Fill in the Cholesky factor of the information of squared slopes, shape (size,)."""
     size = strip.loads

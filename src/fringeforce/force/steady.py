@@ -12,8 +12,8 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numba import njit
 
+from fringeforce.force.compiling import entry, inner, part
 from fringeforce.force.evaluation import (
     BENT,
     GAIN,
@@ -29,7 +29,7 @@ from fringeforce.force.evaluation import (
 )
 from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, row_of, survey, weaken
 from fringeforce.force.information import factorise_information
-from fringeforce.force.vector_loops import ROWS, combine, invert, invert_factor, multiply
+from fringeforce.force.vector_loops import ROWS, combine, copy, invert, invert_factor, multiply
 
 _ZERO, _ONE, _EIGHTH = np.float32(0), np.float32(1), np.float32(1 / 8)
 STEADY, FRAMES, GAINED, SURPRISE, RECALLS, SPREAD = range(6)
@@ -48,7 +48,7 @@ ROUNDS = 12
 """Rounds until the variance of the phase and the information agree, from nothing."""
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def steady(strip, place, variance, memory) -> None:
     """Begin a mean at the loads of a place.
 
@@ -61,15 +61,19 @@ def steady(strip, place, variance, memory) -> None:
     memory : ndarray, shape (REMEMBERED,)
         Filled.
     """
-    memory[:] = 1, 0, 1, 1, 0, 0
+    memory[:] = 0
+    memory[STEADY] = memory[GAINED] = memory[SURPRISE] = 1
     steepness = strip.steepness
     for k in range(len(variance)):
         variance[k] = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
     survey(strip, place)
-    _anchor(strip, place, np.ones_like(place.phase), variance, ROUNDS)
+    root = np.ones_like(place.phase)
+    for _ in range(ROUNDS):
+        _anchor(strip, place, root, variance)
+    keep(strip, place)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part
 def step_steadily(strip, place, variance, memory, rest, frame, estimate, report) -> None:
     """Read one frame from the mean, and take it in.
 
@@ -92,15 +96,17 @@ def step_steadily(strip, place, variance, memory, rest, frame, estimate, report)
     take(strip, frame, room)
     beyond = compare(strip, slope, level, room)
     if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
-        _anchor(strip, place, room.root, variance, 1)
+        _anchor(strip, place, room.root, variance)
+        keep(strip, place)
     multiply(place.covariance, room.gradient, step)
     report[PROMISED] = np.dot(step, room.gradient[: len(loads)])
-    estimate[:] = loads - step
+    copy(loads - step, estimate)
     ahead = np.zeros_like(phase)
     shift(strip, place.ground, estimate - place.base, ahead, room)
     here, there = row_of(strip, phase, places), row_of(strip, slope, places)
     report[BENT] = bend(strip, here, ahead, there, level)
-    room.left[:] += slope * (ahead - phase)
+    for k in range(len(phase)):
+        room.left[k] += slope[k] * (ahead[k] - phase[k])
     describe(strip, room, report)
     report[WEAK] = place.weakest[-1]
     if room.new[0]:
@@ -113,7 +119,7 @@ def step_steadily(strip, place, variance, memory, rest, frame, estimate, report)
     report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _take_in(memory, surprise) -> None:
     """Change the share of a new frame by how much the mean lags."""
     share = memory[GAINED]
@@ -127,7 +133,7 @@ def _take_in(memory, surprise) -> None:
         memory[GAINED] = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory[FRAMES] + 1))
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _recall(left, rest, memory) -> None:
     """Take residuals into their mean."""
     memory[RECALLS] += 1
@@ -138,35 +144,38 @@ def _recall(left, rest, memory) -> None:
         rest[k] += part * (left[k] - rest[k])
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def uncertainty(memory) -> float:
     """Deviation of the mean, relative to that of one frame."""
     return sqrt(memory[GAINED] / (2 - memory[GAINED]))
 
 
-@njit(cache=True, error_model="numpy")
-def _anchor(strip, place, root, variance, rounds) -> None:
+@inner
+def _anchor(strip, place, root, variance) -> None:
     """Compute the matrix where the place is, the phase's own variance in mind."""
-    for _ in range(rounds):
-        _smooth_matrix(strip, place.slope, root, variance, place.factor)
-        _vary(strip.nodes, place.factor, len(place.loads), variance)
-        invert(place.factor, place.covariance)
-        weaken(place.covariance, place.weakest)
-    keep(strip, place)
+    _smooth_matrix(strip, place.slope, root, variance, place.factor)
+    _vary(strip.nodes, place.factor, len(place.loads), variance)
+    invert(place.factor, place.covariance)
+    weaken(place.covariance, place.weakest)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _smooth_matrix(strip, slope, root, variance, factor) -> None:
     """Fill in the Cholesky factor of the information; see `bounds.fisher_information`."""
     kept = np.exp(np.float32(-2) * variance)
-    square, most = (slope * root) ** 2, (strip.steepness * root) ** 2
-    for first in range(0, len(square), len(kept)):
-        row = slice(first, first + len(kept))
-        square[row] = kept * square[row] + (_ONE - kept) * _EIGHTH * most[row]
+    square, places = np.empty_like(slope), len(kept)
+    for first in range(0, len(square), places):
+        row = slice(first, first + places)
+        target, here, weight = square[row], slope[row], root[row]
+        most = strip.steepness[row]
+        for k in range(places):
+            steep, steepest = here[k] * weight[k], most[k] * weight[k]
+            lost = (_ONE - kept[k]) * _EIGHTH
+            target[k] = kept[k] * steep * steep + lost * steepest * steepest
     factorise_information(strip, square, RIDGE, factor)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _vary(nodes, factor, size, variance) -> None:
     """Move the variance of the phase half way, geometrically, to what the information allows."""
     half = np.zeros((size, size))
@@ -176,7 +185,7 @@ def _vary(nodes, factor, size, variance) -> None:
     for j in range(size):
         # a row of the factor's inverse ends at its diagonal
         some = (j // ROWS + 1) * ROWS
-        row[:size] = half[j]
+        copy(half[j], row)
         combine(nodes[:some], row, nothing, turned)
         total += turned * turned
-    variance[:] = np.sqrt(variance * total)
+    copy(np.sqrt(variance * total), variance)

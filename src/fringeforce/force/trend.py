@@ -10,7 +10,8 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from fringeforce.force.compiling import entry
 
 COUNT, VARIANCE, LENIENCE, ALARMED = range(4)
 """What a trend knows besides the mean: frames in it; the variance of noise in it, relative to one
@@ -30,7 +31,7 @@ def begin_trend(state, confirmed: bool) -> None:
     state[:] = 0, 0, min(max(allowed, 1), MOST), 0
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def lingers(sums, freedom, trend, state) -> bool:
     """Take in the sums over neighbours of one frame; returns whether their mean is no noise.
 

@@ -50,6 +50,13 @@ def waves(phase: np.float32) -> tuple[np.float32, np.float32]:
     return sine, cosine
 
 
+@njit(cache=True, error_model="numpy")
+def copy(values: Array | Single, target: Array | Single) -> None:
+    """Fill in the beginning of a row; a slice does the same, but takes far longer to compile."""
+    for k in range(min(len(values), len(target))):
+        target[k] = values[k]
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def expose(
     phase: Single,
@@ -146,7 +153,7 @@ def gather(values: Single, shares: Single, nodes: Single) -> None:
     """Fill in what the nodes get of values between them: the transpose of `interpolate`."""
     places = len(nodes)
     last = places - BEFORE - BEHIND
-    nodes[:] = values[:places]
+    copy(values, nodes)
     target = nodes[BEHIND:-BEFORE]
     for row in range(1, len(shares)):
         a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]

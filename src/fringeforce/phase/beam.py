@@ -146,7 +146,9 @@ def _survivors(
                 break
         if double:
             continue
-        kept[count] = means[int(parent)] + gain * innovation
+        mean = means[int(parent)]
+        for i in range(len(gain)):
+            kept[count, i] = mean[i] + gain[i] * innovation
         scores[count], now[count], later[count] = score, phase, outlook
         count += 1
     return kept[:count], scores[:count]

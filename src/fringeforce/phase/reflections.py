@@ -77,7 +77,10 @@ def _running(phase, influence, information, places):
     moments = np.zeros((len(places), 3))
     pulls = np.zeros((len(places), 2, influence.shape[1]))
     for i in range(1, len(places)):
-        moments[i], pulls[i] = moments[i - 1], pulls[i - 1]
+        for part in range(3):
+            moments[i, part] = moments[i - 1, part]
+        for j in range(influence.shape[1]):
+            pulls[i, 0, j], pulls[i, 1, j] = pulls[i - 1, 0, j], pulls[i - 1, 1, j]
         for k in range(places[i - 1], places[i]):
             weight = information[k]
             pulled = weight * phase[k]

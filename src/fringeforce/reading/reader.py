@@ -34,8 +34,8 @@ class Reader:
     That one searches the mean of the last frames, if there are enough and they show one touch that
     hardly moves: it tells mirror images apart that no single frame can.
 
-    The compiled loops take a minute or two to compile on the first use on a machine, and about one
-    to load in each process; `prepare` does it before the first frame comes.
+    The loops take about a minute to compile on the first use on a machine, and half a second to
+    load in each process; `prepare` does it before the first frame comes.
 
     Parameters
     ----------

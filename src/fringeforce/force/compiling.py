@@ -1,0 +1,20 @@
+"""How loops are compiled, so that the first use of a machine waits no longer than it must.
+
+Most of that time goes into what surrounds a function: a door for Python, which unpacks some fifty
+arrays, and the code of all that it calls, which is made again for every caller.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+_DOORLESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+entry = njit(cache=True, error_model="numpy", nogil=True)
+"""Compiles what Python calls."""
+inner = njit(cache=True, error_model="numpy", **_DOORLESS)
+"""Compiles what only compiled functions call: it has no door, and Python that calls it crashes."""
+part = njit(error_model="numpy", inline="always")
+"""Makes what is called from one place only a part of its caller."""
