@@ -11,6 +11,8 @@ from fringeforce.optics.integrated import (
     double_pass_adjoint,
     equivalent_retarder,
     jones_matrix,
+    turn_modes,
+    turn_modes_back,
 )
 from fringeforce.optics.jones import retarder
 
@@ -111,3 +113,17 @@ def test_a_slice_of_more_than_a_wave_is_refused() -> None:
         double_pass(np.full((1, 2, 1), 5.0))
     with pytest.raises(InputError, match="check the stress"):
         double_pass(np.full((1, 2, 1), np.nan))
+
+
+@pytest.mark.parametrize("pixels", [1, 512, 700])
+def test_light_of_sums_of_modes_is_that_of_the_slices_they_add_up_to(pixels: int) -> None:
+    rng = np.random.default_rng(7)
+    modes, profile = rng.normal(size=(2, 6, pixels)) * 0.3, rng.normal(size=(7, 6))
+    slices = np.einsum("nk,skp->nsp", profile, modes)
+    light, gradient = np.empty((3, pixels)), np.empty_like(modes)
+    turn_modes(modes, profile, light)
+    np.testing.assert_allclose(light, double_pass(slices), atol=1e-13)
+    pull = rng.normal(size=(3, pixels))
+    turn_modes_back(modes, profile, light, pull, gradient)
+    by_slices = double_pass_adjoint(slices, light, pull)
+    np.testing.assert_allclose(gradient, np.einsum("nk,nsp->skp", profile, by_slices), atol=1e-12)
