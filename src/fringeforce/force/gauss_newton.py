@@ -48,6 +48,8 @@ FRESH = 0.015
 """Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
 FAR = 0.1
 """Mean squared change of the phase beyond which it is computed at every pixel again [rad^2]."""
+TURNS = 3
+"""Rounds of inverse iteration from any direction to that of least information, nearly."""
 RIDGE = 1e-7
 """Share of the trace that keeps the step finite where a load leaves no trace."""
 _ZERO, _HALF = np.float32(0), np.float32(0.5)
@@ -122,8 +124,9 @@ Standing = namedtuple("Standing", [field.name for field in fields(Place)])
 def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
     survey(strip, place)
-    for _ in range(3):
-        _anchor(strip, place, np.ones_like(place.phase))
+    _anchor(strip, place, np.ones_like(place.phase))
+    for _ in range(TURNS):
+        keep(strip, place)
 
 
 @part
@@ -148,15 +151,15 @@ def follow(strip, place, frame, estimate, report) -> None:
     """
     room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
     level, covariance, gradient = place.level, place.covariance, place.room.gradient
-    step = np.empty(len(loads))
+    step, places = np.empty(len(loads)), len(place.anchor)
     take(strip, frame, room)
-    beyond, way, renewed = 0.0, 0.0, False
+    beyond, way, anchor, steep = 0.0, 0.0, place.anchor, place.steep
     compare(strip, slope, level, room)
     for turn in range(STEPS):
         if turn > 0:
             step_matrix(strip, slope, room.root, place.factor)
             invert(place.factor, covariance)
-            renewed = True
+            anchor, steep = row_of(strip, phase, places).copy(), row_of(strip, slope, places).copy()
         multiply(covariance, gradient, step)
         loads -= step
         way = shift(strip, place.ground, loads - place.base, phase, room)
@@ -171,8 +174,10 @@ def follow(strip, place, frame, estimate, report) -> None:
     if way > FAR:
         survey(strip, place)
     report[BENT] = bend(strip, place.anchor, phase, place.steep, level)
-    if renewed or report[BENT] > FRESH:
+    if bend(strip, anchor, phase, steep, level) > FRESH:
         _anchor(strip, place, room.root)
+    elif turn > 0:
+        _keep_row(strip, place, anchor, steep)
     report[WEAK] = place.weakest[-1]
     report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
 
@@ -190,17 +195,24 @@ def _anchor(strip, place, root) -> None:
     """Compute the matrix where the place is."""
     step_matrix(strip, place.slope, root, place.factor)
     invert(place.factor, place.covariance)
-    weaken(place.covariance, place.weakest)
     keep(strip, place)
 
 
 @inner
 def keep(strip, place) -> None:
-    """Keep what says how bent a way from here is, and how bent one of one deviation."""
-    places, weakest = len(place.anchor), place.weakest
-    copy(row_of(strip, place.phase, places), place.anchor)
-    copy(row_of(strip, place.slope, places), place.steep)
-    weakest[-1] = weak_bend(strip, weakest[:-1], place.slope, place.level, place.room)
+    """Keep that the matrix was computed where the place is."""
+    places = len(place.anchor)
+    _keep_row(strip, place, row_of(strip, place.phase, places), row_of(strip, place.slope, places))
+
+
+@inner
+def _keep_row(strip, place, anchor, steep) -> None:
+    """Keep where the matrix was computed, and how bent one deviation is from there."""
+    copy(anchor, place.anchor)
+    copy(steep, place.steep)
+    weakest = place.weakest
+    _weaken(place.covariance, weakest)
+    weakest[-1] = _weak_bend(strip, weakest[:-1], place.slope, place.level, place.room)
 
 
 @inner
@@ -243,7 +255,7 @@ def _changes(strip, moved, steep, level):
 
 
 @inner
-def weaken(covariance: Array, direction: Array) -> None:
+def _weaken(covariance: Array, direction: Array) -> None:
     """Turn a direction towards the one of least information, and make it one deviation long.
 
     One round of inverse iteration from the last frame's direction.
@@ -257,7 +269,7 @@ def weaken(covariance: Array, direction: Array) -> None:
 
 
 @inner
-def weak_bend(strip, direction, slope, level, room) -> float:
+def _weak_bend(strip, direction, slope, level, room) -> float:
     """Bend of a way of one deviation."""
     way = room.weight
     copy(direction, room.short)

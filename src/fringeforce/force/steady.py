@@ -27,11 +27,18 @@ from fringeforce.force.evaluation import (
     silence,
     take,
 )
-from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, bend, keep, row_of, survey, weaken
+from fringeforce.force.gauss_newton import FAR, FRESH, RIDGE, TURNS, bend, keep, row_of, survey
 from fringeforce.force.information import factorise_information
-from fringeforce.force.vector_loops import ROWS, combine, copy, invert, invert_factor, multiply
+from fringeforce.force.vector_loops import (
+    ROWS,
+    combine,
+    copy,
+    invert_factor,
+    multiply,
+    multiply_halves,
+)
 
-_ZERO, _ONE, _EIGHTH = np.float32(0), np.float32(1), np.float32(1 / 8)
+_ZERO, _ONE, _EIGHTH, _TINY = np.float32(0), np.float32(1), np.float32(1 / 8), np.float32(1e-30)
 STEADY, FRAMES, GAINED, SURPRISE, RECALLS, SPREAD = range(6)
 """What a memory holds: whether frames are followed in this way; number of frames in the mean;
 share of a new frame in it; running mean of what a frame surprises by, relative to noise; number of
@@ -45,7 +52,9 @@ RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
 """Least share of a frame in the mean surprise; factors by which its share in the mean of the loads
 grows where that lags, and shrinks where it does not."""
 ROUNDS = 12
-"""Rounds until the variance of the phase and the information agree, from nothing."""
+"""Rounds at most until the variance of the phase and the information agree."""
+AGREED = np.float32(0.02)
+"""Relative change of the variance in one of them, below which they do."""
 
 
 @entry
@@ -63,14 +72,20 @@ def steady(strip, place, variance, memory) -> None:
     """
     memory[:] = 0
     memory[STEADY] = memory[GAINED] = memory[SURPRISE] = 1
-    steepness = strip.steepness
+    steepness, root = strip.steepness, np.ones_like(place.phase)
+    # where the levels are flat, their curvature still bounds the phase; elsewhere the last matrix
+    half = np.zeros_like(place.covariance)
+    invert_factor(place.factor, half)
+    _spread(strip.nodes, half, variance)
     for k in range(len(variance)):
-        variance[k] = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
+        flat = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
+        variance[k] = min(variance[k], flat)
     survey(strip, place)
-    root = np.ones_like(place.phase)
     for _ in range(ROUNDS):
-        _anchor(strip, place, root, variance)
-    keep(strip, place)
+        if _anchor(strip, place, root, variance) < AGREED:
+            break
+    for _ in range(TURNS):
+        keep(strip, place)
 
 
 @part
@@ -151,12 +166,22 @@ def uncertainty(memory) -> float:
 
 
 @inner
-def _anchor(strip, place, root, variance) -> None:
-    """Compute the matrix where the place is, the phase's own variance in mind."""
+def _anchor(strip, place, root, variance) -> np.float32:
+    """Compute the matrix where the place is, the phase's own variance in mind.
+
+    Returns the largest relative change of that variance, which moves half way, geometrically, to
+    what the matrix allows.
+    """
     _smooth_matrix(strip, place.slope, root, variance, place.factor)
-    _vary(strip.nodes, place.factor, len(place.loads), variance)
-    invert(place.factor, place.covariance)
-    weaken(place.covariance, place.weakest)
+    half, allowed, change = np.zeros_like(place.covariance), np.empty_like(variance), _ZERO
+    invert_factor(place.factor, half)
+    multiply_halves(half, place.covariance)
+    _spread(strip.nodes, half, allowed)
+    for k in range(len(variance)):
+        after = np.sqrt(variance[k] * allowed[k])
+        change = max(change, abs(after - variance[k]) / max(after, _TINY))
+        variance[k] = after
+    return change
 
 
 @inner
@@ -176,16 +201,15 @@ def _smooth_matrix(strip, slope, root, variance, factor) -> None:
 
 
 @inner
-def _vary(nodes, factor, size, variance) -> None:
-    """Move the variance of the phase half way, geometrically, to what the information allows."""
-    half = np.zeros((size, size))
-    invert_factor(factor, half)
+def _spread(nodes, half, variance) -> None:
+    """Fill in the variance of the phase at the nodes, given the inverse of the factor."""
     row, nothing = np.zeros(nodes.shape[0], np.float32), np.zeros_like(variance)
-    turned, total = np.empty_like(variance), np.zeros_like(variance)
-    for j in range(size):
+    turned = np.empty_like(variance)
+    variance[:] = 0
+    for j in range(len(half)):
         # a row of the factor's inverse ends at its diagonal
         some = (j // ROWS + 1) * ROWS
         copy(half[j], row)
         combine(nodes[:some], row, nothing, turned)
-        total += turned * turned
-    copy(np.sqrt(variance * total), variance)
+        for k in range(len(variance)):
+            variance[k] += turned[k] * turned[k]

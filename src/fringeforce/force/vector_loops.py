@@ -282,11 +282,16 @@ def multiply(matrix: Array, values: Array, product: Array) -> None:
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def invert(factor: Array, inverse: Array) -> None:
     """Inverse of a matrix from the leading block of its Cholesky factor, shape (size, size)."""
-    size = len(inverse)
-    half = np.zeros((size, size))
+    half = np.zeros_like(inverse)
     invert_factor(factor, half)
+    multiply_halves(half, inverse)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def multiply_halves(half: Array, inverse: Array) -> None:
+    """Inverse of a matrix from that of its Cholesky factor, shape (size, size)."""
     inverse[:] = 0
-    for k in range(size):
+    for k in range(len(half)):
         other = half[k]
         for i in range(k + 1):
             weight, row = other[i], inverse[i]
