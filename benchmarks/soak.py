@@ -1,6 +1,6 @@
 """A GigE Vision camera on loopback for a long time: rate, losses, return after a kill, memory.
 
-    python benchmarks/soak.py [--seconds 60] [--line-rate 40000] [--read]
+    python benchmarks/soak.py [--seconds 60] [--line-rate 40000] [--read] [--queue 32]
 
 The camera is Aravis' own, in a process of its own, with the pictures of a simulated touch in blocks
 of 64 lines.  Without ``--read`` lines are checked and counted but not read, which shows what
@@ -106,6 +106,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--line-rate", type=float, default=40000.0)
     parser.add_argument("--read", action="store_true", help="read the lines, and record them")
+    parser.add_argument(
+        "--queue", type=int, help="blocks that wait for the reader, 32 if not given"
+    )
     options = parser.parse_args()
     try:
         aravis()
@@ -125,7 +128,9 @@ def main() -> None:
             f"aravis:{ADDRESS}", MODEL, Settings(line_rate=options.line_rate, block=BLOCK)
         )
         try:
-            found = ff.live(READER, camera, sinks, stop=watch.stop, report=watch, every=1.0)
+            found = ff.live(
+                READER, camera, sinks, stop=watch.stop, report=watch, every=1.0, queue=options.queue
+            )
         finally:
             fake.kill()
     Console().print(_table(watch, found))

@@ -45,12 +45,13 @@ class FakeCamera:
 
 
 def main(path: str, block: int) -> None:
+    # before the camera is there, for whoever waits for it finds it at once
+    lines = np.ascontiguousarray(np.load(path))
     camera = aravis().GvFakeCamera.new(ADDRESS, "FF01")
     library = ctypes.CDLL("libaravis-0.8.so.0")
     library.arv_buffer_get_data.restype = ctypes.c_void_p
     library.arv_buffer_get_data.argtypes = ctypes.c_void_p, ctypes.c_void_p
     library.arv_fake_camera_set_fill_pattern.argtypes = ctypes.c_void_p, Fill, ctypes.c_void_p
-    lines = np.ascontiguousarray(np.load(path))
     size = block * lines.shape[1] * lines.itemsize
     start, blocks, shown = lines.ctypes.data, lines.nbytes // size, 0
 

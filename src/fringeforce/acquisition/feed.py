@@ -43,8 +43,15 @@ class Feed:
         """Connect and begin."""
         self._thread.start()
 
-    def next(self, timeout: float) -> Block | None:
+    def next(self, timeout: float, together: int = 1) -> Block | None:
         """The next block, or None if there is none yet.
+
+        Parameters
+        ----------
+        timeout : float
+            How long to wait for it [s].
+        together : int
+            Frames up to which blocks that wait are handed over as one.
 
         Raises
         ------
@@ -56,14 +63,22 @@ class Feed:
         with self._change:
             self._change.wait_for(lambda: self._blocks or self._ended, timeout)
             if self._blocks:
-                block = self._blocks.popleft()
+                taken = self._take(together)
                 self._change.notify_all()
-                return block
+                return Block.joined(taken)
             if self._error:
                 raise self._error
             if self._ended:
                 raise StopIteration
             return None
+
+    def _take(self, together: int) -> list[Block]:
+        taken = [self._blocks.popleft()]
+        room = together - len(taken[0])
+        while self._blocks and taken[-1].precede(self._blocks[0]) and len(self._blocks[0]) <= room:
+            taken.append(self._blocks.popleft())
+            room -= len(taken[-1])
+        return taken
 
     def stop(self) -> None:
         """End the camera; what was not taken counts as dropped."""
@@ -73,7 +88,7 @@ class Feed:
             self._change.notify_all()
         self._thread.join(5)
         with self._change:
-            self._tally.dropped(queue=sum(len(block.lines) for block in self._blocks))
+            self._tally.dropped(queue=sum(len(block) for block in self._blocks))
             self._blocks.clear()
 
     def _run(self) -> None:
@@ -114,7 +129,7 @@ class Feed:
                     lambda: len(self._blocks) < self._depth or self._stopping.is_set()
                 )
             elif len(self._blocks) >= self._depth:
-                self._tally.dropped(queue=sum(len(old.lines) for old in self._blocks))
+                self._tally.dropped(queue=sum(len(old) for old in self._blocks))
                 self._blocks.clear()
             self._blocks.append(block)
             self._change.notify_all()

@@ -28,6 +28,9 @@ QUEUE, IMAGE_QUEUE = 32, 1
 
 Lines are followed best without gaps. An image that waits while another is read is late, and the
 next one takes its place."""
+TOGETHER, SLOW = 256, 0.05
+"""Lines up to which blocks that wait are read as one, which takes less time; and time that the last
+ones took, beyond which each has to be searched and a block of its own is long enough [s]."""
 Report = Callable[[Statistics, Readings | None], None]
 
 
@@ -123,14 +126,16 @@ def live(
         finishing.callback(feed.stop)
         feed.start()
         deadline = time.monotonic() + (float("inf") if seconds is None else seconds)
-        told, last = -np.inf, None
+        told, last, together = -np.inf, None, 1
         while not stopping.is_set() and time.monotonic() < deadline:
             try:
-                block = feed.next(POLL)
+                block = feed.next(POLL, together)
             except StopIteration:
                 break
             if block is not None:
+                began = time.monotonic()
                 last = read_block(follower, block)
+                together = 1 if images or time.monotonic() - began > SLOW else TOGETHER
                 tally.read(last)
                 for outlet in outlets:
                     outlet.put(last)

@@ -5,11 +5,12 @@ Frames are lines of a strip, or images of a pad.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Protocol, Self
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.errors import InputError
@@ -41,6 +42,22 @@ class Block:
     timestamps: NDArray[Any]
     dropped: int
     first: int
+
+    def __len__(self) -> int:
+        return len(self.timestamps)
+
+    def precede(self, other: Block) -> bool:
+        """Whether another follows without a gap."""
+        return self.first + len(self) == other.first
+
+    @classmethod
+    def joined(cls, parts: Sequence[Block]) -> Block:
+        """Blocks of which each precedes the next, as one."""
+        if len(parts) == 1:
+            return parts[0]
+        lines = np.concatenate([part.lines for part in parts])
+        timestamps = np.concatenate([part.timestamps for part in parts])
+        return cls(lines, timestamps, parts[0].dropped, parts[0].first)
 
 
 @dataclass(frozen=True)
