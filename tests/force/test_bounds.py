@@ -67,6 +67,28 @@ def test_at_silence_the_bound_is_infinite_and_the_covariance_is_not() -> None:
     assert (spread < 1).all()
 
 
+@pytest.mark.parametrize("size", [0.02, 0.05, 0.1, 1.0])
+def test_the_covariance_agrees_with_the_variance_of_the_phase_that_it_causes(size: float) -> None:
+    influence, loads = small_problem()
+    phase = size * influence @ loads
+    found = covariance(phase, influence, RESPONSE)
+    # the same in small steps from far off, by arithmetic means
+    other = np.eye(3)
+    for _ in range(300):
+        causes = np.einsum("ij,jk,ik->i", influence, other, influence)
+        next_one = np.linalg.inv(fisher_information(phase, influence, RESPONSE, causes))
+        other = 0.8 * other + 0.2 * next_one
+    np.testing.assert_allclose(np.diag(found), np.diag(other), rtol=0.05)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_covariance_is_the_same_in_any_unit_of_force(unit: float) -> None:
+    influence, loads = small_problem()
+    plain = covariance(influence @ loads, influence, RESPONSE)
+    scaled = covariance(influence @ loads, influence * unit, RESPONSE)
+    np.testing.assert_allclose(scaled * unit**2, plain, rtol=1e-6)
+
+
 def test_least_squares_returns_the_forces_behind_a_phase(model: ff.SensorModel) -> None:
     forces = ff.polar(np.linspace(0, 2, 11), 15.0)
     phase = model.phase(forces)

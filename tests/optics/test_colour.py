@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.optics.colour import light_colour
+from fringeforce.optics.colour import encoded, light_colour
 
 # CIE 1931 colour matching functions of the 2 degree observer, at wavelengths in nm
 OBSERVER = {
@@ -45,3 +45,12 @@ def test_light_has_the_colour_that_the_standard_observer_sees(nm: int) -> None:
 
 def test_light_that_nobody_sees_is_shown_white() -> None:
     assert light_colour(30e-6).tolist() == [1, 1, 1]
+
+
+def test_screens_get_the_bytes_of_the_standard() -> None:
+    linear = np.linspace(-0.2, 1.3, 3001)
+    # IEC 61966-2-1
+    shown = np.clip(linear, 0, 1)
+    curve = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
+    assert np.abs(encoded(linear) - 255 * curve).max() < 0.6
+    assert encoded(np.array([0.0, 1.0])).tolist() == [0, 255]

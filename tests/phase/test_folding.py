@@ -12,6 +12,7 @@ from fringeforce.phase.folding import (
     block_edges,
     folded_phase,
     interleaved,
+    phase_pace,
 )
 
 EDGES = np.arange(0, 4001, 8)
@@ -83,6 +84,21 @@ def test_no_block_spans_more_phase_than_allowed_nor_more_pixels(seed: int) -> No
     assert sizes.max() <= 6
     for first, last in pairwise(edges):
         assert last - first == 1 or (last - first) * pace[first:last].max() <= 0.5
+
+
+def test_the_phase_can_be_seen_to_run_between_neighbours_that_are_both_seen() -> None:
+    line = replace(even(1.0), seen=np.arange(4000) % 5 != 3)
+    np.testing.assert_array_equal(line.steps, [k % 5 not in (2, 3) for k in range(3999)])
+    assert even(1.0).steps.all()
+
+
+@pytest.mark.parametrize("pace", [0.15, 0.5, 1.2])
+def test_the_pace_is_that_of_a_phase_that_runs_evenly(pace: float) -> None:
+    light = np.sin(pace * np.arange(4000) / 2) ** 2
+    noisy = light + np.random.default_rng(0).normal(0, SIGMA, 4000)
+    found = phase_pace(noisy, SIGMA**2)
+    assert found.shape == (4000,)
+    assert np.median(found) == pytest.approx(pace, rel=0.02)
 
 
 def test_channels_alternate_block_by_block() -> None:

@@ -21,7 +21,7 @@ ROWS = 4
 # The order of sums is left to the compiler, which needs that freedom to vectorise them; numbers
 # that are not finite keep their meaning.
 REORDERED = {"contract", "reassoc", "nsz"}
-_ONE, _HALF = np.float32(1), np.float32(0.5)
+_HALF = np.float32(0.5)
 _PER_PI = np.float32(1 / np.pi)
 _PI, _PI_REST = np.float32(3.140625), np.float32(np.pi - 3.140625)
 # through Chebyshev's nodes of half a period, in the square: right within 5e-8
