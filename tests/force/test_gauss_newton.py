@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.force.evaluation import GAIN, OUTLIERS, REPORTED, SQUARES, compare, take
+from fringeforce.force.evaluation import BENT, GAIN, OUTLIERS, REPORTED, SQUARES, compare, take
 from fringeforce.force.following import covariance_at
 from fringeforce.force.gauss_newton import Place, follow
 from fringeforce.force.likelihood import Response, misfit
@@ -81,6 +81,39 @@ def test_one_frame_is_climbed_to_where_the_gradient_vanishes(scene) -> None:
     assert report[GAIN] == pytest.approx(silent - left.loss, rel=1e-4)
     information = (influence[used] * slope[:, None]).T @ (influence[used] * slope[:, None])
     np.testing.assert_allclose(covariance, np.linalg.inv(information), rtol=1e-3, atol=1e-9)
+
+
+def changes(influence, response, loads, way) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of the levels on a way of the loads, of first and second order, by differences."""
+    step = 1e-3 / np.abs(influence @ way).max()
+    ahead, here, back = (response.level(influence @ (loads + k * step * way)) for k in (1, 0, -1))
+    sigma = np.sqrt(response.variance)
+    return (ahead - back) / (2 * step * sigma), (ahead - 2 * here + back) / (2 * step**2 * sigma)
+
+
+def test_the_weakest_direction_is_one_deviation_long_and_as_bent_as_the_levels(scene) -> None:
+    influence, loads, _ = scene
+    response = Response(240.0, 6.0, 9.0)
+    place = Place.at(Strip.of(influence, response, np.ones(P, bool)), loads)
+    way = place.weakest[:-1]
+    first, second = changes(influence, response, loads, way)
+    assert first @ first == pytest.approx(1, rel=0.01)
+    tangent = influence * (response.slope(influence @ loads) / 3)[:, None]
+    weakest = np.linalg.eigh(tangent.T @ tangent)[1][:, 0]
+    assert abs(weakest @ way) > 0.99 * np.linalg.norm(way)
+    # over one row of pixels in eight, which stand for all
+    assert place.weakest[-1] == pytest.approx(np.sqrt(second @ second) / (first @ first), rel=0.1)
+
+
+def test_the_way_from_one_frame_to_the_next_is_as_bent_as_the_levels(scene) -> None:
+    influence, loads, _ = scene
+    response = Response(240.0, 6.0, 9.0)
+    way = 0.01 * np.random.default_rng(3).normal(size=M)
+    strip = Strip.of(influence, response, np.ones(P, bool))
+    place, found, report = Place.at(strip, loads), np.empty(M), np.empty(REPORTED)
+    follow(strip.arrays, place.arrays, response.level(influence @ (loads + way)), found, report)
+    first, second = changes(influence, response, loads + way, way)
+    assert report[BENT] == pytest.approx(np.sqrt(second @ second / (first @ first)), rel=0.15)
 
 
 def test_small_dense_algebra_is_numpys() -> None:

@@ -39,6 +39,20 @@ def test_a_stack_is_the_product_of_its_jones_matrices() -> None:
     np.testing.assert_allclose(jones_matrix(double_pass(slices)), jones_product(slices), atol=1e-13)
 
 
+def test_slices_of_up_to_a_wave_are_right() -> None:
+    angle, size = np.linspace(0, 3, 40), np.linspace(0, 2 * np.pi, 40)
+    slices = size * np.array([[np.cos(angle), np.sin(angle)]])
+    np.testing.assert_allclose(jones_matrix(double_pass(slices)), jones_product(slices), atol=5e-8)
+    # by finite differences of the products of matrices
+    pull, step = np.random.default_rng(8).normal(size=(3, 40)), 1e-6
+    found = double_pass_adjoint(slices, double_pass(slices), pull)[0]
+    for side, direction in enumerate(np.eye(2)[:, None, :, None]):
+        both = [jones_product(slices + sign * step * direction) for sign in (1, -1)]
+        change = (both[0] - both[1]) / (2 * step)
+        light = np.array([change[:, 0, 0].imag, change[:, 0, 1].imag, change[:, 0, 0].real])
+        np.testing.assert_allclose(found[side], (pull * light).sum(axis=0), atol=2e-6)
+
+
 def test_a_uniform_layer_is_a_retarder_of_twice_its_single_pass() -> None:
     angle, single = 0.3, 1.1
     direction = np.array([np.cos(2 * angle), np.sin(2 * angle)])
