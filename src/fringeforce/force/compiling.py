@@ -17,4 +17,4 @@ entry = njit(cache=True, error_model="numpy", nogil=True)
 inner = njit(cache=True, error_model="numpy", **_DOORLESS)
 """Compiles what only compiled functions call: it has no door, and Python that calls it crashes."""
 part = njit(error_model="numpy", inline="always")
-"""Makes what is called from one place only a part of its caller."""
+"""Makes what is tiny, or called from one place only, a part of its callers."""
