@@ -153,7 +153,7 @@ def follow(strip, place, frame, estimate, report) -> None:
     level, covariance, gradient = place.level, place.covariance, place.room.gradient
     step, places = np.empty(len(loads)), len(place.anchor)
     take(strip, frame, room)
-    beyond, way, anchor, steep = 0.0, 0.0, place.anchor, place.steep
+    beyond, way, turn, anchor, steep = 0.0, 0.0, 0, place.anchor, place.steep
     compare(strip, slope, level, room)
     for turn in range(STEPS):
         if turn > 0:
