@@ -41,7 +41,7 @@ def block(first: int, size: int, dropped: int = 0) -> Block:
 def handed_over(blocks: list[Block], together: int) -> list[Block]:
     """What a feed hands over when all blocks of a camera wait."""
     camera = Ready(blocks)
-    feed = Feed(camera, len(blocks), Tally())
+    feed = Feed(camera, 64, Tally())
     feed.start()
     assert camera.over.wait(20)
     found = list(iter(partial(_next, feed, together), None))

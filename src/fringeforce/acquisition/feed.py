@@ -51,7 +51,8 @@ class Feed:
         timeout : float
             How long to wait for it [s].
         together : int
-            Frames up to which blocks that wait are handed over as one.
+            Frames up to which blocks that wait are handed over as one, an eighth of the queue at
+            most.
 
         Raises
         ------
@@ -74,7 +75,7 @@ class Feed:
 
     def _take(self, together: int) -> list[Block]:
         taken = [self._blocks.popleft()]
-        room = together - len(taken[0])
+        room = min(together, self._depth // 8 * len(taken[0])) - len(taken[0])
         while self._blocks and taken[-1].precede(self._blocks[0]) and len(self._blocks[0]) <= room:
             taken.append(self._blocks.popleft())
             room -= len(taken[-1])

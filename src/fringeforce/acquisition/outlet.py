@@ -25,7 +25,7 @@ class Outlet:
     sink : Sink
         Is closed at the end.
     depth : int
-        Blocks in the queue.
+        Blocks in the queue, as long as the first; of longer ones there is room for fewer.
     patient : bool
         Let the reader wait instead of dropping, as is right where the camera waits too.
     """
@@ -35,7 +35,7 @@ class Outlet:
         self._blocks: deque[Readings] = deque()
         self._change = threading.Condition()
         self._ending = False
-        self._written = self._dropped = 0
+        self._written = self._dropped = self._room = 0
         self._trouble = ""
         self._taken = 0.0
         self._thread = threading.Thread(target=self._run, name=sink.name, daemon=True)
@@ -44,15 +44,22 @@ class Outlet:
     def put(self, readings: Readings) -> None:
         """Hand over a block."""
         with self._change:
+            self._room = self._room or self._depth * len(readings)
             if self._patient:
-                self._change.wait_for(lambda: len(self._blocks) < self._depth or self._trouble)
+                self._change.wait_for(lambda: self._fits(readings) or self._trouble)
             if self._trouble:
                 self._dropped += len(readings)
                 return
-            if len(self._blocks) >= self._depth:
+            while not self._fits(readings):
                 self._dropped += len(self._blocks.popleft())
             self._blocks.append(readings)
             self._change.notify_all()
+
+    def _fits(self, readings: Readings) -> bool:
+        return not self._blocks or self._waiting() + len(readings) <= self._room
+
+    def _waiting(self) -> int:
+        return sum(len(block) for block in self._blocks)
 
     def finish(self) -> None:
         """Write what is left and close the sink; one that hangs is left behind after 10 s."""
@@ -89,9 +96,8 @@ class Outlet:
             if not self._blocks:
                 return None
             if (interval := self._sink.interval) > 0:
-                enough = max(self._depth // 2, 1)
                 self._change.wait_for(
-                    lambda: len(self._blocks) >= enough or self._ending,
+                    lambda: self._waiting() >= self._room // 2 or self._ending,
                     self._taken + interval - time.monotonic(),
                 )
             taken = [self._blocks.popleft()]
