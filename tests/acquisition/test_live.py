@@ -157,14 +157,14 @@ def test_a_sink_that_hangs_stalls_neither_reading_nor_other_sinks(
 @pytest.mark.usefixtures("quick")
 def test_a_full_disk_ends_that_recording_only(reader: ff.Reader) -> None:
     full, notes = Full(), Notes()
-    # so long that no two are read together
-    found = ff.live(reader, Scripted([200] * 4, patient=True), [full, notes])
-    assert notes.lines == list(range(800))
-    assert full.lines == list(range(200))
+    # a queue so short that no two blocks are read together
+    found = ff.live(reader, Scripted([4] * 10, patient=True), [full, notes], queue=8)
+    assert notes.lines == list(range(40))
+    assert full.lines == list(range(4))
     assert full.closed == notes.closed == 1
-    assert [(one.written, one.dropped) for one in found.deliveries] == [(200, 600), (800, 0)]
+    assert [(one.written, one.dropped) for one in found.deliveries] == [(4, 36), (40, 0)]
     assert found.troubles == (
-        "full stopped after 200 lines: The disk is full. What was written before is kept.",
+        "full stopped after 4 lines: The disk is full. What was written before is kept.",
     )
 
 
