@@ -27,7 +27,7 @@ mutate: .venv/ready
 # the packages that hold them run once more, without the compiler.
 coverage: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[coverage]'
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --cov
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup --cov
 	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest --cov --cov-append \
 	    tests/phase/test_tracking.py tests/force
 	$(BIN)/python -m coverage report --sort=cover
