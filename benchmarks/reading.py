@@ -216,7 +216,7 @@ def main(frames: int) -> None:
         for trial, tally in zip(todo, results, strict=True):
             cells = row(trial, tally)
             table.add_row(*cells)
-            print(" | ".join(cells), flush=True)
+            print(" | ".join(cells), file=sys.stderr, flush=True)
     Console(width=140).print(table)
 
 
