@@ -12,6 +12,7 @@ from fringeforce.force.evaluation import (
     OUTLIERS,
     REPORTED,
     SQUARES,
+    compare,
     describe,
     room_for,
     silence,
@@ -73,6 +74,19 @@ def test_silence_has_the_loss_of_no_loads(influence, floor: float, ceiling: floa
     np.testing.assert_allclose(pick(left), exact.slope, atol=2e-3)
     np.testing.assert_allclose(pick(root) ** 2, np.maximum(exact.weight, 0), atol=2e-3)
     assert np.count_nonzero(left) == np.count_nonzero(pick(left))
+
+
+def test_what_a_clipped_frame_hid_is_seen_in_the_next(influence) -> None:
+    response = Response(240.0, 10.0, 9.0, 0.0, 200.0)
+    strip = Strip.of(influence, response, np.ones(P, bool))
+    place = Place.at(strip, np.array([0.2, 0.5, 0.3, 0.4, 0.1]))
+    bright = np.clip(response.level(influence @ np.full(5, 0.5)), 0, 200)
+    for frame, hidden in ((bright, (bright == 200).sum()), (np.minimum(bright, 150), 0)):
+        take(strip.arrays, frame, place.room)
+        compare(strip.arrays, place.slope, place.level, place.room)
+        assert place.room.hidden[0] == hidden
+        assert np.count_nonzero(place.room.root != 1) == hidden
+    assert (bright == 200).any()
 
 
 def test_the_bias_of_a_channel_is_part_of_the_phase(influence) -> None:

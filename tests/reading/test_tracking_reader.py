@@ -117,6 +117,17 @@ def test_a_touch_out_of_nothing_and_back_is_never_wrong(model) -> None:
     assert not sure[wave == 0].any()
 
 
+def test_after_a_touch_silence_is_followed_frame_by_frame(model) -> None:
+    reader, rng = ff.Reader(model), np.random.default_rng(5)
+    fading = np.concatenate([np.linspace(1, 0, 200), np.zeros(200)])
+    forces = fading[:, None, None] * ff.polar(1.5, 12, n=N)
+    readings = [reader.read(model.expose(now, rng=rng)) for now in forces]
+    silent = readings[-195:]
+    assert all(reading.status is ff.Status.NO_CONTACT for reading in silent)
+    assert all(reading.tracked for reading in silent)
+    assert not any(reading.forces.any() for reading in silent)
+
+
 def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> None:
     times, searched, sure = np.arange(450, 3550) / 1000, [], []
     for seed in range(3):
