@@ -89,6 +89,19 @@ def test_what_a_clipped_frame_hid_is_seen_in_the_next(influence) -> None:
     assert (bright == 200).any()
 
 
+def test_a_frame_that_comes_again_is_not_new(influence) -> None:
+    strip = Strip.of(influence, Response(240.0, 10.0, 9.0), np.ones(P, bool))
+    own, frame = room_for(strip.arrays), np.full(P, 7, np.uint8)
+    other = frame.copy()
+    other[-1] = 8
+    told = []
+    for shown in (frame, frame, other, other, frame):
+        take(strip.arrays, shown, own)
+        told.append(bool(own.new[0]))
+        np.testing.assert_array_equal(strip.layout.pick(own.grey), shown)
+    assert told == [True, False, True, False, True]
+
+
 def test_the_bias_of_a_channel_is_part_of_the_phase(influence) -> None:
     response = Response(200.0, 10.0, 4.0, bias=np.pi / 2)
     strip = Strip.of(influence, response, np.ones(P, bool))
