@@ -15,6 +15,7 @@ RESPONSE = Response(240.0, 6.0, SIGMA**2)
 def agreed(influence: np.ndarray, loads: np.ndarray) -> np.ndarray:
     """Covariance whose phase variance v enters E[sin^2 p] = (1 - exp(-2 v) cos 2p) / 2."""
     phase, variance = influence @ loads, np.full(len(influence), 0.1)
+    inverse = np.zeros((len(loads), len(loads)))
     for _ in range(300):
         square = (1 - np.exp(-2 * variance) * np.cos(2 * phase)) / 2
         weight = square * (RESPONSE.amplitude / (2 * SIGMA)) ** 2
