@@ -148,8 +148,8 @@ async def drag(page: Page, handle: Locator) -> tuple[float, float, float]:
     return seen["paints"] / elapsed, statistics.median(delays), delays[int(0.95 * len(delays))]
 
 
-async def design_changes(page: Page) -> list[float]:
-    """Times from a typed thickness to new fringes [ms]."""
+async def design_changes(page: Page) -> tuple[float, float]:
+    """Median and longest time from a typed thickness to new fringes [ms]."""
     times = []
     for k in range(7):
         times.append(
@@ -170,7 +170,7 @@ async def design_changes(page: Page) -> list[float]:
             )
         )
         await page.wait_for_timeout(400)
-    return times
+    return statistics.median(times), max(times)
 
 
 async def wander(page: Page) -> None:
@@ -254,8 +254,7 @@ async def strip(browser: Browser, address: str) -> AsyncIterator[Row]:
         rate, median, late = await drag(page, page.get_by_role("slider", name=ARROW))
         yield "painted frames per second, dragging", f"{rate:.0f}", "30"
         yield "input to paint, median (95 %)", f"{median:.0f} ({late:.0f}) ms", "50 ms"
-    changes = await design_changes(page)
-    median, late = statistics.median(changes), max(changes)
+    median, late = await design_changes(page)
     yield "thickness to new fringes, median (largest)", f"{median:.0f} ({late:.0f}) ms", "300 ms"
     await page.get_by_role("button", name="Live").click()
     shown, counts = await watch(page)
