@@ -24,11 +24,12 @@ mutate: .venv/ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/mutation/mutate.py
 
 # Compiled loops leave no trace of their lines, so they count as they run interpreted: the tests of
-# the packages that hold them run once more, without the compiler.
+# the packages that hold them run once more, without the compiler.  The interpreter adds up single
+# precision less exactly than vectors do, so a tolerance may fail there: only lines count.
 coverage: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[coverage]'
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup --cov
-	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest --cov --cov-append \
+	-OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest --cov --cov-append \
 	    tests/phase/test_tracking.py tests/force
 	$(BIN)/python -m coverage report --sort=cover
 
