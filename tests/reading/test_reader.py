@@ -132,16 +132,6 @@ def test_dead_pixels_cost_nothing_but_themselves(model: ff.SensorModel) -> None:
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 
 
-@pytest.mark.parametrize("first", [300, 1032, 1700])
-def test_a_stretch_that_nothing_explains_is_not_taken_for_dead_pixels(model, first) -> None:
-    rng = np.random.default_rng(first)
-    forces = random_forces(rng, 3.0)
-    frame = model.expose(forces, rng=rng).astype(float)
-    frame[first : first + 30] += np.where(frame[first : first + 30] > 128, -20, 20)
-    reading = model.read(frame)
-    assert reading.status is ff.Status.MODEL_MISMATCH
-
-
 @pytest.mark.parametrize("newtons", [1, 4, 12])
 @pytest.mark.parametrize("first", [420, 900, 1400])
 def test_a_wide_mask_hides_no_force(model: ff.SensorModel, newtons: float, first: int) -> None:

@@ -30,8 +30,6 @@ SATISFIED = 2.5
 """Standard deviations of pure noise within which an explanation ends the search."""
 OUTLIER, OUTLIERS = 5.0, 0.03
 """Residual that makes a pixel suspect, and the share of pixels that may be."""
-TOGETHER = 3
-"""Neighbours that may be: bad pixels come alone or nearly so, a fringe of another load does not."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
 DENSE = 1.3
@@ -144,7 +142,5 @@ def _climbed(scene: Scene, starts: Array) -> list[Top]:
 
 def _sound_pixels(left: Array) -> Mask | None:
     """All pixels but a few that alone spoil a fit, if there are such."""
-    suspect = np.abs(left) >= OUTLIER
-    in_a_row = np.convolve(suspect, np.ones(TOGETHER + 1), "valid").max()
-    few = 0 < np.count_nonzero(suspect) <= OUTLIERS * len(suspect)
-    return ~suspect if few and in_a_row <= TOGETHER else None
+    sound = np.abs(left) < OUTLIER
+    return sound if 0 < np.count_nonzero(~sound) <= OUTLIERS * len(sound) else None
