@@ -3,7 +3,8 @@
 Loads: every tactel loaded with probability 0.7, magnitude uniform in [0, Nmax], angle uniform in
 +-20 degrees.  Recovered means that every force (of the reading, or of an alternative that an
 AMBIGUOUS reading holds) lies within 6 standard deviations of the truth; false OK means status OK
-with some force off by more than 8.  Run with a number of frames per row; 1000 take minutes to an hour.
+with some force off by more than 8.  Run with a number of frames per row; 1000 take from minutes to
+an hour.
 """
 
 from __future__ import annotations
