@@ -26,12 +26,12 @@ mutate: .venv/ready
 # Compiled loops leave no trace of their lines, so they count as they run interpreted: the tests of
 # the packages that hold them run once more, without the compiler.  The interpreter adds up single
 # precision less exactly than vectors do, which the tolerance of one test does not allow.
-VECTORISED := tests/force/test_information.py::test_deviations_are_those_of_all_pixels_whatever_the_fringes_and_dead_ones
+VECTORISED := tests/estimation/test_information.py::test_deviations_are_those_of_all_pixels_whatever_the_fringes_and_dead_ones
 coverage: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[coverage]'
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup --cov
 	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest --cov --cov-append \
-	    --deselect $(VECTORISED) tests/phase/test_tracking.py tests/force
+	    --deselect $(VECTORISED) tests/estimation
 	$(BIN)/python -m coverage report --sort=cover
 
 dist: .venv/ready

@@ -21,8 +21,8 @@ from rich.table import Table
 
 import fringeforce as ff
 from fringeforce.calibration.single_press import single_press_matrix
-from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.imaging import Imaging
+from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 from reading import misshapen, random_loads
 
@@ -126,7 +126,7 @@ def rows(bench: Bench, seed: int) -> dict[str, Callable[[], ff.SensorModel]]:
 def judged(model: ff.SensorModel, bench: Bench, loads: Array, frames: Array) -> list[str]:
     known, seen = SingleFrameReader(bench.true), usable(bench)
     influence, response = known.influence[seen], bench.true.response.at(seen)
-    readings = [model.read(frame) for frame in frames]
+    readings = [ff.Reader(model).search(frame) for frame in frames]
     off = np.array([reading.forces - load for reading, load in zip(readings, loads, strict=True)])
     std = np.array([reading.std for reading in readings])
     bounds = [cramer_rao_bound(influence @ load.ravel(), influence, response) for load in loads]

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
-from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.estimation.bounds import cramer_rao_bound
 
 COLOURS = [{}, {"wavelength": "532 nm"}, {"wavelength": "450 nm"}]
 ARRANGEMENTS: dict[str, list[dict[str, object]]] = {
@@ -47,7 +47,7 @@ def main() -> None:
         rng, off, done = np.random.default_rng(0), [], 0
         for _ in range(count):
             load = ff.polar(rng.uniform(0.2, 2, n), rng.uniform(-20, 20, n))
-            reading = model.read(model.expose(load, rng=rng))
+            reading = ff.Reader(model).search(model.expose(load, rng=rng))
             done += reading.status is ff.Status.OK
             off.append((reading.forces - load) / bound(model, load))
         normal, tangential = 1e3 * bound(model, paper).mean(axis=1)

@@ -24,15 +24,15 @@ from multiprocessing.process import BaseProcess
 import numpy as np
 from playwright.async_api import Browser, Locator, Page, ViewportSize, async_playwright
 
-from fringeforce.cameras.camera import Settings
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.design import load_sensor
+from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.base.child_process import end_with_parent
+from fringeforce.contacts.loads import polar
+from fringeforce.design.files import load_sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import STATIC, serve
 from fringeforce.explorer.session import Start
-from fringeforce.loads import polar
-from fringeforce.model import SensorModel
-from fringeforce.parentage import end_with_parent
+from fringeforce.models.strip import SensorModel
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",

@@ -20,7 +20,7 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = np.ndarray

@@ -18,18 +18,18 @@ from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
-from fringeforce.cameras.camera import Settings
-from fringeforce.cameras.simulator import SimulatedCamera
+from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.contacts.resultant import touch
+from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.models.pad import PadModel, block_of, characterize_pad
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel, block_of, characterize_pad
-from fringeforce.pads.patches import touch
-from fringeforce.pads.reader import PadReader
+from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.reading import Status
-from fringeforce.sinks.sink import Readings, Sink
 
 Array = np.ndarray
 Rows = Iterator[tuple[str, str]]

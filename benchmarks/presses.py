@@ -14,13 +14,13 @@ from collections.abc import Sequence
 import numpy as np
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
-from fringeforce.calibration.candidates import candidates, typical_loads
 from fringeforce.calibration.frame_fit import climb
-from fringeforce.calibration.knowledge import Knowledge, knowledge
-from fringeforce.force.bounds import covariance
-from fringeforce.force.estimate import maximum_likelihood
-from fringeforce.imaging import camera_response
+from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.planning.candidates import candidates, typical_loads
+from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
+from fringeforce.estimation.bounds import covariance
+from fringeforce.estimation.estimate import maximum_likelihood
+from fringeforce.models.imaging import camera_response
 
 BUDGETS = 10, 20, 40
 REPEATS, DRAWS, TYPICAL = 24, 4, 12

@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
-from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = np.ndarray

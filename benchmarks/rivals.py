@@ -36,10 +36,10 @@ from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 import fringeforce as ff
-from fringeforce.errors import InputError
-from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.force.estimate import least_squares as least_squares_of_phase
-from fringeforce.phase.noise_free import recover_phase
+from fringeforce.base.errors import InputError
+from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.estimation.estimate import least_squares as least_squares_of_phase
+from fringeforce.estimation.phase.noise_free import recover_phase
 from fringeforce.reading.single_frame import SingleFrameReader
 from reading import random_loads
 

@@ -25,13 +25,13 @@ from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
-from fringeforce.acquisition import live as loop
-from fringeforce.acquisition.tally import Statistics
-from fringeforce.cameras.camera import Block, Settings
-from fringeforce.cameras.gobject import aravis
-from fringeforce.cameras.touch import PERIOD, touch
+from fringeforce.acquisition import loop
+from fringeforce.acquisition.cameras.camera import Block, Settings
+from fringeforce.acquisition.cameras.gobject import aravis
+from fringeforce.acquisition.run_statistics import Statistics
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.contacts.fingertip import PERIOD, touch
 from fringeforce.reading.reading import Status
-from fringeforce.sinks.sink import Readings, Sink
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "cameras"))
 from fake_camera import ADDRESS, FakeCamera  # pyright: ignore[reportMissingImports]

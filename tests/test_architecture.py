@@ -3,8 +3,10 @@
 import re
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
+import grimp
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -40,9 +42,10 @@ def test_the_tools_of_the_house_find_nothing(command: list[str]) -> None:
     assert run.returncode == 0, run.stdout + run.stderr
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_file_is_longer_than_a_sitting(path: Path) -> None:
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+def test_no_two_files_import_each_other_in_a_circle() -> None:
+    graph = grimp.build_graph("fringeforce", exclude_type_checking_imports=True)
+    files = {name: graph.find_modules_directly_imported_by(name) for name in graph.modules}
+    TopologicalSorter(files).prepare()  # CycleError names the files of a circle
 
 
 def test_no_text_names_a_machine_or_a_package_index() -> None:

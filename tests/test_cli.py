@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.files import load_frames
-from fringeforce.tables import load_forces, save_forces
+from fringeforce.io.frames import load_frames
+from fringeforce.io.tables import load_forces, save_forces
 
 COMMANDS = [
     *("new", "characterize", "show", "simulate", "read", "live"),

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import fringeforce as ff
-from fringeforce.design import parse_sensor, shipped_designs
-from fringeforce.quantities import parse_quantity
+from fringeforce.design.files import parse_sensor, shipped_designs
+from fringeforce.design.units import parse_quantity
 
 SAAD = shipped_designs()["saad"].read_text(encoding="utf-8")
 

@@ -10,7 +10,8 @@ import xarray
 from PIL import Image
 
 import fringeforce as ff
-from fringeforce import files
+from fringeforce.io import frames as files
+from fringeforce.models import strip
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_scrap(
     def fail(*_: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr(files, "write", fail)
+    monkeypatch.setattr(strip, "write", fail)
     with pytest.raises(OSError, match="disk full"):
         model.save(saved)
     assert saved.read_bytes() == before

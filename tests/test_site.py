@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from fringeforce.design import Sensor
+from fringeforce.design.strip import Sensor
 from snippets import ROOT, blocks, pages
 
 pytestmark = pytest.mark.xdist_group("site")  # built once

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.explorer.limits import check
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
+from fringeforce.models.strip_width import StripWidth, camera_line, strip_width
 from fringeforce.optics.jones import fringe, passed, polariser, retarder
-from fringeforce.strip_width import StripWidth, camera_line, strip_width
 from fringeforce.studies.convergence import convergence_study
 from fringeforce.studies.one_phase import contrast, one_phase
 

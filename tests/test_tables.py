@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats
 
 import fringeforce as ff
-from fringeforce.tables import load_forces, save_forces
+from fringeforce.io.tables import load_forces, save_forces
 
 
 @given(arrays(np.float64, (3, 2, 4), elements=floats(-100, 100)))

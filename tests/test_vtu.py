@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
+from fringeforce.io.vtu import write_vtu
 from fringeforce.mechanics.solid.mesh import box_mesh
 from fringeforce.mechanics.solid.strip import STRIP, strip_block, strip_integral, strip_loads
-from fringeforce.vtu import write_vtu
 
 COARSE = replace(STRIP, order=5, corner=0.5)
 

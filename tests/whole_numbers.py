@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from fringeforce.pads.model import PadModel
-from fringeforce.pads.packed import Packed
+from fringeforce.models.int16_matrix import Packed
+from fringeforce.models.pad import PadModel
 
 
 def in_whole_numbers(model: PadModel) -> PadModel:

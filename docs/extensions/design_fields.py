@@ -8,9 +8,9 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from fringeforce.design import Sensor
-from fringeforce.design_text import unit_of
-from fringeforce.quantities import EXAMPLES
+from fringeforce.design.strip import Sensor
+from fringeforce.design.text import unit_of
+from fringeforce.design.units import EXAMPLES
 
 LIMITS = {"gt": ">", "ge": "at least", "lt": "<", "le": "at most"}
 QUANTITIES = {"meter": "length", "pascal": "pressure", "newton": "force"}

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import fringeforce as ff
-from fringeforce.files import save_frames
-from fringeforce.imaging import Imaging
-from fringeforce.tables import save_forces
+from fringeforce.io.frames import save_frames
+from fringeforce.io.tables import save_forces
+from fringeforce.models.imaging import Imaging
 
 WRONG = 17
 

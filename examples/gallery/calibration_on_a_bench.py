@@ -14,10 +14,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
 from fringeforce.calibration.verification import verify
-from fringeforce.files import load_frames
-from fringeforce.tables import load_forces
+from fringeforce.io.frames import load_frames
+from fringeforce.io.tables import load_forces
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 bench = Path(sys.argv[0]).resolve().parents[1] / "bench"
@@ -32,7 +32,7 @@ print(f"{len(frames)} frames with known loads")
 # With a wrong model no load explains a frame, and the reader says so.
 
 drawing = ff.characterize(sensor)
-statuses = [drawing.read(frame).status for frame in frames[-5:]]
+statuses = [ff.Reader(drawing).read(frame).status for frame in frames[-5:]]
 print(*(status.name for status in statuses))
 assert ff.Status.OK not in statuses
 
@@ -74,7 +74,7 @@ assert proof.passed
 assert 0.90 < proof.coverage < 0.99
 assert abs(np.log(proof.error / proof.stated)) < np.log(1.25)
 
-read = np.array([model.read(frame).forces for frame in unseen])
+read = np.array([ff.Reader(model).read(frame).forces for frame in unseen])
 fig, ax = plt.subplots(figsize=(5, 4.6))
 for part, name in enumerate(("normal", "tangential")):
     ax.plot(known[:, part].ravel(), read[:, part].ravel(), "o", markersize=4, label=name)

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 from fringeforce.studies.limits import (
     SIGN_BY_CONTACT,
     border_influence,
@@ -91,7 +91,7 @@ ax.legend(loc="lower right")
 for edges, one in models.items():
     strong = ff.polar(2.0, angle=10, n=11)
     assert limits["roller"]["its sign by contact"] < 2.0 < limits[edges]["10 % strain"]
-    readings = [one.read(frame) for frame in one.expose([strong] * 10, rng=2)]
+    readings = [ff.Reader(one).read(frame) for frame in one.expose([strong] * 10, rng=2)]
     right = [
         r.status is ff.Status.OK and bool((np.abs(r.forces - strong) < 6 * r.std).all())
         for r in readings

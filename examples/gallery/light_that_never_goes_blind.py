@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 drawing = ff.load_sensor("saad")
@@ -53,8 +53,8 @@ assert np.allclose(quarter, np.sin((phase + np.pi / 2) / 2) ** 2)
 
 loads = np.geomspace(0.05, 5, 13)
 spread = {
-    "dark field": [one.read(one.expose(f * forces, rng=1)).std.mean() for f in loads],
-    "two in quadrature": [two.read(two.expose(f * forces, rng=1)).std.mean() for f in loads],
+    name: [ff.Reader(model).read(model.expose(f * forces, rng=1)).std.mean() for f in loads]
+    for name, model in (("dark field", one), ("two in quadrature", two))
 }
 fig, ax = plt.subplots(figsize=(8, 3.6))
 for label, values in spread.items():
@@ -76,7 +76,10 @@ assert even.max() / even.min() < 1.01
 
 shear = np.zeros((2, 11))
 shear[1, 4] = -0.5
-blind, seeing = one.read(one.expose(shear, rng=3)), two.read(two.expose(shear, rng=3))
+blind, seeing = (
+    ff.Reader(one).read(one.expose(shear, rng=3)),
+    ff.Reader(two).read(two.expose(shear, rng=3)),
+)
 print(f"dark field: {blind.status.name}; quadrature: {seeing.status.name}")
 assert blind.status is ff.Status.AMBIGUOUS
 assert seeing.status is ff.Status.OK

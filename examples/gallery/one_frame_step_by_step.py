@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 model = ff.characterize(ff.load_sensor("saad"))
@@ -76,7 +76,7 @@ assert np.abs(frame - clean).max() <= camera.noise + 0.5
 # -----------
 # From the frame alone.  Bars are two standard deviations; the truth is dotted.
 
-reading = model.read(frame)
+reading = ff.Reader(model).read(frame)
 fig, (upper, lower) = plt.subplots(2, 1, figsize=(8, 5.6))
 plot.forces(upper, reading.forces, reading.std)
 for force, shade in zip(forces, ("C0", "C1"), strict=True):

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 from fringeforce.studies.execution import Inline
 from fringeforce.studies.optimise import optimise
 from fringeforce.studies.study_file import load_study
@@ -99,7 +99,7 @@ errors = {}
 for label, sensor in (("as drawn", small), ("best", best.sensor)):
     model = ff.characterize(sensor)
     loads = np.array([[n, 0.2 * n] for n in rng.uniform(0.2, 1, (60, 5))])
-    readings = [model.read(frame) for frame in model.expose(loads, rng)]
+    readings = [ff.Reader(model).read(frame) for frame in model.expose(loads, rng)]
     sure = np.array([reading.status is ff.Status.OK for reading in readings])
     off = np.array([reading.forces for reading in readings]) - loads
     pull = np.abs(off) / [reading.std for reading in readings]

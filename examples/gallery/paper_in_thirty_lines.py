@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 model = ff.characterize(ff.load_sensor("saad"))
@@ -43,7 +43,7 @@ assert error < 1e-6
 # With noise that algorithm fails.  The reader compares the whole line with what the influence
 # matrix can explain, and states a deviation with every force.
 
-reading = model.read(model.expose(forces, rng=0))
+reading = ff.Reader(model).read(model.expose(forces, rng=0))
 off = reading.forces - forces
 print(reading.status.name, f"chi-square {reading.chi2:.2f}, rms error {np.std(off) * 1e3:.0f} mN")
 assert reading.status is ff.Status.OK

@@ -10,8 +10,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
-from fringeforce.reading.contact import Kind
+from fringeforce.contacts.contact import Kind
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 model = ff.characterize(ff.load_sensor("saad"))
@@ -30,7 +30,7 @@ sliding = np.stack([normal, FRICTION * normal])
 contact = ff.Contact.none(model.sensor.tactels.count)
 history = []
 for frame in model.expose([sliding] * 20, rng):
-    reading = model.read(frame)
+    reading = ff.Reader(model).read(frame)
     contact, _ = contact.follow(reading)
     contact = contact.slid(reading)
     history.append((contact.friction.coefficient, contact.friction.variance**0.5))

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 model = ff.characterize(ff.load_sensor("saad"))
@@ -24,7 +24,7 @@ rng = np.random.default_rng(12)
 
 normal = rng.uniform(0.2, 2, (300, 11))
 forces = np.stack([normal, normal * np.tan(np.radians(rng.uniform(-20, 20, (300, 11))))], axis=1)
-readings = [model.read(frame) for frame in model.expose(forces, rng)]
+readings = [ff.Reader(model).read(frame) for frame in model.expose(forces, rng)]
 sure = [reading.status is ff.Status.OK for reading in readings]
 off = np.array([reading.forces for reading in readings]) - forces
 pull = off / np.array([reading.std for reading in readings])

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce import plot
+from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
 
@@ -98,7 +98,7 @@ else:
 place = sensor.tactels.positions
 normal = 1.2 * np.exp(-((place - 1e-3) ** 2) / (2 * 2.5e-3**2))
 forces = np.stack([normal, 0.15 * normal])
-reading = model.read(model.expose(forces, rng=3))
+reading = ff.Reader(model).read(model.expose(forces, rng=3))
 assert reading.status is ff.Status.OK
 assert (np.abs(reading.forces - forces) < 4.5 * reading.std).all()
 print(f"a push is known to {1e3 * reading.std[0].mean():.0f} mN from one frame")

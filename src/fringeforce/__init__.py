@@ -6,27 +6,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fringeforce.acquisition.live import live
+    from fringeforce.acquisition.cameras.choice import open_camera
+    from fringeforce.acquisition.loop import live
+    from fringeforce.acquisition.sinks.choice import open_sink
+    from fringeforce.base.errors import FringeforceError
     from fringeforce.calibration.calibrate import calibrate
-    from fringeforce.calibration.candidates import Limits
-    from fringeforce.calibration.planning import Plan, assess_presses, plan_presses
-    from fringeforce.calibration.references import References
-    from fringeforce.cameras.choice import open_camera
-    from fringeforce.characterization import characterize
+    from fringeforce.calibration.light.references import References
+    from fringeforce.calibration.planning.candidates import Limits
+    from fringeforce.calibration.planning.plan import Plan, assess_presses, plan_presses
+    from fringeforce.contacts.contact import Contact, Friction
+    from fringeforce.contacts.loads import polar
+    from fringeforce.contacts.resultant import touch
     from fringeforce.datasets.making import make_dataset
-    from fringeforce.design import Sensor, load_sensor
-    from fringeforce.errors import FringeforceError
-    from fringeforce.files import load_model
-    from fringeforce.loads import polar
-    from fringeforce.model import SensorModel
-    from fringeforce.pads.patches import touch
-    from fringeforce.pads.reader import PadReader
-    from fringeforce.phase.noise_free import recover_phase
+    from fringeforce.design.files import load_sensor
+    from fringeforce.design.strip import Sensor
+    from fringeforce.estimation.phase.noise_free import recover_phase
+    from fringeforce.models.characterization import characterize
+    from fringeforce.models.files import load_model
+    from fringeforce.models.strip import SensorModel
     from fringeforce.reading.batch import Batch
-    from fringeforce.reading.contact import Contact, Friction
+    from fringeforce.reading.pads.reader import PadReader
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading, Status
-    from fringeforce.sinks.choice import open_sink
 
 __all__ = [
     "Batch",
@@ -59,31 +60,31 @@ __all__ = [
 
 _HOME = {
     "Batch": "reading.batch",
-    "Contact": "reading.contact",
-    "Friction": "reading.contact",
-    "FringeforceError": "errors",
-    "Limits": "calibration.candidates",
-    "PadReader": "pads.reader",
-    "Plan": "calibration.planning",
+    "Contact": "contacts.contact",
+    "Friction": "contacts.contact",
+    "FringeforceError": "base.errors",
+    "Limits": "calibration.planning.candidates",
+    "PadReader": "reading.pads.reader",
+    "Plan": "calibration.planning.plan",
     "Reader": "reading.reader",
     "Reading": "reading.reading",
-    "References": "calibration.references",
+    "References": "calibration.light.references",
     "Status": "reading.reading",
-    "Sensor": "design",
-    "SensorModel": "model",
-    "assess_presses": "calibration.planning",
+    "Sensor": "design.strip",
+    "SensorModel": "models.strip",
+    "assess_presses": "calibration.planning.plan",
     "calibrate": "calibration.calibrate",
-    "plan_presses": "calibration.planning",
-    "characterize": "characterization",
-    "live": "acquisition.live",
-    "load_model": "files",
-    "load_sensor": "design",
+    "plan_presses": "calibration.planning.plan",
+    "characterize": "models.characterization",
+    "live": "acquisition.loop",
+    "load_model": "models.files",
+    "load_sensor": "design.files",
     "make_dataset": "datasets.making",
-    "open_camera": "cameras.choice",
-    "open_sink": "sinks.choice",
-    "polar": "loads",
-    "recover_phase": "phase.noise_free",
-    "touch": "pads.patches",
+    "open_camera": "acquisition.cameras.choice",
+    "open_sink": "acquisition.sinks.choice",
+    "polar": "contacts.loads",
+    "recover_phase": "estimation.phase.noise_free",
+    "touch": "contacts.resultant",
 }
 
 

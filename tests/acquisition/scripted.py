@@ -10,9 +10,9 @@ from typing import Self
 
 import numpy as np
 
-from fringeforce.cameras.camera import Block
-from fringeforce.errors import CameraLost
-from fringeforce.sinks.sink import Readings, Sink
+from fringeforce.acquisition.cameras.camera import Block
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.base.errors import CameraLost
 
 
 @dataclass

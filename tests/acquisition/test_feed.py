@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from fringeforce.acquisition.feed import Feed
-from fringeforce.acquisition.tally import Tally
-from fringeforce.cameras.camera import Block
+from fringeforce.acquisition.camera_thread import Feed
+from fringeforce.acquisition.cameras.camera import Block
+from fringeforce.acquisition.run_statistics import Tally
 
 
 class Ready:

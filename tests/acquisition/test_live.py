@@ -10,12 +10,12 @@ import pytest
 from scripted import Full, Notes, Scripted, Silent, Stuck
 
 import fringeforce as ff
-from fringeforce.acquisition import live as loop
-from fringeforce.acquisition.tally import Statistics
-from fringeforce.cameras.camera import Block, Settings
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.errors import CameraLost
-from fringeforce.sinks.sink import Readings
+from fringeforce.acquisition import loop
+from fringeforce.acquisition.cameras.camera import Block, Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.acquisition.run_statistics import Statistics
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.base.errors import CameraLost
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ import pytest
 from rich.console import Console
 
 import fringeforce as ff
-from fringeforce.acquisition.tally import Delivery, Statistics
+from fringeforce.acquisition.run_statistics import Delivery, Statistics
+from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.display import full_scale, picture, summary
-from fringeforce.files import load_frames
-from fringeforce.sinks.sink import Readings
+from fringeforce.io.frames import load_frames
 
 COMMAND = str(Path(sys.executable).parent / "fringeforce")
 STATISTICS = Statistics(

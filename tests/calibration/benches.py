@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
-from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.imaging import Calibration, Imaging
+from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.optics.camera import expose
 from fringeforce.reading.single_frame import SingleFrameReader
 
@@ -85,7 +85,7 @@ def held_out(model, true, rng, count: int = 40, gain: float = 0.0, offset: float
     )
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
     influence, response = known.influence[seen], true.response.at(seen)
-    readings = [model.read(frame) for frame in frames]
+    readings = [ff.Reader(model).search(frame) for frame in frames]
     off = np.array([r.forces - load for r, load in zip(readings, forces, strict=True)])
     std = np.array([r.std for r in readings])
     bounds = [cramer_rao_bound(influence @ load.ravel(), influence, response) for load in forces]

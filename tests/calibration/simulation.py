@@ -3,12 +3,12 @@
 import numpy as np
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.frame_fit import climb
-from fringeforce.calibration.knowledge import knowledge
-from fringeforce.force.bounds import covariance
-from fringeforce.force.estimate import maximum_likelihood
-from fringeforce.imaging import camera_response
+from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.planning.knowledge import knowledge
+from fringeforce.estimation.bounds import covariance
+from fringeforce.estimation.estimate import maximum_likelihood
+from fringeforce.models.imaging import camera_response
 
 REPEATS = 40
 

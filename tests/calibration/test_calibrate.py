@@ -7,14 +7,14 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.calibration.frame_fit import light_basis, residuals, start
+from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.normal_equations import linearised
-from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.imaging import Imaging
+from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
 N, PIXELS, WRONG = 11, 2048, 17
@@ -122,7 +122,7 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
     influence, response = known.influence[seen], true.response.at(seen)
     for load, frame in zip(forces, exposed(true, forces, rng, dead), strict=True):
-        reading = calibrated.read(frame)
+        reading = ff.Reader(calibrated).search(frame)
         assert reading.status is ff.Status.OK
         off.append(reading.forces - load)
         inside.append(np.abs(off[-1]) < 1.96 * reading.std)
@@ -134,7 +134,7 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
 def test_the_drawing_cannot_read_what_the_calibrated_model_reads(model, true, dead) -> None:
     rng = np.random.default_rng(13)
     frame = exposed(true, combined(rng, 1)[0], rng, dead)
-    assert model.read(frame).status is ff.Status.MODEL_MISMATCH
+    assert ff.Reader(model).search(frame).status is ff.Status.MODEL_MISMATCH
 
 
 def test_a_calibrated_model_survives_its_file(calibrated, true, tmp_path) -> None:
@@ -145,7 +145,9 @@ def test_a_calibrated_model_survives_its_file(calibrated, true, tmp_path) -> Non
     for name, value in vars(findings(calibrated)).items():
         np.testing.assert_array_equal(getattr(back.calibration, name), value)
     frame = true.expose(ff.polar(1.0, 10, n=N), rng=0)
-    np.testing.assert_array_equal(back.read(frame).covariance, calibrated.read(frame).covariance)
+    np.testing.assert_array_equal(
+        ff.Reader(back).search(frame).covariance, ff.Reader(calibrated).search(frame).covariance
+    )
 
 
 def test_estimates_scatter_as_their_covariance_says(sensor, true) -> None:
@@ -163,9 +165,9 @@ def test_estimates_scatter_as_their_covariance_says(sensor, true) -> None:
         freedom += len(error)
         load = ff.polar(3.0, 10, n=N)
         frame = true.expose(load, rng=rng)
-        reading = model.read(frame)
+        reading = ff.Reader(model).search(frame)
         sure = replace(model, imaging=Imaging.known(*_lit(model)))
-        assert (reading.std > sure.read(frame).std).all()
+        assert (reading.std > ff.Reader(sure).search(frame).std).all()
         off = (reading.forces - load).ravel()
         readings += off @ np.linalg.solve(reading.covariance, off)
     low, high = chi_square.ppf([1e-4, 1 - 1e-4], freedom)
@@ -226,7 +228,9 @@ def test_imaging_as_designed_changes_no_frame_and_no_reading(model, sensor) -> N
     same, forces = replace(model, imaging=imaging), ff.polar(1.0, 10, n=N)
     frame = model.expose(forces, rng=1)
     np.testing.assert_array_equal(same.expose(forces, rng=1), frame)
-    np.testing.assert_allclose(same.read(frame).forces, model.read(frame).forces, rtol=1e-9)
+    np.testing.assert_allclose(
+        ff.Reader(same).search(frame).forces, ff.Reader(model).search(frame).forces, rtol=1e-9
+    )
 
 
 @pytest.mark.parametrize(

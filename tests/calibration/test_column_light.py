@@ -9,14 +9,14 @@ from benches import PIXELS, STRAIN_OPTIC, combined, drawing, findings, held_out,
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
-from fringeforce.calibration.column_prior import shapes
-from fringeforce.calibration.column_quadratic import expanded
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.columns.prior import shapes
+from fringeforce.calibration.columns.quadratic import expanded
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.pattern import Pattern
-from fringeforce.force.bounds import covariance, systematic_covariance
-from fringeforce.force.goodness import group_sums
+from fringeforce.calibration.light.fixed_pattern_noise import Pattern
+from fringeforce.calibration.measurements import Bench
+from fringeforce.estimation.bounds import covariance, systematic_covariance
+from fringeforce.estimation.chi_square import group_sums
 from fringeforce.reading.single_frame import SingleFrameReader
 
 GAIN, DARK = 0.02, 0.7
@@ -76,7 +76,7 @@ def test_followed_frames_say_the_same_as_searched_ones(true, steady) -> None:
     reader = ff.Reader(steady)
     readings = list(reader.stream(frames))
     assert all(reading.tracked for reading in readings[1:])
-    reading, alone = readings[-1], steady.read(frames[-1])
+    reading, alone = readings[-1], ff.Reader(steady).search(frames[-1])
     np.testing.assert_allclose(reading.covariance, alone.covariance, rtol=0.02, atol=1e-7)
     np.testing.assert_allclose(reading.forces, alone.forces, atol=0.02 * float(alone.std.min()))
 

@@ -8,21 +8,17 @@ import pytest
 from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
-from fringeforce.calibration.column_fit import fit_columns
-from fringeforce.calibration.column_modes import column_imaging
-from fringeforce.calibration.column_prior import LENGTHS, most_probable, shapes
-from fringeforce.calibration.column_quadratic import expanded
+from fringeforce.calibration.columns.fit import fit_columns
+from fringeforce.calibration.columns.modes import column_imaging
+from fringeforce.calibration.columns.prior import LENGTHS, most_probable, shapes
+from fringeforce.calibration.columns.quadratic import expanded
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.calibration.frame_fit import climb, light_basis, residuals, start
+from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.single_press import single_press_matrix
-from fringeforce.force.bounds import (
-    covariance,
-    cramer_rao_bound,
-    systematic_covariance,
-)
-from fringeforce.imaging import Imaging
+from fringeforce.estimation.bounds import covariance, cramer_rao_bound, systematic_covariance
+from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
 N, PIXELS = 5, 1024
@@ -73,7 +69,7 @@ def held_out(model: ff.SensorModel, true: ff.SensorModel, rng, count: int) -> He
     off, std, bound = [], [], []
     statuses: Counter = Counter()
     for load in known_loads(rng, count):
-        reading = model.read(true.expose(load, rng=rng))
+        reading = ff.Reader(model).search(true.expose(load, rng=rng))
         statuses[reading.status.name] += 1
         off.append(reading.forces - load)
         std.append(reading.std)
@@ -158,7 +154,7 @@ def test_readings_with_corrected_columns_scatter_as_they_state(true, corrected) 
     rng, total = np.random.default_rng(37), 0.0
     loads = known_loads(rng, 30)
     for load in loads:
-        reading = corrected.read(true.expose(load, rng=rng))
+        reading = ff.Reader(corrected).search(true.expose(load, rng=rng))
         off = (reading.forces - load).ravel()
         total += float(off @ np.linalg.solve(reading.covariance, off))
     low, high = chi_square.ppf([1e-4, 1 - 1e-4], len(loads) * 2 * N)
@@ -219,7 +215,9 @@ def test_corrected_columns_survive_their_file(corrected, true, tmp_path) -> None
     back = ff.load_model(tmp_path / "m.h5")
     np.testing.assert_array_equal(back.psi, corrected.psi)
     frame = true.expose(ff.polar(1.0, 10, n=N), rng=0)
-    np.testing.assert_array_equal(back.read(frame).covariance, corrected.read(frame).covariance)
+    np.testing.assert_array_equal(
+        ff.Reader(back).search(frame).covariance, ff.Reader(corrected).search(frame).covariance
+    )
 
 
 def test_few_modes_state_what_all_of_them_would(small, bench) -> None:

@@ -18,12 +18,12 @@ from benches import (
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.calibration.frame_fit import light_basis, start
+from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.normal_equations import linearised
-from fringeforce.calibration.view import seen
-from fringeforce.force.own_light import own_light
+from fringeforce.calibration.predictions import seen
+from fringeforce.estimation.frame_illumination import own_light
 
 GAIN, DARK = 0.02, 0.7
 

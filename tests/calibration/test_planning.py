@@ -9,19 +9,19 @@ from scipy.stats import chi2 as chi_square
 from simulation import REPEATS, Simulation
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.calibrate import PARAMETERS
-from fringeforce.calibration.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.calibration.frame_fit import climb, light_basis, start
-from fringeforce.calibration.knowledge import knowledge
-from fringeforce.calibration.planning import next_presses
+from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.planning.candidates import candidates, fringes_per_pixel, typical_loads
+from fringeforce.calibration.planning.knowledge import knowledge
+from fringeforce.calibration.planning.plan import next_presses
+from fringeforce.calibration.planning.selection import Stakes
 from fringeforce.calibration.result import Found, built
-from fringeforce.calibration.selection import Stakes
-from fringeforce.force.bounds import covariance
-from fringeforce.force.own_light import own_light
-from fringeforce.imaging import Imaging
+from fringeforce.estimation.bounds import covariance
+from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
 N, BUDGET = 11, 8

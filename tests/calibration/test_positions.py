@@ -6,7 +6,7 @@ from benches import STRAIN_OPTIC, N, drawing, findings, is_plausible, lit, press
 
 import fringeforce as ff
 from fringeforce.calibration.design_entries import POSITIONS, units, values, varied
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 
 NU = "transducer.compliant.poissons_ratio"
 

@@ -19,11 +19,11 @@ from benches import (
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.bench import Bench
-from fringeforce.calibration.design_tangent import design_tangent
+from fringeforce.calibration.design_jacobian import design_tangent
 from fringeforce.calibration.frame_fit import light_basis, start
+from fringeforce.calibration.light.fixed_pattern_noise import Pattern, eliminated
+from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.normal_equations import linearised
-from fringeforce.calibration.pattern import Pattern, eliminated
 from fringeforce.optics.camera import expose, noise_variance
 
 KINDS = ("dark", "unloaded", "bright")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fringeforce.cameras.gobject import aravis
+from fringeforce.acquisition.cameras.gobject import aravis
 
 ADDRESS = "127.0.0.1"
 PACKET_SIZE, JUMBO = 0x0D04, 9000

@@ -10,13 +10,13 @@ import pytest
 from fake_camera import ADDRESS, FakeCamera
 
 import fringeforce as ff
-from fringeforce.acquisition.tally import Statistics
-from fringeforce.cameras import gobject
-from fringeforce.cameras.aravis import AravisCamera
-from fringeforce.cameras.camera import Camera, Settings
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.errors import CameraLost, InputError
-from fringeforce.sinks.sink import Readings
+from fringeforce.acquisition.cameras import gobject
+from fringeforce.acquisition.cameras.aravis import AravisCamera
+from fringeforce.acquisition.cameras.camera import Camera, Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.acquisition.run_statistics import Statistics
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.base.errors import CameraLost, InputError
 
 pytestmark = pytest.mark.xdist_group("aravis")  # one camera at a time has the address
 
@@ -75,8 +75,8 @@ def test_reading_goes_on_when_the_camera_was_gone(
     fake: FakeCamera, model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # every 64th line is enough here
-    from fringeforce.acquisition import live as loop
-    from fringeforce.cameras.camera import Block
+    from fringeforce.acquisition import loop
+    from fringeforce.acquisition.cameras.camera import Block
 
     whole = loop.read_block
 

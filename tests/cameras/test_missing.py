@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import fringeforce as ff
-from fringeforce.cameras import gobject
+from fringeforce.acquisition.cameras import gobject
 
 
 def test_missing_debian_packages_are_named(

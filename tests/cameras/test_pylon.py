@@ -3,8 +3,8 @@
 import pytest
 
 import fringeforce as ff
-from fringeforce.cameras.camera import Settings
-from fringeforce.errors import CameraLost
+from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.base.errors import CameraLost
 
 # its compiled types warn when they are made, and crash where a warning is an error
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")

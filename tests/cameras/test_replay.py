@@ -9,9 +9,9 @@ import tifffile
 from PIL import Image
 
 import fringeforce as ff
-from fringeforce import files
-from fringeforce.cameras.camera import Block, Settings
-from fringeforce.cameras.replay import ReplayCamera
+from fringeforce.acquisition.cameras.camera import Block, Settings
+from fringeforce.acquisition.cameras.replay import ReplayCamera
+from fringeforce.io import frames as files
 
 LINES = np.random.default_rng(0).integers(0, 256, (10, 2048), dtype=np.uint8)
 

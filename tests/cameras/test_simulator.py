@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.cameras.camera import Settings
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.cameras.touch import PERIOD, touch
+from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.contacts.fingertip import PERIOD, touch
 
 
 def test_lines_are_those_that_the_model_exposes(model: ff.SensorModel) -> None:

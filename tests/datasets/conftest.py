@@ -7,8 +7,8 @@ import pytest
 from fringeforce.datasets.making import Dataset, run_dataset
 from fringeforce.datasets.shard import _model
 from fringeforce.datasets.study_file import DatasetStudy, load_dataset_study
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel
+from fringeforce.design.pad import Pad
+from fringeforce.models.pad import PadModel
 from fringeforce.studies.execution import Inline
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "dataset"

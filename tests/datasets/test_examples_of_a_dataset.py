@@ -7,13 +7,13 @@ import h5py
 import numpy as np
 import pytest
 
+from fringeforce.base.errors import InputError
 from fringeforce.datasets.example import example
 from fringeforce.datasets.making import Dataset
 from fringeforce.datasets.optics import Optics, drawn_optics, image_of
 from fringeforce.datasets.study_file import DatasetStudy, OpticsRanges
-from fringeforce.errors import InputError
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel, characterize_pad
+from fringeforce.design.pad import Pad
+from fringeforce.models.pad import PadModel, characterize_pad
 
 Touches = tuple[DatasetStudy, Pad]
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import fringeforce as ff
+from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.datasets.making import Dataset, run_dataset
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, Split, load_dataset_study
-from fringeforce.errors import FileFormatError, InputError
-from fringeforce.pads.design import Pad
+from fringeforce.design.pad import Pad
 from fringeforce.studies.execution import Inline, executor
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "dataset"

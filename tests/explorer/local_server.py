@@ -6,12 +6,13 @@ import socket
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
-from fringeforce.design import Sensor, load_sensor
+from fringeforce.base.child_process import end_with_parent
+from fringeforce.design.files import load_sensor
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
 from fringeforce.explorer.session import Start
-from fringeforce.pads.design import Pad
-from fringeforce.parentage import end_with_parent
 
 TOKEN = "token-of-the-tests"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

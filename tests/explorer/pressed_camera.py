@@ -3,8 +3,8 @@
 import numpy as np
 
 import fringeforce as ff
-from fringeforce.cameras.camera import Settings
-from fringeforce.cameras.simulator import SimulatedCamera
+from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
 
 BLOCK = 10
 SHARE = np.tan(np.radians(10))  # tangential over normal force

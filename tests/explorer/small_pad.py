@@ -1,7 +1,7 @@
 """A pad that is solved and read quickly."""
 
-from fringeforce.design import load_sensor
-from fringeforce.pads.design import Pad
+from fringeforce.design.files import load_sensor
+from fringeforce.design.pad import Pad
 
 
 def small_pad() -> Pad:

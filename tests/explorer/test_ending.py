@@ -10,8 +10,9 @@ import pytest
 from local_server import LocalServer
 from small_pad import small_pad
 
-from fringeforce.design import Sensor, load_sensor
-from fringeforce.pads.design import Pad
+from fringeforce.design.files import load_sensor
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 
 PROCESSES = Path("/proc")
 pytestmark = pytest.mark.skipif(

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from fringeforce.design.pad import PadTactels
 from fringeforce.explorer.pads.contacts import Contact, groups, tactel_forces
 from fringeforce.explorer.pads.resultants import resultant
 from fringeforce.optics.colour import encoded, light_colour, white_light
-from fringeforce.pads.design import PadTactels
 
 TACTELS = PadTactels(count=(11, 9), pitch=1e-3)
 

@@ -16,10 +16,10 @@ from fringeforce.explorer.pads.solution import facts, solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import Start
+from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.optics.colour import encoded as screen
 from fringeforce.optics.colour import light_colour, white_light
-from fringeforce.pads.model import PadModel, characterize_pad
-from fringeforce.pads.reader import PadReader
+from fringeforce.reading.pads.reader import PadReader
 from whole_numbers import in_whole_numbers
 
 TOKEN = "t" * 32

@@ -14,15 +14,15 @@ from playwright.sync_api import Browser, expect
 from small_pad import small_pad
 from starlette.testclient import TestClient
 
-from fringeforce.cameras.camera import Settings
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.cameras.touch import pad_touch
+from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.contacts.fingertip import pad_touch
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.pads.solution import solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import Start
-from fringeforce.pads.model import PadModel
+from fringeforce.models.pad import PadModel
 
 TOKEN = "t" * 32
 HOST = "http://127.0.0.1:8000"

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 from fringeforce.explorer.protocol import DesignRequest, ReadRequest, decoded, encoded, request
 
 

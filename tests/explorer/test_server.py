@@ -149,7 +149,7 @@ def test_a_reading_is_the_library_s_of_the_same_frame(ask: Ask, model: ff.Sensor
     header, blocks = ask(type="read", id=2, design=1, forces=forces.tolist(), seed=5)
     frame = model.expose(forces, rng=5)
     np.testing.assert_array_equal(blocks["frame"], frame)
-    reading = model.read(frame)
+    reading = ff.Reader(model).search(frame)
     assert header["status"] == reading.status.name
     np.testing.assert_allclose(blocks["forces"], reading.forces, atol=1e-5)
     np.testing.assert_allclose(blocks["std"], reading.std, rtol=1e-4)
@@ -221,7 +221,7 @@ def test_downloads_read_back_to_what_was_shown(ask: Ask, tmp_path: Any) -> None:
         (tmp_path / name).write_bytes(blocks["content"].tobytes())
     assert ff.load_sensor(tmp_path / "d.toml").transducer.edges == "roller"
     assert ff.load_model(tmp_path / "m.h5").sensor == ff.load_sensor(tmp_path / "d.toml")
-    from fringeforce.tables import load_forces
+    from fringeforce.io.tables import load_forces
 
     np.testing.assert_array_equal(load_forces(tmp_path / "f.csv", 11), [load["forces"]])
     _, blocks = ask(type="download", id=3, kind="reading", **load)

@@ -13,10 +13,10 @@ from pressed_camera import BLOCK, SHARE, simulated
 from starlette.testclient import TestClient
 
 import fringeforce as ff
-from fringeforce.cameras.camera import Camera, Settings
-from fringeforce.cameras.choice import open_camera
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.errors import CameraLost
+from fringeforce.acquisition.cameras.camera import Camera, Settings
+from fringeforce.acquisition.cameras.choice import open_camera
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.base.errors import CameraLost
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application

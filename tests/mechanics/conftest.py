@@ -3,7 +3,7 @@
 import pytest
 
 import fringeforce as ff
-from fringeforce.design import Transducer
+from fringeforce.design.strip import Transducer
 
 
 @pytest.fixture(scope="session")

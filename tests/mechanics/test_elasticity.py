@@ -18,7 +18,7 @@ from skfem import (
 from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
 import fringeforce as ff
-from fringeforce.design import Transducer
+from fringeforce.design.strip import Transducer
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import interpolation

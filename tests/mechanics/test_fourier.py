@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 import fringeforce as ff
-from fringeforce.design import Sensor, Transducer
+from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.fourier import integrated_stress, stress_field
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
 import fringeforce as ff
-from fringeforce.design import Transducer, shipped_designs
+from fringeforce.design.files import shipped_designs
+from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 
 Array = NDArray[np.float64]

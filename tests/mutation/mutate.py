@@ -33,9 +33,8 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "fringeforce"
 TESTS = {
     "optics": ["tests/optics", "tests/test_model.py", "tests/reading/test_channels.py"],
-    "phase": ["tests/phase", "tests/reading/test_reader.py", "tests/reading/test_channels.py"],
-    "force": [
-        "tests/force",
+    "estimation": [
+        "tests/estimation",
         "tests/reading/test_reader.py",
         "tests/reading/test_channels.py",
         "tests/reading/test_tracking_reader.py",
@@ -47,8 +46,8 @@ SILENT = (
     *("_Mod", "_Pow", "_FloorDiv", "_Invert", "USub_Not"),
 )
 """Operators left out: they make code that cannot run, or that no author would write."""
-PROBE = ("force/vector_loops.py", "phase[k] += a * p[k]", "phase[k] += 2 * a * p[k]")
-PROBED = [["tests/force/test_gauss_newton.py"]]
+PROBE = ("estimation/vector_loops.py", "phase[k] += a * p[k]", "phase[k] += 2 * a * p[k]")
+PROBED = [["tests/estimation/test_gauss_newton.py"]]
 """Tests that must notice it, and pass without it."""
 LIMIT = 400
 """Seconds after which a mutant that makes the tests hang counts as killed."""

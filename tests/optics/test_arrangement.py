@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.design_optics import Channel, Plates, Polariscope
+from fringeforce.design.light import Channel, Plates, Polariscope
 from fringeforce.optics.arrangement import Arrangement, arranged, signed
 from fringeforce.optics.integrated import double_pass
 from fringeforce.optics.polariscope import intensity, pictures

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chisquare, norm
 
 import fringeforce as ff
-from fringeforce.design import Camera
+from fringeforce.design.strip import Camera
 from fringeforce.optics.camera import expose, grey_levels, noise_variance
 
 PIXELS = 200_000

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 from fringeforce.optics.integrated import (
     double_pass,
     double_pass_adjoint,

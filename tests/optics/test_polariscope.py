@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.design_optics import Channel, Plates, Polariscope
+from fringeforce.design.light import Channel, Plates, Polariscope
 from fringeforce.optics.polariscope import pictures, quarter_wave_plates
 
 PHASE = np.linspace(0, 12, 200)

@@ -3,8 +3,8 @@
 import pytest
 
 import fringeforce as ff
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel, characterize_pad
+from fringeforce.design.pad import Pad
+from fringeforce.models.pad import PadModel, characterize_pad
 
 
 @pytest.fixture(scope="session")

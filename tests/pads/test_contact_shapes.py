@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.integrate import dblquad, quad
 
 import fringeforce as ff
-from fringeforce.errors import InputError
-from fringeforce.pads.contacts.indenters import Indenter
-from fringeforce.pads.contacts.random import ContactRanges, forces_of, random_contacts
-from fringeforce.pads.contacts.shapes import Edge, Point, Punch, Ridges, Sphere, hertz_radius
-from fringeforce.pads.design import Pad
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.indenters import Indenter
+from fringeforce.contacts.random import ContactRanges, forces_of, random_contacts
+from fringeforce.contacts.shapes import Edge, Point, Punch, Ridges, Sphere, hertz_radius
+from fringeforce.design.pad import Pad
 
 Array = NDArray[np.float64]
 PLACE = (0.7e-3, -1.3e-3)

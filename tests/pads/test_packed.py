@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fringeforce.pads.packed import LARGEST, Packed
+from fringeforce.models.int16_matrix import LARGEST, Packed
 
 
 def test_both_products_are_those_of_the_matrix_within_half_a_step() -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.pads.design import Pad
-from fringeforce.pads.files import load_images, save_images
-from fringeforce.pads.model import PadModel
-from fringeforce.tables import load_pad_forces
+from fringeforce.design.pad import Pad
+from fringeforce.io.images import load_images, save_images
+from fringeforce.io.tables import load_pad_forces
+from fringeforce.models.pad import PadModel
 
 LOADS = [(7, 2.0, 0.3, -0.1), (8, 1.0, 0.0, 0.2)]
 """Tactel, N, T_x, T_y of the first frame; the second has no load."""

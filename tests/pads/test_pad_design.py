@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.design import load_strip, parse_sensor, shipped_pads
-from fringeforce.pads.design import Pad
+from fringeforce.design.files import load_strip, parse_sensor, shipped_pads
+from fringeforce.design.pad import Pad
 
 
 @pytest.mark.parametrize("name", shipped_pads())

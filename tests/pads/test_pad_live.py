@@ -14,19 +14,19 @@ from rich.console import Console
 from typer.testing import CliRunner, Result
 
 import fringeforce as ff
-from fringeforce.acquisition import live as loop
-from fringeforce.acquisition.tally import Statistics
-from fringeforce.cameras.camera import Block
-from fringeforce.cameras.simulator import SimulatedCamera
-from fringeforce.cameras.touch import PAD_PERIOD, pad_touch
+from fringeforce.acquisition import loop
+from fringeforce.acquisition.cameras.camera import Block
+from fringeforce.acquisition.cameras.simulator import SimulatedCamera
+from fringeforce.acquisition.run_statistics import Statistics
+from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.cli import app
 from fringeforce.cli.display import full_scale, picture
-from fringeforce.files import load_times
-from fringeforce.pads.design import Pad
-from fringeforce.pads.files import load_images
-from fringeforce.pads.model import PadModel
-from fringeforce.sinks.sink import Readings, Sink
-from fringeforce.tables import load_pad_forces
+from fringeforce.contacts.fingertip import PAD_PERIOD, pad_touch
+from fringeforce.design.pad import Pad
+from fringeforce.io.frames import load_times
+from fringeforce.io.images import load_images
+from fringeforce.io.tables import load_pad_forces
+from fringeforce.models.pad import PadModel
 
 Array = np.ndarray
 

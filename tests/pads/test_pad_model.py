@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
+from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.influence import pad_influence
+from fringeforce.models.pad import PadModel, block_of, characterize_pad
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel, block_of, characterize_pad
-from fringeforce.pads.sampling import lattice
+from fringeforce.reading.pads.sampling import lattice
 from whole_numbers import in_whole_numbers
 
 

@@ -5,9 +5,9 @@ import pytest
 from scipy import stats
 
 import fringeforce as ff
-from fringeforce.pads.model import PadModel
-from fringeforce.pads.patches import touch
-from fringeforce.pads.reader import PadReader
+from fringeforce.contacts.resultant import touch
+from fringeforce.models.pad import PadModel
+from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray
@@ -104,7 +104,7 @@ def test_a_dark_field_alone_needs_a_start(model: PadModel, forces: Array) -> Non
     dark = PadModel(model.sensor.replace(**{"camera.kind": "ordinary"}), model.influence)
     frame = dark.expose(forces, 0)
     with pytest.raises(ff.FringeforceError, match="polarisation camera"):
-        dark.read(frame)
+        PadReader(dark).read(frame)
     reading = PadReader(dark).read(frame, start=forces * 1.02)
     assert reading.status is Status.OK
     assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
@@ -118,7 +118,7 @@ def test_two_analysers_before_an_ordinary_camera_read_as_well(
     two = PadModel(pad, model.influence)
     frame = two.expose(forces, 0)
     assert frame.shape == (2, 80, 96)
-    reading = two.read(frame)
+    reading = PadReader(two).read(frame)
     assert reading.status is Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 

@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 import fringeforce as ff
-from fringeforce.pads.model import PadModel
-from fringeforce.pads.reader import PadReader
+from fringeforce.models.pad import PadModel
+from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray

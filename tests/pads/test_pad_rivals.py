@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from fringeforce.force.likelihood import Misfit
-from fringeforce.pads.fit import Curvature, Place, Top
-from fringeforce.pads.model import PadModel
-from fringeforce.pads.reader import PadReader
-from fringeforce.pads.rivals import Mirror, weighed
-from fringeforce.pads.sampling import lattice
+from fringeforce.estimation.likelihood import Misfit
+from fringeforce.models.pad import PadModel
+from fringeforce.reading.pads.fit import Curvature, Place, Top
+from fringeforce.reading.pads.mirror_images import Mirror, weighed
+from fringeforce.reading.pads.reader import PadReader
+from fringeforce.reading.pads.sampling import lattice
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray

@@ -11,9 +11,9 @@ from skfem import Basis, ElementHex2, ElementVector, FacetBasis, LinearForm, Mes
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fringeforce as ff
+from fringeforce.design.pad import Pad
+from fringeforce.models.pad import PadModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel
 
 Array = NDArray[np.float64]
 TOLD: list[tuple[str, int, int]] = []
@@ -133,7 +133,7 @@ def test_what_the_sides_change_is_what_scikit_fem_finds(
 
 def test_a_frame_is_read_within_its_own_deviations(model: PadModel) -> None:
     forces = np.array([[2.0, 0.3, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, -0.2], [0.5, 0.1, 0.1]])
-    reading = model.read(model.expose(forces, rng=1))
+    reading = ff.PadReader(model).read(model.expose(forces, rng=1))
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 

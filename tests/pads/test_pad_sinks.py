@@ -12,13 +12,13 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 import fringeforce as ff
-from fringeforce.pads.files import load_images
-from fringeforce.pads.model import PadModel
-from fringeforce.sinks.components import Components
-from fringeforce.sinks.message import message
-from fringeforce.sinks.sink import Readings
-from fringeforce.sinks.wrench import wrenches
-from fringeforce.tables import PAD_READING
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.message import message
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.acquisition.sinks.wrench import wrenches
+from fringeforce.io.images import load_images
+from fringeforce.io.tables import PAD_READING
+from fringeforce.models.pad import PadModel
 
 Array = np.ndarray
 START = 1_700_000_000.0

@@ -5,9 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import fringeforce as ff
-from fringeforce.files import load_frames, save_frames
-from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.loads import polar
+from fringeforce.contacts.loads import polar
+from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.io.frames import load_frames, save_frames
 
 N, FRAMES = 11, 60
 ARRANGEMENTS = {
@@ -44,7 +44,7 @@ def test_readings_scatter_as_the_bound_of_the_arrangement_predicts(models, name)
     model, rng = models[name], np.random.default_rng(1)
     off, bounds, inside = [], [], []
     for load in contacts(rng, FRAMES):
-        reading = model.read(model.expose(load, rng=rng))
+        reading = ff.Reader(model).search(model.expose(load, rng=rng))
         assert reading.status is ff.Status.OK
         assert reading.phase.shape == (model.sensor.camera.pixels,)
         off.append(reading.forces - load)
@@ -71,7 +71,7 @@ def test_two_pictures_in_quadrature_do_not_care_where_the_phase_is(models) -> No
 def test_a_bias_tells_pure_shear_from_its_negative(models, name) -> None:
     model, shear = models[name], np.zeros((2, N))
     shear[1, 4] = -0.5
-    reading = model.read(model.expose(shear, rng=3))
+    reading = ff.Reader(model).search(model.expose(shear, rng=3))
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - shear) < 5 * reading.std).all()
 
@@ -96,8 +96,10 @@ def test_wrong_plates_move_bias_and_contrast_and_readings_know(sensor) -> None:
     assert (np.asarray(real.response.amplitude) < sensor.camera.amplitude).all()
     load = polar(1.0, 10, N)
     frame = real.expose(load, rng=5)
-    assert (np.abs(real.read(frame).forces - load) < 5 * real.read(frame).std).all()
-    assert ff.characterize(sensor).read(frame).status is ff.Status.MODEL_MISMATCH
+    assert (
+        np.abs(ff.Reader(real).search(frame).forces - load) < 5 * ff.Reader(real).search(frame).std
+    ).all()
+    assert ff.Reader(ff.characterize(sensor)).search(frame).status is ff.Status.MODEL_MISMATCH
 
 
 def test_a_design_with_channels_survives_its_text(sensor, tmp_path) -> None:
@@ -123,7 +125,7 @@ def test_frames_of_several_channels_survive_their_file(models, tmp_path) -> None
 
 def test_a_frame_of_another_number_of_channels_is_a_bad_frame(models) -> None:
     frame = models["dark field"].expose(polar(1.0, 10, N), rng=6)
-    reading = models["quadrature"].read(frame)
+    reading = ff.Reader(models["quadrature"]).search(frame)
     assert reading.status is ff.Status.BAD_FRAME
     assert "(2, 2048)" in reading.advice
 

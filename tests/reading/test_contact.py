@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.reading.contact import Contact, Event, Friction, Kind
+from fringeforce.contacts.contact import Contact, Event, Friction, Kind
 
 N, SIGMA = 11, 0.02
 

@@ -21,7 +21,7 @@ def test_random_loads_come_back_from_one_frame(model, roller_model, edges, large
     rng, inside = np.random.default_rng(largest), 0
     for _ in range(30):
         forces = random_forces(rng, largest)
-        reading = sensor.read(sensor.expose(forces, rng=rng))
+        reading = ff.Reader(sensor).search(sensor.expose(forces, rng=rng))
         explanations = np.concatenate([reading.forces[None], reading.alternatives])
         off = np.abs(explanations - forces) / reading.std
         assert off.max(axis=(1, 2)).min() < 6
@@ -32,13 +32,13 @@ def test_random_loads_come_back_from_one_frame(model, roller_model, edges, large
 
 
 def test_the_phase_of_a_reading_is_that_of_its_forces(model: ff.SensorModel) -> None:
-    reading = model.read(model.expose(ff.polar(2.0, -10, n=N), rng=0))
+    reading = ff.Reader(model).search(model.expose(ff.polar(2.0, -10, n=N), rng=0))
     np.testing.assert_allclose(reading.phase, model.phase(reading.forces), atol=1e-9)
     assert reading.std == pytest.approx(np.sqrt(np.diag(reading.covariance)).reshape(2, N))
 
 
 def test_deviations_of_magnitude_and_angle_are_those_of_scattered_forces(model) -> None:
-    reading = model.read(model.expose(ff.polar(2.0, -10, n=N), rng=0))
+    reading = ff.Reader(model).search(model.expose(ff.polar(2.0, -10, n=N), rng=0))
     rng = np.random.default_rng(0)
     drawn = rng.multivariate_normal(reading.forces.ravel(), reading.covariance, 4000)
     normal, tangential = drawn.reshape(-1, 2, N).transpose(1, 0, 2)
@@ -50,7 +50,7 @@ def test_deviations_of_magnitude_and_angle_are_those_of_scattered_forces(model) 
 
 def test_silence_is_no_contact(model: ff.SensorModel) -> None:
     for seed in range(10):
-        reading = model.read(model.expose(np.zeros((2, N)), rng=seed))
+        reading = ff.Reader(model).search(model.expose(np.zeros((2, N)), rng=seed))
         assert reading.status is ff.Status.NO_CONTACT
         assert (np.abs(reading.forces) < 4 * reading.std).all()
         assert (reading.magnitude_std > 0).all()
@@ -59,7 +59,7 @@ def test_silence_is_no_contact(model: ff.SensorModel) -> None:
 
 def test_pure_shear_has_two_explanations_and_both_are_given(model: ff.SensorModel) -> None:
     forces = np.stack([np.zeros(N), np.full(N, 0.8)])
-    reading = model.read(model.expose(forces, rng=0))
+    reading = ff.Reader(model).search(model.expose(forces, rng=0))
     assert reading.status is ff.Status.AMBIGUOUS
     both = np.concatenate([reading.forces[None], reading.alternatives])
     off = np.abs(both - forces).max(axis=(1, 2)) / reading.std.max()
@@ -79,7 +79,7 @@ def test_pure_shear_has_two_explanations_and_both_are_given(model: ff.SensorMode
     ],
 )
 def test_a_broken_frame_is_a_reading_and_no_error(model, frame, words) -> None:
-    reading = model.read(frame)
+    reading = ff.Reader(model).search(frame)
     assert reading.status is ff.Status.BAD_FRAME
     assert words in reading.advice
     assert np.isnan(reading.forces).all()
@@ -88,13 +88,13 @@ def test_a_broken_frame_is_a_reading_and_no_error(model, frame, words) -> None:
 def test_a_foreign_pattern_is_a_mismatch(model: ff.SensorModel) -> None:
     x = np.linspace(0, 1, 2048)
     frame = np.rint(127 + 100 * np.sin(40 * x + 20 * x**2))
-    assert model.read(frame).status is ff.Status.MODEL_MISMATCH
+    assert ff.Reader(model).search(frame).status is ff.Status.MODEL_MISMATCH
 
 
 def test_an_overexposed_frame_is_saturated(model: ff.SensorModel) -> None:
     light = model.intensity(ff.polar(3.0, 10, n=N))
     frame = np.clip(400 * light + 5, 0, 255)
-    assert model.read(frame).status is ff.Status.SATURATED
+    assert ff.Reader(model).search(frame).status is ff.Status.SATURATED
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_a_camera_of_few_pixels_is_read_too(coarse: ff.SensorModel, newtons: flo
     rng = np.random.default_rng(2)
     for _ in range(4):
         forces = newtons * ff.polar(rng.uniform(0.5, 1, N), rng.uniform(-20, 20, N), n=N)
-        reading = coarse.read(coarse.expose(forces, rng=rng))
+        reading = ff.Reader(coarse).search(coarse.expose(forces, rng=rng))
         assert reading.status is ff.Status.OK
         assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
 
@@ -118,7 +118,7 @@ def test_fringes_finer_than_pixels_are_said_to_be(coarse: ff.SensorModel) -> Non
     light = fine.intensity(ff.polar(30.0, 10, n=N)).reshape(256, 16).mean(axis=1)
     noise = np.random.default_rng(0).uniform(-5, 5, 256)
     frame = np.clip(np.rint(245 * light + 5 + noise), 0, 255)
-    assert coarse.read(frame).status is ff.Status.FRINGES_TOO_DENSE
+    assert ff.Reader(coarse).search(frame).status is ff.Status.FRINGES_TOO_DENSE
 
 
 def test_dead_pixels_cost_nothing_but_themselves(model: ff.SensorModel) -> None:
@@ -127,7 +127,7 @@ def test_dead_pixels_cost_nothing_but_themselves(model: ff.SensorModel) -> None:
     frame = model.expose(forces, rng=rng)
     where = rng.choice(2048, 20, replace=False)
     frame[where] = rng.choice([0, 255], 20)
-    reading = model.read(frame)
+    reading = ff.Reader(model).search(frame)
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 
@@ -139,7 +139,7 @@ def test_a_wide_mask_hides_no_force(model: ff.SensorModel, newtons: float, first
     forces = newtons * ff.polar(rng.uniform(0.3, 1, 11), rng.uniform(-20, 20, 11), n=11)
     mask = np.zeros(2048, dtype=bool)
     mask[first : first + 150] = True
-    reading = model.read(model.expose(forces, rng=rng), mask)
+    reading = ff.Reader(model).search(model.expose(forces, rng=rng), mask)
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
 
@@ -150,20 +150,20 @@ def test_masked_pixels_are_not_looked_at(model: ff.SensorModel) -> None:
     mask = np.zeros(2048, dtype=bool)
     mask[300:500] = True
     frame[mask] = np.nan
-    reading = model.read(frame, mask)
+    reading = ff.Reader(model).search(frame, mask)
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
-    whole = model.read(model.expose(forces, rng=0))
+    whole = ff.Reader(model).search(model.expose(forces, rng=0))
     assert reading.std.max() > whole.std.max()
     with pytest.raises(ff.FringeforceError, match="2048"):
-        model.read(frame, np.ones(2048, dtype=bool))
+        ff.Reader(model).search(frame, np.ones(2048, dtype=bool))
 
 
 def test_a_model_with_errors_of_shape_gives_itself_away(model: ff.SensorModel) -> None:
     wave = 1 + 0.03 * np.sin(2 * np.pi * model.x[:, None, None] / 5e-3 + np.arange(N))
     true = ff.SensorModel(model.sensor, model.breaks, model.psi * wave, {})
     frame = true.expose(ff.polar(2.0, 10, n=N), rng=0)
-    assert model.read(frame).status is ff.Status.MODEL_MISMATCH
+    assert ff.Reader(model).search(frame).status is ff.Status.MODEL_MISMATCH
 
 
 def test_a_stated_model_error_widens_the_deviations(model: ff.SensorModel) -> None:

@@ -9,8 +9,8 @@ from scipy.optimize import least_squares
 from scipy.stats import binom
 
 import fringeforce as ff
-from fringeforce.cameras.touch import touch as fingertip
-from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.contacts.fingertip import touch as fingertip
+from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.single_frame import SingleFrameReader
 
 Array = NDArray[np.float64]
@@ -147,7 +147,9 @@ def test_what_one_frame_leaves_open_many_together_settle(model) -> None:
         weak = 0.1 * np.exp(-0.5 * ((place - 1e-3 * seed) / 1.5e-3) ** 2)
         forces = np.stack([weak, 0.1 * weak])
         frames = model.expose(np.tile(forces, (400, 1, 1)), rng=seed)
-        assert ff.Status.AMBIGUOUS in [model.read(frame).status for frame in frames[:12]]
+        assert ff.Status.AMBIGUOUS in [
+            ff.Reader(model).search(frame).status for frame in frames[:12]
+        ]
         batch = ff.Reader(model).read_batch(frames, workers=1)
         assert (batch.status[200:] == ff.Status.OK).all()
         assert (np.abs(batch.forces - forces) < 6 * batch.std)[200:].all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.sinks.sink import Readings
+from fringeforce.acquisition.sinks.sink import Readings
 
 START = 1_700_000_000.0
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fringeforce.sinks.csv_rows import rows
+from fringeforce.acquisition.sinks.csv_rows import rows
 
 WORDS = np.array([b"OK", b"NO_CONTACT"])
 

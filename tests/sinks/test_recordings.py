@@ -16,8 +16,8 @@ from rosbags.highlevel import AnyReader
 
 import fringeforce as ff
 from conftest import make_readings
-from fringeforce.files import load_frames, load_times
-from fringeforce.sinks.sink import Readings
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.io.frames import load_frames, load_times
 
 RECORDER = str(Path(__file__).with_name("recorder.py"))
 

@@ -9,10 +9,10 @@ import pylsl
 import pytest
 
 import fringeforce as ff
-from fringeforce.sinks.components import Components
-from fringeforce.sinks.lsl import LslSink
-from fringeforce.sinks.ros import RosSink
-from fringeforce.sinks.sink import Readings
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.lsl import LslSink
+from fringeforce.acquisition.sinks.ros import RosSink
+from fringeforce.acquisition.sinks.sink import Readings
 
 
 def test_a_lab_streaming_layer_inlet_gets_every_line(

@@ -18,11 +18,11 @@ from websockets.typing import Origin, Subprotocol
 
 import fringeforce as ff
 from conftest import make_readings
-from fringeforce.sinks.components import Components
-from fringeforce.sinks.foxglove import FoxgloveSink
-from fringeforce.sinks.sink import Readings
-from fringeforce.sinks.websocket import WAITING, WebSocketSink
-from fringeforce.sinks.zeromq import ZmqSink
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.acquisition.sinks.websocket import WAITING, WebSocketSink
+from fringeforce.acquisition.sinks.zeromq import ZmqSink
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.force.estimate import maximum_likelihood
+from fringeforce.estimation.estimate import maximum_likelihood
 from fringeforce.studies.convergence import (
     convergence_study,
     mesh_errors,

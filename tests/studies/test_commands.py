@@ -5,8 +5,8 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from fringeforce.cli import app
-from fringeforce.design import load_sensor
-from fringeforce.studies.ledger import read_results
+from fringeforce.design.files import load_sensor
+from fringeforce.studies.result_store import read_results
 
 
 def run(*arguments: object) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 from fringeforce.studies.execution import Inline
 from fringeforce.studies.optimise import cost, optimise
 from fringeforce.studies.outcome import optimum_statement

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 from fringeforce.studies.sampling import axis, designs
 from fringeforce.studies.study_file import Parameter, Sampling, load_study
 

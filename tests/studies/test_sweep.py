@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import xarray
 
-from fringeforce.errors import FileFormatError, InputError
+from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.studies.execution import Inline, completed, executor
-from fringeforce.studies.ledger import DONE, FAILED, OPEN, read_results
 from fringeforce.studies.outcome import sweep_statement
+from fringeforce.studies.result_store import DONE, FAILED, OPEN, read_results
 from fringeforce.studies.study_file import load_study
 from fringeforce.studies.sweep import Sweep, run_sweep
 

@@ -12,12 +12,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
-from fringeforce.calibration.bench import Bench, Unknowns
-from fringeforce.calibration.column_fit import fit_columns
+from fringeforce.calibration.columns.fit import fit_columns
 from fringeforce.calibration.design_entries import checked_paths, entries
-from fringeforce.calibration.design_tangent import DesignTangent, design_tangent, followed
-from fringeforce.calibration.drift import drifting
+from fringeforce.calibration.design_jacobian import DesignTangent, design_tangent, followed
 from fringeforce.calibration.frame_fit import (
     STAGES,
     calm,
@@ -29,16 +28,17 @@ from fringeforce.calibration.frame_fit import (
     sifted,
     start,
 )
-from fringeforce.calibration.references import (
+from fringeforce.calibration.light.drift import drifting
+from fringeforce.calibration.light.references import (
     References,
     improved,
     patterned,
     with_references,
 )
+from fringeforce.calibration.measurements import Bench, Unknowns
 from fringeforce.calibration.result import Found, built
-from fringeforce.design import Sensor
-from fringeforce.model import SensorModel
-from fringeforce.progress import Progress
+from fringeforce.design.strip import Sensor
+from fringeforce.models.strip import SensorModel
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

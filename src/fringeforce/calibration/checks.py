@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import median_filter
 
-from fringeforce.design import Camera, Sensor
-from fringeforce.errors import InputError
-from fringeforce.force.goodness import group_sums
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Camera, Sensor
+from fringeforce.estimation.chi_square import group_sums
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.bench import SHIFT, Bench, Unknowns
-from fringeforce.calibration.design_tangent import DesignTangent
+from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.measurements import SHIFT, Bench, Unknowns
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Sensor
 
 Array = NDArray[np.float64]
 

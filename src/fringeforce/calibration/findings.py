@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.bench import Bench
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
-from fringeforce.imaging import Calibration
-from fringeforce.model import SensorModel
+from fringeforce.calibration.measurements import Bench
+from fringeforce.models.imaging import Calibration
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -145,7 +146,7 @@ def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
     recorded = bench.loads[row].reshape(2, -1)
     said = f"Frame {row}, recorded as {named(recorded)}, contradicts the others and was left out"
-    reading = model.read(bench.levels[row])
+    reading = Reader(model).search(bench.levels[row])
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""

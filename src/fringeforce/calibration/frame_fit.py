@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from fringeforce.calibration import checks
-from fringeforce.calibration.bench import Bench, Unknowns
-from fringeforce.calibration.design_tangent import DesignTangent
+from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.light.fixed_pattern_noise import eliminated
+from fringeforce.calibration.measurements import Bench, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
-from fringeforce.calibration.pattern import eliminated
-from fringeforce.calibration.view import View, frame_weights, seen
-from fringeforce.design import Sensor
+from fringeforce.calibration.predictions import View, frame_weights, seen
+from fringeforce.design.strip import Sensor
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

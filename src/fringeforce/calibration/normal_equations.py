@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.bench import Bench, Unknowns
 from fringeforce.calibration.derivatives import Derivatives, matrix_changes
-from fringeforce.calibration.design_tangent import DesignTangent
-from fringeforce.calibration.view import View, frame_weights, seen
+from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.predictions import View, frame_weights, seen
 
 Array = NDArray[np.float64]
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.bench import SHIFT, Bench
-from fringeforce.calibration.column_fit import ColumnFit
-from fringeforce.calibration.column_modes import column_imaging
+from fringeforce.calibration.columns.fit import ColumnFit
+from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.frame_fit import Fit, on_strip, residuals
-from fringeforce.calibration.imaging_modes import fitted_imaging
-from fringeforce.calibration.references import pattern_freedom
-from fringeforce.imaging import Calibration
-from fringeforce.model import SensorModel, characterize
+from fringeforce.calibration.light.modes import fitted_imaging
+from fringeforce.calibration.light.references import pattern_freedom
+from fringeforce.calibration.measurements import SHIFT, Bench
+from fringeforce.models.imaging import Calibration
+from fringeforce.models.strip import SensorModel, characterize
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import uniform_filter1d
 
+from fringeforce.base.errors import InputError
 from fringeforce.calibration import checks
-from fringeforce.design import Sensor
-from fringeforce.errors import InputError
-from fringeforce.imaging import Imaging
-from fringeforce.model import SensorModel, characterize
+from fringeforce.design.strip import Sensor
+from fringeforce.models.imaging import Imaging
+from fringeforce.models.strip import SensorModel, characterize
 
 Array = NDArray[np.float64]
 

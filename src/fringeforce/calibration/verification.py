@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2 as chi_square
 
+from fringeforce.base.errors import InputError
 from fringeforce.calibration.checks import checked_bench
-from fringeforce.errors import InputError
-from fringeforce.model import SensorModel
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
 
 INTERVAL = 1.96
@@ -68,7 +69,8 @@ def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verifica
         If they do not fit the sensor or each other, or not one frame can be read.
     """
     levels, loads = checked_bench(model.sensor, frames, forces)
-    readings = [model.read(frame) for frame in levels]
+    reader = Reader(model)
+    readings = [reader.search(frame) for frame in levels]
     read = np.array([np.isfinite(reading.forces).all() for reading in readings])
     if not read.any():
         raise InputError(f"Not one of {len(read)} frames can be read: {readings[0].advice}")

@@ -43,7 +43,7 @@ for command in COMMANDS:
 
 def main() -> None:
     """Run the command line; bad input ends with status 2 and what to do about it."""
-    from fringeforce.errors import FringeforceError
+    from fringeforce.base.errors import FringeforceError
 
     try:
         app()

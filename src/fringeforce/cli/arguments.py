@@ -34,7 +34,7 @@ Workers = Annotated[int | None, typer.Option(help="Processes; one for each core 
 
 def refuse_for_pads(friction: float | None, model_error: float) -> None:
     """InputError for what only strips are read with."""
-    from fringeforce.errors import InputError
+    from fringeforce.base.errors import InputError
 
     if friction is not None or model_error:
         raise InputError("--friction and --model-error are for strips; read a pad without them.")
@@ -44,6 +44,6 @@ def is_model(path: str) -> bool:
     """Whether a path means a model file, and not a design."""
     from h5py import is_hdf5
 
-    from fringeforce.storage import HDF5
+    from fringeforce.base.storage import HDF5
 
     return Path(path).suffix.lower() in HDF5 or is_hdf5(path)

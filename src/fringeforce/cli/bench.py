@@ -38,13 +38,13 @@ def calibrate(
     """Make the model agree with the sensor on the bench, from frames with known loads."""
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
-    from fringeforce.calibration.planning import next_presses
-    from fringeforce.calibration.references import References
-    from fringeforce.design import load_strip
-    from fringeforce.files import load_frames
-    from fringeforce.pictures import draw_residuals
-    from fringeforce.summary import calibration_summary
-    from fringeforce.tables import load_forces
+    from fringeforce.calibration.light.references import References
+    from fringeforce.calibration.planning.plan import next_presses
+    from fringeforce.design.files import load_strip
+    from fringeforce.io.frames import load_frames
+    from fringeforce.io.tables import load_forces
+    from fringeforce.plotting.figures import draw_residuals
+    from fringeforce.studies.summary import calibration_summary
 
     sensor = load_strip(design)
     images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
@@ -70,8 +70,9 @@ def check(
 ) -> None:
     """Compare readings with known loads; ends with status 1 if a frame contradicts them."""
     from fringeforce.calibration.verification import verify
-    from fringeforce.files import load_frames, load_strip_model
-    from fringeforce.tables import load_forces
+    from fringeforce.io.frames import load_frames
+    from fringeforce.io.tables import load_forces
+    from fringeforce.models.files import load_strip_model
 
     sensor_model = load_strip_model(model)
     forces = load_forces(loads, sensor_model.sensor.tactels.count)

@@ -17,7 +17,7 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Write a commented design file to start from."""
-    from fringeforce.design import new_design
+    from fringeforce.design.files import new_design
 
     new_design(path, like, overwrite=force)
     print(f"{path}: edit it, then run  fringeforce characterize {path} -o model.h5")
@@ -35,10 +35,10 @@ def characterize(
     ] = None,
 ) -> None:
     """Reduce a design to its influence matrix, with finite elements."""
-    from fringeforce.characterization import characterize
-    from fringeforce.design import load_sensor, load_strip
-    from fringeforce.loads import polar
-    from fringeforce.vtu import write_strip_vtu
+    from fringeforce.contacts.loads import polar
+    from fringeforce.design.files import load_sensor, load_strip
+    from fringeforce.io.vtu import write_strip_vtu
+    from fringeforce.models.characterization import characterize
 
     sensor = load_sensor(design)
     with progress_bar() as advance:
@@ -55,11 +55,11 @@ def show(
     model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
 ) -> None:
     """Summarise a sensor: sizes, sensitivity, how well it reads, fringe density, strain."""
-    from fringeforce.characterization import characterize
-    from fringeforce.design import load_sensor
-    from fringeforce.files import load_model
-    from fringeforce.pads.model import PadModel
-    from fringeforce.summary import pad_summary, summary
+    from fringeforce.design.files import load_sensor
+    from fringeforce.models.characterization import characterize
+    from fringeforce.models.files import load_model
+    from fringeforce.models.pad import PadModel
+    from fringeforce.studies.summary import pad_summary, summary
 
     if is_model(model):
         found = load_model(model)

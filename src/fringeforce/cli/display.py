@@ -12,11 +12,11 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from fringeforce.acquisition.tally import Delivery, Statistics
+from fringeforce.acquisition.run_statistics import Delivery, Statistics
+from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.pad_display import pad_picture
-from fringeforce.pads.design import Pad
+from fringeforce.design.pad import Pad
 from fringeforce.reading.reading import Status
-from fringeforce.sinks.sink import Readings
 
 Report = Callable[[Statistics, Readings | None], None]
 BAR = 20

@@ -10,10 +10,10 @@ import typer
 from fringeforce.cli.arguments import Exposure, Rate, is_model
 
 if TYPE_CHECKING:
-    from fringeforce.cameras.camera import Camera, Settings
+    from fringeforce.acquisition.cameras.camera import Camera, Settings
     from fringeforce.explorer.live import Source
-    from fringeforce.model import SensorModel
-    from fringeforce.pads.model import PadModel
+    from fringeforce.models.pad import PadModel
+    from fringeforce.models.strip import SensorModel
 
 BLOCK = 16
 """Lines that come at once, if not told otherwise: who watches wants them soon."""
@@ -45,7 +45,8 @@ def explore(
     import pickle
     import webbrowser
 
-    from fringeforce.design import Sensor, load_sensor, shipped_designs, shipped_pads
+    from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
+    from fringeforce.design.strip import Sensor
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import Start
@@ -53,7 +54,7 @@ def explore(
     name = target.removeprefix("pads/")
     known = name in shipped_designs() or name in shipped_pads()
     if not known and is_model(target):
-        from fringeforce.files import load_model
+        from fringeforce.models.files import load_model
 
         model = load_model(target)
         start = Start(model.sensor, pickle.dumps(model))
@@ -62,7 +63,7 @@ def explore(
 
     source = None
     if camera is not None:
-        from fringeforce.cameras.camera import Settings
+        from fringeforce.acquisition.cameras.camera import Settings
 
         lines = BLOCK if isinstance(start.sensor, Sensor) else None
         source = _source(camera, Settings(line_rate, exposure, lines if block is None else block))
@@ -77,10 +78,10 @@ def explore(
 
 def _source(name: str, settings: Settings) -> Source:
     """The camera of a name; a recording without times is played slowly enough to be watched."""
-    from fringeforce.cameras.choice import open_camera
-    from fringeforce.cameras.simulator import IMAGE_RATE, LINE_RATE
+    from fringeforce.acquisition.cameras.choice import open_camera
+    from fringeforce.acquisition.cameras.simulator import IMAGE_RATE, LINE_RATE
     from fringeforce.explorer.live import Source
-    from fringeforce.pads.model import PadModel
+    from fringeforce.models.pad import PadModel
 
     def opened(model: SensorModel | PadModel) -> Camera:
         camera = open_camera(name, model, settings)

@@ -24,10 +24,11 @@ def simulate(
     seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
 ) -> None:
     """Expose frames as the sensor's camera would deliver them."""
-    from fringeforce.files import load_model, save_frames
-    from fringeforce.pads.files import save_images
-    from fringeforce.pads.model import PadModel
-    from fringeforce.tables import load_forces, load_pad_forces
+    from fringeforce.io.frames import save_frames
+    from fringeforce.io.images import save_images
+    from fringeforce.io.tables import load_forces, load_pad_forces
+    from fringeforce.models.files import load_model
+    from fringeforce.models.pad import PadModel
 
     found = load_model(model)
     if isinstance(found, PadModel):
@@ -50,13 +51,14 @@ def read(
     model_error: ModelError = 0.0,
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each."""
-    from fringeforce.files import load_frames, load_model
-    from fringeforce.pads.files import load_images
-    from fringeforce.pads.model import PadModel
-    from fringeforce.pads.reader import PadReader
-    from fringeforce.pictures import draw_pad_readings, draw_readings
+    from fringeforce.io.frames import load_frames
+    from fringeforce.io.images import load_images
+    from fringeforce.io.tables import save_pad_readings, save_readings
+    from fringeforce.models.files import load_model
+    from fringeforce.models.pad import PadModel
+    from fringeforce.plotting.figures import draw_pad_readings, draw_readings
+    from fringeforce.reading.pads.reader import PadReader
     from fringeforce.reading.reader import Reader
-    from fringeforce.tables import save_pad_readings, save_readings
 
     found = load_model(model)
     if not isinstance(found, PadModel):

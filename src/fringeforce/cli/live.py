@@ -14,9 +14,9 @@ import typer
 from fringeforce.cli.arguments import Exposure, Friction, Model, ModelError, Rate, refuse_for_pads
 
 if TYPE_CHECKING:
-    from fringeforce.model import SensorModel
-    from fringeforce.pads.model import PadModel
-    from fringeforce.sinks.sink import Sink
+    from fringeforce.acquisition.sinks.sink import Sink
+    from fringeforce.models.pad import PadModel
+    from fringeforce.models.strip import SensorModel
 
 
 def live(
@@ -55,13 +55,13 @@ def live(
     model_error: ModelError = 0.0,
 ) -> None:
     """Read a camera live, show the forces, and send them where they are wanted."""
-    from fringeforce.acquisition.live import live as run
-    from fringeforce.cameras.camera import Settings
-    from fringeforce.cameras.choice import open_camera
+    from fringeforce.acquisition.cameras.camera import Settings
+    from fringeforce.acquisition.cameras.choice import open_camera
+    from fringeforce.acquisition.loop import live as run
     from fringeforce.cli.display import busy, display, summary
-    from fringeforce.files import load_model
-    from fringeforce.pads.model import PadModel
-    from fringeforce.pads.reader import PadReader
+    from fringeforce.models.files import load_model
+    from fringeforce.models.pad import PadModel
+    from fringeforce.reading.pads.reader import PadReader
     from fringeforce.reading.reader import Reader
 
     found, settings = load_model(model), Settings(line_rate, exposure, block)
@@ -86,7 +86,7 @@ def _opened(
     targets: Sequence[str], model: SensorModel | PadModel, bind: str, token: str | None
 ) -> list[Sink]:
     """All sinks, or none of them left open."""
-    from fringeforce.sinks.choice import open_sink
+    from fringeforce.acquisition.sinks.choice import open_sink
 
     with ExitStack() as opened:
         sinks = []

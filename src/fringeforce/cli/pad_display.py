@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
-from fringeforce.pads.design import Pad
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.acquisition.sinks.wrench import wrenches
+from fringeforce.design.pad import Pad
 from fringeforce.reading.reading import Status
-from fringeforce.sinks.sink import Readings
-from fringeforce.sinks.wrench import wrenches
 
 Array = NDArray[np.float64]
 SHADES = "··", "░░", "▒▒", "▓▓", "██"

@@ -18,7 +18,7 @@ def reproduce(
     ] = Path("demo"),
 ) -> None:
     """Reproduce the paper's figures and statements as one page."""
-    from fringeforce.design import load_strip
+    from fringeforce.design.files import load_strip
     from fringeforce.reproduction.report import reproduce
 
     sensor = load_strip(design)

@@ -31,13 +31,13 @@ def plan(
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
 ) -> None:
     """Propose the loads to calibrate with: those after which readings err least."""
-    from fringeforce.calibration.candidates import Limits
-    from fringeforce.calibration.planning import plan_presses
-    from fringeforce.design import load_strip
-    from fringeforce.files import load_strip_model
-    from fringeforce.pictures import draw_plan
-    from fringeforce.summary import plan_summary
-    from fringeforce.tables import save_forces
+    from fringeforce.calibration.planning.candidates import Limits
+    from fringeforce.calibration.planning.plan import plan_presses
+    from fringeforce.design.files import load_strip
+    from fringeforce.io.tables import save_forces
+    from fringeforce.models.files import load_strip_model
+    from fringeforce.plotting.figures import draw_plan
+    from fringeforce.studies.summary import plan_summary
 
     known = load_strip_model(Path(source)) if is_model(source) else load_strip(source)
     limits = Limits(_newtons(largest), friction, density, together)
@@ -52,8 +52,8 @@ def plan(
 
 
 def _newtons(text: str) -> float:
-    from fringeforce.errors import InputError
-    from fringeforce.quantities import parse_quantity
+    from fringeforce.base.errors import InputError
+    from fringeforce.design.units import parse_quantity
 
     try:
         return parse_quantity(text, "newton")

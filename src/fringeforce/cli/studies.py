@@ -16,8 +16,8 @@ from fringeforce.cli.progress import progress_bar
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from fringeforce.design import Sensor
-    from fringeforce.studies.statement import Statement
+    from fringeforce.design.strip import Sensor
+    from fringeforce.studies.study_result import Statement
 
 Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")]
 Results = Annotated[
@@ -49,7 +49,7 @@ def study(
     workers: Workers = None,
 ) -> None:
     """Answer one question about a design: a figure, a table and a paragraph of plain words."""
-    from fringeforce.design import load_strip
+    from fringeforce.design.files import load_strip
 
     sensor = load_strip(design)
     with progress_bar() as advance:
@@ -116,7 +116,7 @@ def _answer(
         with _executor(*where) as pool:
             return range_study(sensor, pool, seed=seed, progress=advance)
     if question is Question.resolution:
-        from fringeforce.model import characterize
+        from fringeforce.models.strip import characterize
         from fringeforce.studies.resolution import resolution_study
 
         return resolution_study(characterize(sensor), load, seed)

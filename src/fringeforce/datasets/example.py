@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.contacts.indenters import Imprint, Indenter
+from fringeforce.contacts.random import random_contacts
 from fringeforce.datasets.optics import Optics, drawn_optics, image_of
 from fringeforce.datasets.study_file import DatasetStudy
-from fringeforce.pads.contacts.indenters import Imprint, Indenter
-from fringeforce.pads.contacts.random import random_contacts
-from fringeforce.pads.model import PadModel
+from fringeforce.models.pad import PadModel
 
 _NUMBERS = ("x", "y", "normal", "shear_x", "shear_y", "torsion", "centre_x", "centre_y")
 _SHAPE = ("radius", "modulus", "length", "angle", "period", "depth", "phase")

@@ -11,13 +11,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
+from fringeforce.base.storage import existing_file
 from fringeforce.datasets.shard import IMAGES, Files, Shard, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
-from fringeforce.errors import InputError
-from fringeforce.pads.design import Pad
-from fringeforce.pads.files import DATASET
-from fringeforce.progress import Progress
-from fringeforce.storage import existing_file
+from fringeforce.design.pad import Pad
+from fringeforce.io.images import DATASET
 from fringeforce.studies.execution import completed, executor
 
 DESCRIPTION, UNFINISHED = "dataset.json", ".part-"
@@ -79,7 +79,7 @@ def make_dataset(
     --------
     >>> ff.make_dataset("touches.toml", "touches")
     Traceback (most recent call last):
-    fringeforce.errors.InputError: There is no study 'touches.toml' to read (...).
+    fringeforce.base.errors.InputError: There is no study 'touches.toml' to read (...).
     """
     plan, pad = load_dataset_study(study)
     with executor(scheduler, workers) as pool:

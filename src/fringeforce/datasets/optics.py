@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.errors import InputError
 from fringeforce.datasets.study_file import OpticsRanges
-from fringeforce.design_optics import Plates
-from fringeforce.errors import InputError
+from fringeforce.design.light import Plates
+from fringeforce.design.pad import Pad
+from fringeforce.models import splines
+from fringeforce.models.pad import PadModel
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.integrated import LARGEST
-from fringeforce.pads import splines
-from fringeforce.pads.design import Pad
-from fringeforce.pads.model import PadModel
 
 Array = NDArray[np.float64]
 

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from fringeforce.characterization import characterize
+from fringeforce.base.storage import new_file, write
 from fringeforce.datasets.example import Example, example
 from fringeforce.datasets.study_file import NAMES, DatasetStudy
-from fringeforce.design import parse_sensor
-from fringeforce.pads.design import Pad
-from fringeforce.pads.files import COMPONENTS, DATASET
-from fringeforce.pads.model import PadModel
-from fringeforce.storage import new_file, write
+from fringeforce.design.files import parse_sensor
+from fringeforce.design.pad import Pad
+from fringeforce.io.images import DATASET
+from fringeforce.models.characterization import characterize
+from fringeforce.models.pad import COMPONENTS, PadModel
 
 IMAGES, FORCES = "images.csv", "forces.csv"
 Files = dict[str, bytes]

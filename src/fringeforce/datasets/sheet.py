@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from fringeforce.base.errors import InputError
 from fringeforce.datasets.example import Example
 from fringeforce.datasets.shard import Shard, examples
 from fringeforce.datasets.study_file import load_dataset_study
-from fringeforce.errors import InputError
-from fringeforce.pads.design import Pad
-from fringeforce.plot import MILLI, STYLE
+from fringeforce.design.pad import Pad
+from fringeforce.plotting.axes import MILLI, STYLE
 
 COLUMNS, LARGEST = 6, 24
 COLOUR, SHEAR = "#e69f00", "#56b4e9"

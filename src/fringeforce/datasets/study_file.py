@@ -9,12 +9,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fringeforce.design import load_sensor, shipped_pads
-from fringeforce.design_parts import Part
-from fringeforce.errors import DesignError, InputError
-from fringeforce.fields import Count, Finite, Place, Range, Share
-from fringeforce.pads.contacts.random import ContactRanges
-from fringeforce.pads.design import Pad
+from fringeforce.base.errors import DesignError, InputError
+from fringeforce.contacts.random import ContactRanges
+from fringeforce.design.fields import Count, Finite, Place, Range, Share
+from fringeforce.design.files import load_sensor, shipped_pads
+from fringeforce.design.pad import Pad
+from fringeforce.design.parts import Part
 from fringeforce.studies.study_file import design_of, read_table
 
 GOLDEN = (5**0.5 - 1) / 2

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fringeforce.force.bounds import covariance
-from fringeforce.loads import polar
+from fringeforce.contacts.loads import polar
+from fringeforce.estimation.bounds import covariance
 from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.summary import fringe_density, surface_strain
+from fringeforce.studies.summary import fringe_density, surface_strain
 
 REFERENCE = (1.0, 10.0)
 """The paper's load on every tactel: magnitude [N] and angle [degrees]."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fringeforce.design import Sensor
-from fringeforce.errors import DesignError
+from fringeforce.base.errors import DesignError
+from fringeforce.design.strip import Sensor
 
 PIXELS, TACTELS = 8192, 64
 STUBBY, SLENDER = 1.0, 200.0

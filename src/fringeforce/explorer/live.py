@@ -16,11 +16,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from fringeforce.acquisition.live import FrameReader, live
-from fringeforce.acquisition.tally import Statistics
-from fringeforce.cameras.camera import Camera
-from fringeforce.errors import FringeforceError
-from fringeforce.sinks.sink import Readings, Sink
+from fringeforce.acquisition.cameras.camera import Camera
+from fringeforce.acquisition.loop import FrameReader, live
+from fringeforce.acquisition.run_statistics import Statistics
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.base.errors import FringeforceError
 
 Array = NDArray[Any]
 PERIOD = 1 / 30

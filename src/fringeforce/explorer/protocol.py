@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 
 MAX_REQUEST = 65536
 """Largest message that the server accepts [bytes]; 64 tactels need a tenth of it."""

@@ -18,8 +18,8 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from fringeforce.design import Sensor
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Sensor
 from fringeforce.explorer.pads.session import PadSession
 from fringeforce.explorer.pads.workers import PadWorkers
 from fringeforce.explorer.protocol import MAX_REQUEST

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from fringeforce.design import load_sensor, shipped_designs
-from fringeforce.errors import FringeforceError, InputError
+from fringeforce.base.errors import FringeforceError, InputError
+from fringeforce.design.files import load_sensor, shipped_designs
 from fringeforce.explorer.protocol import (
     STRIP,
     AboutDesign,

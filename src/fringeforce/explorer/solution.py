@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor, Tactels, Transducer
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Sensor, Tactels, Transducer
 from fringeforce.explorer.figures import design_figures
 from fringeforce.explorer.limits import check
 from fringeforce.explorer.values import flat_values
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import stress_field
-from fringeforce.model import SensorModel, reduced
+from fringeforce.models.strip import SensorModel, reduced
 from fringeforce.optics.colour import light_colour
 from fringeforce.reading.single_frame import SingleFrameReader
 

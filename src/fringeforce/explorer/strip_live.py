@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.contacts.contact import Contact, Event, Friction
+from fringeforce.estimation.bounds import covariance
 from fringeforce.explorer.live import Latest, Live, Watcher
-from fringeforce.force.bounds import covariance
-from fringeforce.model import SensorModel
-from fringeforce.reading.contact import Contact, Event, Friction
+from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.sinks.sink import Readings
 
 Array = NDArray[Any]
 

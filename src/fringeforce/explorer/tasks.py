@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
+from fringeforce.design.strip import Sensor
 
 if TYPE_CHECKING:
     from fringeforce.reading.single_frame import SingleFrameReader
@@ -101,7 +101,7 @@ def file(kind: str, model: bytes, forces: Loads, seed: int) -> bytes:
         As for `shoot`.
     """
     from fringeforce.explorer.shot import shoot
-    from fringeforce.tables import save_forces, save_readings
+    from fringeforce.io.tables import save_forces, save_readings
 
     reader = _reader(model)
     with tempfile.TemporaryDirectory() as folder:

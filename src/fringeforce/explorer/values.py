@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fringeforce.design_parts import Design
+from fringeforce.design.parts import Design
 
 Value = str | int | float | list[int]
 

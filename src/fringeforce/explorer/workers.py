@@ -18,9 +18,9 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from fringeforce.design import Sensor
+from fringeforce.base.child_process import end_with_parent
+from fringeforce.design.strip import Sensor
 from fringeforce.explorer import tasks
-from fringeforce.parentage import end_with_parent
 
 
 class Worker:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Layer, Transducer
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Layer, Transducer
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
 from fringeforce.mechanics.substructure import TensorSystem, factorise

@@ -22,7 +22,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Layer, Transducer
+from fringeforce.design.strip import Layer, Transducer
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
 
 Array = NDArray[np.float64]

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import Transducer
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Transducer
 
 Array = NDArray[np.float64]
 

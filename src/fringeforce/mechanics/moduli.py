@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from fringeforce.design import Layer
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Layer
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design_optics import Plates
+from fringeforce.design.light import Plates
 from fringeforce.optics.jones import Jones, polariser, product
 from fringeforce.optics.polariscope import quarter_wave_plates
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design_parts import Converter
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.parts import Converter
 
 Lighting = tuple[NDArray[np.float64], NDArray[np.float64]]
 Rng = int | np.random.Generator | None

@@ -29,7 +29,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 
 Real = NDArray[np.floating]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design import PhotoelasticLayer
+from fringeforce.design.strip import PhotoelasticLayer
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.design_optics import Channel, Plates, Polariscope
+from fringeforce.design.light import Channel, Plates, Polariscope
 from fringeforce.optics.jones import Fringe, Jones, fringe, polariser, retarder
 
 

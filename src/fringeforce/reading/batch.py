@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
-from fringeforce.pads.reading import PadReading
+from fringeforce.base.errors import InputError
+from fringeforce.reading.pads.reading import PadReading
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.force.admissible import admissible
-from fringeforce.force.certainty import SILENT, UNSETTLED
-from fringeforce.model import SensorModel
+from fringeforce.contacts.friction_cone import admissible
+from fringeforce.estimation.track_status import SILENT, UNSETTLED
+from fringeforce.models.strip import SensorModel
 from fringeforce.reading.batch import Batch
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.recording import prepared, read_batch, read_on
@@ -25,8 +25,8 @@ class Reader:
     """Reads the frames of one sensor in the order in which they were taken.
 
     A frame starts from the loads of the last one, which takes tens of microseconds; the first
-    frame, and every one that this does not explain beyond doubt, is searched as `SensorModel.read`
-    does it, which takes milliseconds.  What several loads explain equally well the way there
+    frame, and every one that this does not explain beyond doubt, is searched as by
+    `search`, which takes milliseconds.  What several loads explain equally well the way there
     decides: a followed reading is OK where the frame alone would be AMBIGUOUS.  The way is trusted
     while it is short against the way to any mirror image; after a jump the search decides again.
     Where forces are so weak that it is not short, the word of a search holds for some frames; then
@@ -113,6 +113,16 @@ class Reader:
             if tracker.advance(packed, self._track, 0):
                 return self._followed(levels)
         return tracker.search(levels, used)
+
+    def search(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
+        """Read one frame without any earlier state; the next one is followed from earlier ones.
+
+        Parameters
+        ----------
+        frame, mask
+            As of `read`.
+        """
+        return self._single.read(frame, mask)
 
     def stream(self, frames: Iterable[ArrayLike]) -> Iterator[Reading]:
         """Read frames one after the other, as they come."""

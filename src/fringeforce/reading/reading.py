@@ -79,7 +79,7 @@ class Reading:
     Examples
     --------
     >>> model = ff.characterize(ff.load_sensor("saad"))
-    >>> reading = model.read(model.expose(ff.polar(1.0, angle=10, n=11), rng=0))
+    >>> reading = ff.Reader(model).read(model.expose(ff.polar(1.0, angle=10, n=11), rng=0))
     >>> reading.status.name, reading.forces.shape, reading.covariance.shape
     ('OK', (2, 11), (22, 22))
     >>> bool((abs(reading.magnitude - 1) < 6 * reading.magnitude_std).all())
@@ -124,6 +124,16 @@ class Reading:
     def std(self) -> Array:
         """Standard deviations of the forces, shape (2, n) [N]."""
         return np.sqrt(np.diag(self.covariance)).reshape(2, -1)
+
+    @property
+    def ok(self) -> bool:
+        """Whether one load explains the frame."""
+        return self.status is Status.OK
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the forces may be used: they explain the frame, or nothing touches."""
+        return self.status in (Status.OK, Status.NO_CONTACT)
 
     @property
     def advice(self) -> str:

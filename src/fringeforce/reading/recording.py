@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.force.admissible import admissible
-from fringeforce.force.certainty import HELD, SILENT, UNSETTLED
+from fringeforce.contacts.friction_cone import admissible
+from fringeforce.estimation.track_status import HELD, SILENT, UNSETTLED
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.single_frame import SingleFrameReader

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
-from fringeforce.force.admissible import admissible
-from fringeforce.force.bounds import covariance as noise_covariance
-from fringeforce.force.goodness import reduced_chi_square
-from fringeforce.force.likelihood import Response
-from fringeforce.force.strip import Strip
-from fringeforce.model import SensorModel
-from fringeforce.reading.doubt import CalibrationDoubt
-from fringeforce.reading.judgement import Interpretation
-from fringeforce.reading.lamp import interpret_in_own_light
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.friction_cone import admissible
+from fringeforce.estimation.bounds import covariance as noise_covariance
+from fringeforce.estimation.chi_square import reduced_chi_square
+from fringeforce.estimation.likelihood import Response
+from fringeforce.estimation.strip import Strip
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.calibration_uncertainty import CalibrationDoubt
+from fringeforce.reading.hypothesis_selection import Interpretation
+from fringeforce.reading.illumination_drift import interpret_in_own_light
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]

@@ -10,7 +10,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.certainty import (
+from fringeforce.estimation.chi_square import absorbed
+from fringeforce.estimation.evaluation import OUTLIER, REPORTED, SQUARES
+from fringeforce.estimation.following import (
+    NONE,
+    STEP,
+    WHOLE,
+    Memory,
+    covariance_at,
+    follow_all,
+    state_of,
+)
+from fringeforce.estimation.gauss_newton import Place
+from fringeforce.estimation.model_discrepancy import shape_error
+from fringeforce.estimation.residual_monitor import begin_trend
+from fringeforce.estimation.running_mean import (
+    FRAMES,
+    LAGGING,
+    RECALLS,
+    SPREAD,
+    STEADY,
+    SURPRISE,
+    steady,
+)
+from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.track_status import (
     CONTACT,
     FEW,
     FOLLOWED,
@@ -20,23 +44,7 @@ from fringeforce.force.certainty import (
     Limits,
     begin,
 )
-from fringeforce.force.evaluation import OUTLIER, REPORTED, SQUARES
-from fringeforce.force.following import (
-    NONE,
-    STEP,
-    WHOLE,
-    Memory,
-    covariance_at,
-    follow_all,
-    state_of,
-)
-from fringeforce.force.gauss_newton import Place
-from fringeforce.force.goodness import absorbed
-from fringeforce.force.shape import shape_error
-from fringeforce.force.steady import FRAMES, LAGGING, RECALLS, SPREAD, STEADY, SURPRISE, steady
-from fringeforce.force.strip import Strip
-from fringeforce.force.trend import begin_trend
-from fringeforce.reading.judgement import Interpretation, widening
+from fringeforce.reading.hypothesis_selection import Interpretation, widening
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
 

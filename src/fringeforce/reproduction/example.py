@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
-from fringeforce.loads import polar
+from fringeforce.contacts.loads import polar
+from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 from fringeforce.mechanics.stress import stress_field
-from fringeforce.model import SensorModel, characterize
+from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.optics.photoelasticity import (
     phase_lead_rectangle_rule,
     stress_optic_constant,

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.axes import Axes
 
-from fringeforce import plot
 from fringeforce.mechanics.mesh import paper_mesh, strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead
+from fringeforce.plotting import axes as plot
+from fringeforce.reading.reader import Reader
 from fringeforce.reproduction.dynamic_range import draw_dynamic_range
 from fringeforce.reproduction.example import CASES, DEPTHS, Example, rectangle_rule
 from fringeforce.studies.convergence import mesh_errors
@@ -77,7 +78,7 @@ def _draw_frame(example: Example, ax: Axes) -> None:
 
 def _draw_recovery(example: Example, ax: Axes) -> None:
     model = example.models["free"]
-    reading = model.read(model.expose(example.forces, rng=0))
+    reading = Reader(model).search(model.expose(example.forces, rng=0))
     x = model.sensor.pixel_positions
     plot.curves(ax, x, {"$P$, applied": model.phase(example.forces), "$P_r$, read": reading.phase},
                 "phase lead [rad]")  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import paper_mesh
-from fringeforce.model import characterize
+from fringeforce.models.strip import characterize
 from fringeforce.optics.photoelasticity import phase_lead
 from fringeforce.reproduction.dynamic_range import dynamic_range_statements
 from fringeforce.reproduction.example import DEPTHS, Example, rectangle_rule

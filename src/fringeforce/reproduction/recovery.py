@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.force.bounds import cramer_rao_bound
+from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reproduction.example import ANGLE, LOAD, Example

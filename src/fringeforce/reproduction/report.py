@@ -7,9 +7,9 @@ from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
-from fringeforce import plot
-from fringeforce.design import Sensor
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Sensor
+from fringeforce.plotting import axes as plot
 from fringeforce.reproduction.example import Example
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.findings import statements

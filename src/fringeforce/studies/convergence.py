@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce import plot
-from fringeforce.design import Sensor
+from fringeforce.design.strip import Sensor
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import ORDER, Mesh, paper_mesh, strip_mesh
-from fringeforce.model import characterize
+from fringeforce.models.strip import characterize
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
-from fringeforce.studies.statement import Statement
+from fringeforce.plotting import axes as plot
+from fringeforce.studies.study_result import Statement
 
 Array = NDArray[np.float64]
 ORDERS, REFINEMENTS = range(2, 10), (1, 2, 3)

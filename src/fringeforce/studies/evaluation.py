@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fringeforce.design import Sensor
-from fringeforce.progress import Progress
+from fringeforce.base.progress import Progress
+from fringeforce.design.strip import Sensor
 from fringeforce.studies.execution import completed
-from fringeforce.studies.ledger import OPEN, Ledger, Outcome
 from fringeforce.studies.performance import coarse_model, performance
+from fringeforce.studies.result_store import OPEN, Ledger, Outcome
 from fringeforce.studies.sampling import Value
 
 

@@ -9,9 +9,9 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExe
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from fringeforce.errors import InputError
-from fringeforce.parentage import end_with_parent
-from fringeforce.progress import Progress
+from fringeforce.base.child_process import end_with_parent
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from fringeforce.errors import InputError
-from fringeforce.model import SensorModel
+from fringeforce.base.errors import InputError
+from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import FRICTION
-from fringeforce.summary import surface_strain
+from fringeforce.studies.summary import surface_strain
 
 Array = NDArray[np.float64]
 

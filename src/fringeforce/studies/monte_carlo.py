@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.model import SensorModel
-from fringeforce.phase.noise_free import recover_phase
+from fringeforce.estimation.phase.noise_free import recover_phase
+from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Status
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.limits import NYQUIST, densest_fringes, largest_phase

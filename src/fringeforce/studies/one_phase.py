@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
-from fringeforce.loads import polar
+from fringeforce.base.progress import Progress
+from fringeforce.contacts.loads import polar
+from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
-from fringeforce.model import SensorModel
-from fringeforce.progress import Progress
-from fringeforce.strip_width import POINTS, StripWidth, strip_width
+from fringeforce.models.strip import SensorModel
+from fringeforce.models.strip_width import POINTS, StripWidth, strip_width
+from fringeforce.reading.reader import Reader
 
 Array = NDArray[np.float64]
 
@@ -77,6 +78,7 @@ def one_phase(
     cases = len(shares) * len(loads)
     for width, seen in _lines(sensor, shares, mesh):
         model = SensorModel(seen.sensor, seen.breaks, seen.psi)
+        reader = Reader(model)
         for load in loads:
             forces = polar(load, ANGLE, sensor.tactels.count)
             frames = [
@@ -84,7 +86,7 @@ def one_phase(
                 for source in (seen, model)
             ]
             error, noise = (
-                float(np.sqrt(np.mean([(model.read(f).forces - forces) ** 2 for f in group])))
+                float(np.sqrt(np.mean([(reader.search(f).forces - forces) ** 2 for f in group])))
                 for group in frames
             )
             found.append(OnePhase(width, load, contrast(seen, forces), error, noise))

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
-from fringeforce.design import Sensor
-from fringeforce.errors import InputError
-from fringeforce.progress import Progress
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
+from fringeforce.design.strip import Sensor
 from fringeforce.studies.evaluation import Setting, evaluate_missing
-from fringeforce.studies.ledger import Ledger, Outcome, open_ledger, read_results
 from fringeforce.studies.performance import NAMES, Performance
+from fringeforce.studies.result_store import Ledger, Outcome, open_ledger, read_results
 from fringeforce.studies.sampling import Axis, changes
 from fringeforce.studies.study_file import LARGER_IS_BETTER, Search, StudyFile
 from fringeforce.studies.sweep import Columns, Sweep, meets, prepared, start

@@ -15,7 +15,7 @@ from scipy.stats import binned_statistic_2d, spearmanr
 from fringeforce.studies.optimise import Optimum
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
-from fringeforce.studies.statement import Statement
+from fringeforce.studies.study_result import Statement
 from fringeforce.studies.sweep import Sweep
 from fringeforce.studies.verification import Verified
 

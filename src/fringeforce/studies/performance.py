@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from fringeforce.design import Sensor
-from fringeforce.force.bounds import covariance
+from fringeforce.design.strip import Sensor
+from fringeforce.estimation.bounds import covariance
 from fringeforce.mechanics.mesh import strip_mesh
-from fringeforce.model import SensorModel, characterize
+from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.studies.limits import (
     SIGN_BY_CONTACT,
     border_influence,

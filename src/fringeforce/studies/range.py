@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from fringeforce.design import Sensor
-from fringeforce.model import SensorModel, characterize
-from fringeforce.progress import Progress
+from fringeforce.base.progress import Progress
+from fringeforce.design.strip import Sensor
+from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.studies.execution import gathered
 from fringeforce.studies.limits import (
     PAPER_START,
@@ -23,7 +23,7 @@ from fringeforce.studies.limits import (
 )
 from fringeforce.studies.loads import ANGLE, scattered_load, uniform_load
 from fringeforce.studies.monte_carlo import bracket, reader_judge, reading_limit
-from fringeforce.studies.statement import Statement
+from fringeforce.studies.study_result import Statement
 
 CASES = {"free": "Case 1 (free edges)", "roller": "Case 2 (roller edges)"}
 SETS = {"uniform": (True, uniform_load), "any distribution": (False, scattered_load)}

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from fringeforce.force.bounds import cramer_rao_bound
-from fringeforce.model import SensorModel
+from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import load_maps
 from fringeforce.studies.performance import covariances
-from fringeforce.studies.statement import Statement
+from fringeforce.studies.study_result import Statement
 
 Array = NDArray[np.float64]
 

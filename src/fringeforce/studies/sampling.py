@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from fringeforce.design import Sensor
-from fringeforce.design_text import unit_at
-from fringeforce.errors import InputError
-from fringeforce.quantities import EXAMPLES, parse_quantity
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Sensor
+from fringeforce.design.text import unit_at
+from fringeforce.design.units import EXAMPLES, parse_quantity
 from fringeforce.studies.study_file import Parameter, Sampling
 
 Array = NDArray[np.float64]

@@ -12,18 +12,18 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from scipy.stats import sobol_indices, uniform
 
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
 from fringeforce.calibration.design_entries import design_value
-from fringeforce.calibration.design_tangent import design_tangent
-from fringeforce.design import Sensor
-from fringeforce.errors import InputError
-from fringeforce.force.bounds import fisher_information
-from fringeforce.loads import polar
-from fringeforce.model import SensorModel
-from fringeforce.progress import Progress
+from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.contacts.loads import polar
+from fringeforce.design.strip import Sensor
+from fringeforce.estimation.bounds import fisher_information
+from fringeforce.models.strip import SensorModel
 from fringeforce.studies.evaluation import Candidate, Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
-from fringeforce.studies.statement import Statement
+from fringeforce.studies.study_result import Statement
 
 Array = NDArray[np.float64]
 

@@ -9,13 +9,14 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import AllowInfNan, BaseModel, Field, model_validator
 
-from fringeforce.design import Sensor, load_strip, shipped_designs, shipped_pads
-from fringeforce.design_parts import Part
-from fringeforce.design_text import toml_values
-from fringeforce.errors import InputError
-from fringeforce.fields import Count, Finite, Length
+from fringeforce.base.errors import InputError
+from fringeforce.design.fields import Count, Finite, Length
+from fringeforce.design.files import load_strip, shipped_designs, shipped_pads
+from fringeforce.design.parts import Part
+from fringeforce.design.strip import Sensor
+from fringeforce.design.text import toml_values
+from fringeforce.design.validation import validated
 from fringeforce.studies.performance import MESH_ORDER
-from fringeforce.validation import validated
 
 Number = Annotated[float, AllowInfNan(False)]
 Objective = Literal["worst_uncertainty", "mean_uncertainty", "largest_load", "thickness", "volume"]

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
-from fringeforce.progress import Progress
+from fringeforce.base.progress import Progress
+from fringeforce.design.strip import Sensor
 from fringeforce.studies.evaluation import Setting, evaluate_missing
-from fringeforce.studies.ledger import DONE, FAILED, open_ledger, read_results
+from fringeforce.studies.result_store import DONE, FAILED, open_ledger, read_results
 from fringeforce.studies.sampling import Axis, axis, designs, value_at
 from fringeforce.studies.study_file import LARGER_IS_BETTER, StudyFile
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
-from fringeforce.model import characterize
+from fringeforce.design.strip import Sensor
+from fringeforce.models.strip import characterize
 from fringeforce.reading.reading import Status
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.execution import gathered

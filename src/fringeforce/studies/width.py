@@ -10,14 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from fringeforce.design import Sensor
-from fringeforce.loads import polar
-from fringeforce.model import characterize
-from fringeforce.progress import Progress
-from fringeforce.strip_width import strip_width
+from fringeforce.base.progress import Progress
+from fringeforce.contacts.loads import polar
+from fringeforce.design.strip import Sensor
+from fringeforce.models.strip import characterize
+from fringeforce.models.strip_width import strip_width
 from fringeforce.studies.execution import gathered
 from fringeforce.studies.one_phase import OnePhase, one_phase
-from fringeforce.studies.statement import Statement
+from fringeforce.studies.study_result import Statement
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from skfem import Basis, ElementHex2, ElementVector, MeshHex, condense
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fringeforce as ff
-from fringeforce.design import Layer, PhotoelasticLayer, Transducer
+from fringeforce.design.strip import Layer, PhotoelasticLayer, Transducer
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.elements import along, interpolation
 from fringeforce.mechanics.solid.block import Block, Patches

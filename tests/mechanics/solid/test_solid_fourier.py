@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fringeforce as ff
-from fringeforce.design import PhotoelasticLayer
+from fringeforce.design.strip import PhotoelasticLayer
 from fringeforce.mechanics.fourier import stress_field
 from fringeforce.mechanics.solid.block import ACROSS, ALONG, NORMAL, Block, Patches
 from fringeforce.mechanics.solid.fourier import stress_influence

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.pads.design import PadTactels
+from fringeforce.design.pad import PadTactels
 
 Array = NDArray[np.float64]
 POINTS = 8192

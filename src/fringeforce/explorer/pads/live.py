@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.explorer.live import Latest, Live, Watcher
 from fringeforce.explorer.pads.pictures import camera_picture
 from fringeforce.explorer.pads.resultants import resultant
-from fringeforce.pads.following import PadFollower
-from fringeforce.pads.model import PadModel
-from fringeforce.pads.reader import PadReader
-from fringeforce.sinks.sink import Readings
+from fringeforce.models.pad import PadModel
+from fringeforce.reading.pads.following import PadFollower
+from fringeforce.reading.pads.reader import PadReader
 
 Array = NDArray[Any]
 

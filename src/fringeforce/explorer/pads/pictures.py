@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design_optics import Plates
+from fringeforce.design.light import Plates
+from fringeforce.design.pad import Pad, PadPolariscope
+from fringeforce.models.pad import PadModel
 from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.area_camera import MOSAIC, Picture, measure
 from fringeforce.optics.arrangement import arranged
 from fringeforce.optics.colour import encoded, light_colour, white_light
 from fringeforce.optics.integrated import turn
-from fringeforce.pads.design import Pad, PadPolariscope
-from fringeforce.pads.imaging import MOSAIC, Picture, measure
-from fringeforce.pads.model import PadModel
 
 Single = NDArray[np.float32]
 Octets = NDArray[np.uint8]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fringeforce.design import shipped_pads
+from fringeforce.design.files import shipped_pads
 from fringeforce.explorer.pads.protocol import (
     PAD,
     PadDownloadRequest,

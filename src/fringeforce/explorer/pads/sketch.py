@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.pads import splines
-from fringeforce.pads.model import PadModel
-from fringeforce.pads.symmetry import FIELDS, PARITIES, load_basis, unfold
+from fringeforce.models import splines
+from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_symmetry import FIELDS, PARITIES, load_basis, unfold
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]

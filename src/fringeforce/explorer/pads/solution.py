@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.errors import DesignError
+from fringeforce.base.errors import DesignError
+from fringeforce.design.pad import AreaCamera, Pad, PadPolariscope, PadTactels, PadTransducer
 from fringeforce.explorer.figures import Figure
 from fringeforce.explorer.pads.contacts import Contact, tactel_forces
 from fringeforce.explorer.pads.pictures import eye, views
 from fringeforce.explorer.values import flat_values
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_influence import PadInfluence
 from fringeforce.optics.colour import light_colour
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.pads.design import AreaCamera, Pad, PadPolariscope, PadTactels, PadTransducer
-from fringeforce.pads.influence import PadInfluence
-from fringeforce.pads.model import PadModel, characterize_pad
 
 TACTELS, PIXELS = 400, 512
 """Most tactels, and pixels along a side, that are worked on while a person waits."""

@@ -8,8 +8,8 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.pads.design import PadTactels
-from fringeforce.tables import PAD, PAD_READING
+from fringeforce.design.pad import PadTactels
+from fringeforce.io.tables import PAD, PAD_READING
 
 Array = NDArray[np.float64]
 

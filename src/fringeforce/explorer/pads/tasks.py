@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 from fringeforce.explorer.pads.contacts import Contact
 
 if TYPE_CHECKING:
+    from fringeforce.design.pad import Pad
     from fringeforce.explorer.pads.sketch import Sketch
-    from fringeforce.pads.design import Pad
-    from fringeforce.pads.model import PadModel
-    from fringeforce.pads.reading import PadReading
+    from fringeforce.models.pad import PadModel
+    from fringeforce.reading.pads.reading import PadReading
 
 Contacts = tuple[Contact, ...]
 Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
@@ -184,7 +184,7 @@ class Follower:
     """Reads frames, each from the one before where that is near; a search takes much longer."""
 
     def __init__(self, model: PadModel) -> None:
-        from fringeforce.pads.reader import PadReader
+        from fringeforce.reading.pads.reader import PadReader
 
         self._reader = PadReader(model)
         self._last: PadReading | None = None

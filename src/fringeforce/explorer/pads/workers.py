@@ -13,7 +13,7 @@ from fringeforce.explorer.tasks import Solved
 from fringeforce.explorer.workers import Worker, Workers
 
 if TYPE_CHECKING:
-    from fringeforce.pads.design import Pad
+    from fringeforce.design.pad import Pad
 
 
 class PadWorkers(Workers):

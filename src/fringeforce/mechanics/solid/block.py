@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design import Layer
+from fringeforce.design.strip import Layer
 
 Array = NDArray[np.float64]
 Sides = Literal["free", "roller", "bonded"]

@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
 from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.mesh import BoxMesh
 from fringeforce.mechanics.solid.section import Section
 from fringeforce.mechanics.solid.slabs import slabs
 from fringeforce.mechanics.solid.symmetry import EVEN, ODD, Mirror, mirrored_load
-from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

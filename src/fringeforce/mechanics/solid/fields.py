@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
 from fringeforce.mechanics.elements import along, interpolation
 from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.elasticity import Loads, SymmetricPart, symmetric_parts
 from fringeforce.mechanics.solid.mesh import BoxMesh
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
-from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
+from fringeforce.base.progress import Progress
 from fringeforce.mechanics.elements import along, interpolation
 from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
@@ -18,7 +19,6 @@ from fringeforce.mechanics.solid.elasticity import (
 )
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
-from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 

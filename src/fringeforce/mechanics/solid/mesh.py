@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
 from fringeforce.mechanics.mesh import Progression, cut, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block
 

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.errors import InputError
+from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
 from fringeforce.mechanics.mesh import Progression, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.elasticity import Loads, SymmetricPart, symmetric_parts
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.influence import patch_loads, stresses_of
 from fringeforce.mechanics.solid.mesh import BoxMesh
-from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
-from fringeforce.design import Transducer
+from fringeforce.base.progress import Progress
+from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.elements import integrals
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import light_stresses
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
-from fringeforce.progress import Progress
 
 Array = NDArray[np.float64]
 

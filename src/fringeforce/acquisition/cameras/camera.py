@@ -1,0 +1,131 @@
+"""What every camera is: a context manager that yields blocks of consecutive frames.
+
+Frames are lines of a strip, or images of a pad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.errors import InputError
+
+LINES, IMAGES = 64, 1
+"""Lines, and images, in a block where nothing else is asked for.
+
+A block of images would be late by the time that they take."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Consecutive lines of a camera, or images of a pad.
+
+    Attributes
+    ----------
+    lines : ndarray, shape (k, *frame_shape)
+        Grey levels; frames have the shape (P,) or (rows, columns), with the number of pictures
+        before it if there are several.
+    timestamps : ndarray, shape (k,)
+        When every line was exposed, on this computer's clock [s since 1970].
+    dropped : int
+        Lines that the camera lost just before this block.
+    first : int
+        Running number of the first line; it counts lost lines too.
+    """
+
+    lines: NDArray[Any]
+    timestamps: NDArray[Any]
+    dropped: int
+    first: int
+
+    def __len__(self) -> int:
+        return len(self.timestamps)
+
+    def precede(self, other: Block) -> bool:
+        """Whether another follows without a gap."""
+        return self.first + len(self) == other.first
+
+    @classmethod
+    def joined(cls, parts: Sequence[Block]) -> Block:
+        """Blocks of which each precedes the next, as one."""
+        if len(parts) == 1:
+            return parts[0]
+        lines = np.concatenate([part.lines for part in parts])
+        timestamps = np.concatenate([part.timestamps for part in parts])
+        return cls(lines, timestamps, parts[0].dropped, parts[0].first)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a camera is run.
+
+    Attributes
+    ----------
+    line_rate : float or None
+        Lines, or images of a pad, per second; the camera's own if not given.
+    exposure : float or None
+        Exposure of each [s]; the camera's own if not given.
+    block : int or None
+        How many come at once; 64 lines or one image if not given.
+    """
+
+    line_rate: float | None = None
+    exposure: float | None = None
+    block: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("line_rate", "lines per second"), ("exposure", "seconds")):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < float("inf"):
+                raise InputError(f"{name} = {value}: must be a number of {unit} above 0.")
+        if self.block is not None and not 1 <= self.block <= 4096:
+            raise InputError(f"block = {self.block}: must be from 1 to 4096 lines.")
+        if self.exposure and self.line_rate and self.exposure * self.line_rate > 1:
+            raise InputError(
+                f"exposure = {self.exposure:g} s leaves no time for {self.line_rate:g} lines per "
+                f"second; expose at most {1 / self.line_rate:.3g} s."
+            )
+
+
+class Camera(Protocol):
+    """A source of lines, or of images.
+
+    Entering connects and iterating yields `Block` until the source ends.  A camera that was left
+    can be entered again and goes on counting lines, which is how a lost one comes back.
+    """
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        ...
+
+    @property
+    def patient(self) -> bool:
+        """True if it waits for whoever reads, as a file does; a real camera never waits."""
+        ...
+
+    def __enter__(self) -> Self:
+        """Connect; raises `CameraLost` if nobody answers."""
+        ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Disconnect."""
+        ...
+
+    def __iter__(self) -> Iterator[Block]:
+        """Blocks in order; raises `CameraLost` when the camera vanishes."""
+        ...
+
+    def close(self) -> None:
+        """End the iteration soon; may be called from another thread."""
+        ...

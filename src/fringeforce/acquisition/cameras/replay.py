@@ -1,0 +1,76 @@
+"""A file in place of a camera."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from fringeforce.acquisition.cameras.camera import Block, Settings
+from fringeforce.acquisition.cameras.interruptible import Interruptible
+from fringeforce.io.frames import load_frames, load_times
+from fringeforce.io.images import IMAGES, load_images
+
+
+class ReplayCamera(Interruptible):
+    """Plays the frames of a file, at the speed they were recorded with or as fast as they are read.
+
+    Parameters
+    ----------
+    path : path
+        .h5, .npy, .png or .tiff; a row each, or an image each for a pad.
+    settings : Settings
+        With a line rate, frames come at that rate.  Without, they come when they did in a recording
+        that holds times, and as fast as they are read from other files.
+    full_speed : bool
+        As fast as they are read, whatever the file says.
+    images : bool
+        Whether they are images of a pad.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, damaged, or of a kind that is not read.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        settings: Settings | None = None,
+        full_speed: bool = False,
+        images: bool = False,
+    ) -> None:
+        super().__init__(settings, images)
+        self.name = Path(path).name
+        self.lines = load_images(path) if images else load_frames(path)
+        rate, kind = self.settings.line_rate, IMAGES if images else "frames"
+        times = np.arange(len(self.lines)) / rate if rate else load_times(path, kind)
+        self._offsets = None if times is None or full_speed else times - times[:1]
+
+    @property
+    def patient(self) -> bool:
+        """True at full speed: the file waits for whoever reads."""
+        return self._offsets is None
+
+    def __enter__(self) -> Self:
+        super().__enter__()
+        played = 0.0 if self._offsets is None else float(self._offsets[self._next :][:1].sum())
+        self._start = time.time() - played
+        return self
+
+    def __iter__(self) -> Iterator[Block]:
+        while self._next < len(self.lines) and not self._closed.is_set():
+            first = self._next
+            lines = self.lines[first : first + self.block]
+            if self._offsets is None:
+                timestamps = np.full(len(lines), time.time())
+            else:
+                timestamps = self._start + self._offsets[first : first + len(lines)]
+                if self._closed.wait(timestamps[-1] - time.time()):
+                    return
+            self._next = first + len(lines)
+            yield Block(lines, timestamps, 0, first)

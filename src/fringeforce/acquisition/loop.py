@@ -1,0 +1,166 @@
+"""Live reading: camera, reader and sinks, each at its own pace."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fringeforce.acquisition.camera_thread import Feed
+from fringeforce.acquisition.cameras.camera import Block, Camera
+from fringeforce.acquisition.run_statistics import Delivery, Statistics, Tally
+from fringeforce.acquisition.sink_thread import Outlet
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.models.pad import PadModel
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.batch import Batch
+from fringeforce.reading.pads.reader import PadReader
+
+POLL = 0.1
+"""Time to wait for a block before asking whether to go on [s]."""
+QUEUE, IMAGE_QUEUE = 32, 1
+"""Blocks that wait for a reader, if nothing else is asked for.
+
+Lines are followed best without gaps. An image that waits while another is read is late, and the
+next one takes its place."""
+TOGETHER, SLOW = 256, 0.05
+"""Lines up to which blocks that wait are read as one, which takes less time; and time that the last
+ones took, beyond which each has to be searched and a block of its own is long enough [s]."""
+Report = Callable[[Statistics, Readings | None], None]
+
+
+class FrameReader(Protocol):
+    """What the loop needs of a reader: a `Reader`, or a `PadReader.follower()`."""
+
+    @property
+    def model(self) -> SensorModel | PadModel:
+        """The sensor that is read."""
+        ...
+
+    def prepare(self) -> None:
+        """Do all that the first frame would wait for otherwise."""
+        ...
+
+    def read_on(self, frames: ArrayLike, /) -> Batch:
+        """Read frames that follow those before, shape (k, *frame_shape)."""
+        ...
+
+
+def live(
+    reader: FrameReader | PadReader,
+    camera: Camera,
+    sinks: Sequence[Sink] = (),
+    *,
+    seconds: float | None = None,
+    stop: threading.Event | None = None,
+    report: Report | None = None,
+    every: float = 0.1,
+    queue: int | None = None,
+) -> Statistics:
+    """Read a camera's lines, or images, until it ends, the time is over, or someone stops it.
+
+    The camera fills a bounded queue; when the reader is slower and it is full, the blocks in it are
+    dropped and counted, so that what is read comes in long runs.  A camera that vanishes is looked
+    for again, at growing intervals.  Every sink has a bounded queue of its own, so that a slow,
+    dead or full one stops no other part.  A camera that waits, such as a file at full speed, is
+    read whole, and waits for the sinks too.
+
+    Parameters
+    ----------
+    reader : Reader or PadReader
+        Of the sensor; a pad's images are followed as `PadReader.stream` does it.
+    camera : Camera
+        Not yet connected.
+    sinks : sequence of Sink
+        Are closed at the end, whatever happens.
+    seconds : float, optional
+        How long to read.
+    stop : threading.Event, optional
+        Ends the reading soon after it is set.
+    report : callable, optional
+        Is told of the statistics and the last readings, in the thread of the caller.
+    every : float
+        Time between reports [s].
+    queue : int, optional
+        Blocks that wait for the reader, and for every sink; 32 if not given.  Of a
+        pad's images only the newest waits for the reader then.
+
+    Returns
+    -------
+    Statistics
+        Of the whole run.  Every line or image that the camera numbered was read or is counted as
+        dropped.
+
+    Raises
+    ------
+    CameraLost
+        If there is no camera to begin with.
+    FringeforceError
+        If the camera cannot be set as asked, or a pad's images cannot be read without an earlier
+        state.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> np.save("frames.npy", model.expose([ff.polar(1.0, angle=10, n=11)] * 8, rng=0))
+    >>> camera = ff.open_camera("file:frames.npy", model)
+    >>> ff.live(ff.Reader(model), camera, [ff.open_sink("csv:touch.csv", model)]).lines
+    8
+    """
+    follower = reader.follower() if isinstance(reader, PadReader) else reader
+    images = isinstance(follower.model, PadModel)
+    stopping = stop or threading.Event()
+    with ExitStack() as finishing:
+        outlets: list[Outlet] = []
+        for sink in sinks:
+            outlets.append(Outlet(sink, queue or QUEUE, camera.patient))
+            finishing.callback(outlets[-1].finish)
+        follower.prepare()
+        tally = Tally("images" if images else "lines")
+        feed = Feed(camera, queue or (IMAGE_QUEUE if images else QUEUE), tally)
+        finishing.callback(feed.stop)
+        feed.start()
+        deadline = time.monotonic() + (float("inf") if seconds is None else seconds)
+        told, last, together = -np.inf, None, 1
+        while not stopping.is_set() and time.monotonic() < deadline:
+            try:
+                block = feed.next(POLL, together)
+            except StopIteration:
+                break
+            if block is not None:
+                began = time.monotonic()
+                last = read_block(follower, block)
+                together = 1 if images or time.monotonic() - began > SLOW else TOGETHER
+                tally.read(last)
+                for outlet in outlets:
+                    outlet.put(last)
+            if report and time.monotonic() - told > every:
+                told = time.monotonic()
+                report(tally.statistics(_deliveries(outlets)), last)
+    statistics = tally.statistics(_deliveries(outlets))
+    if report:
+        report(statistics, last)
+    return statistics
+
+
+def read_block(reader: FrameReader, block: Block) -> Readings:
+    """Read all lines or images of a block, as those that follow what the reader read last."""
+    found = reader.read_on(block.lines)
+    return Readings(
+        first=block.first,
+        timestamps=block.timestamps,
+        forces=found.forces,
+        std=found.std,
+        chi2=found.chi2,
+        status=tuple(found.status),
+        lines=block.lines,
+    )
+
+
+def _deliveries(outlets: Sequence[Outlet]) -> tuple[Delivery, ...]:
+    return tuple(outlet.delivery for outlet in outlets)

@@ -1,0 +1,106 @@
+"""A sink by its name, as a person writes it on the command line."""
+
+from __future__ import annotations
+
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.serving import LOOPBACK
+from fringeforce.acquisition.sinks.sink import Sink
+from fringeforce.base.errors import InputError
+from fringeforce.models.pad import PadModel
+from fringeforce.models.strip import SensorModel
+
+KINDS = (
+    "csv:PATH, h5:PATH, record:PATH, ws://HOST:PORT, mcap:PATH, foxglove://HOST:PORT, "
+    "rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT or lsl:NAME"
+)
+
+
+def open_sink(
+    target: str,
+    model: SensorModel | PadModel,
+    bind: str = LOOPBACK,
+    token: str | None = None,
+) -> Sink:
+    """A sink for the readings of a sensor.
+
+    Parameters
+    ----------
+    target : str
+        "csv:PATH"; "h5:PATH" for readings, "record:PATH" for readings with their frames;
+        "ws://HOST:PORT"; "mcap:PATH", "foxglove://HOST:PORT"; "rosbag:PATH", "ros:NODE";
+        "zmq:tcp://HOST:PORT"; "lsl:NAME".
+    model : SensorModel or PadModel
+        The sensor.
+    bind : str
+        Host for servers whose target names none, as in "ws:".
+    token : str, optional
+        What clients must show; needed to serve beyond this computer.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind of sink, or it needs something that is not installed.
+    FileFormatError
+        If a file cannot be written.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> sink = ff.open_sink("csv:touch.csv", model)
+    >>> sink.name
+    'CSV touch.csv'
+    >>> sink.close()
+    """
+    kind, _, rest = target.partition(":")
+    if kind not in ("ws", "foxglove", "zmq") and not rest:
+        raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
+    if kind in ("csv", "h5", "record"):
+        return _file(kind, rest, model)
+    if kind in ("ws", "zmq"):
+        return _server(target, bind, token)
+    return _robot(kind, rest, target, model, bind)
+
+
+def _file(kind: str, path: str, model: SensorModel | PadModel) -> Sink:
+    if kind == "csv":
+        from fringeforce.acquisition.sinks.csv_file import CsvSink
+
+        return CsvSink(path, Components.of(model))
+    from fringeforce.acquisition.sinks.hdf5 import Hdf5Sink
+
+    return Hdf5Sink(path, model, frames=kind == "record")
+
+
+def _server(target: str, bind: str, token: str | None) -> Sink:
+    if target.startswith("ws"):
+        from fringeforce.acquisition.sinks.websocket import WebSocketSink
+
+        return WebSocketSink(target, bind, token)
+    from fringeforce.acquisition.sinks.zeromq import ZmqSink
+
+    return ZmqSink(target.removeprefix("zmq:") or "tcp:", bind, token)
+
+
+def _robot(kind: str, rest: str, target: str, model: SensorModel | PadModel, bind: str) -> Sink:
+    components = Components.of(model)
+    if kind == "foxglove":
+        from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
+
+        return FoxgloveSink(components, target, bind)
+    if kind == "mcap":
+        from fringeforce.acquisition.sinks.foxglove import McapSink
+
+        return McapSink(rest, components)
+    if kind == "rosbag":
+        from fringeforce.acquisition.sinks.rosbag import RosbagSink
+
+        return RosbagSink(rest, components)
+    if kind == "ros":
+        from fringeforce.acquisition.sinks.ros import RosSink
+
+        return RosSink(rest, components)
+    if kind == "lsl":
+        from fringeforce.acquisition.sinks.lsl import LslSink
+
+        return LslSink(rest, components)
+    raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")

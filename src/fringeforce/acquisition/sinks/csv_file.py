@@ -1,0 +1,69 @@
+"""Readings as CSV, one row for each tactel of each line or image, named as in `tables`."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.csv_rows import rows
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.base.errors import FileFormatError
+from fringeforce.io.tables import CARTESIAN, PAD_READING, POLAR
+
+DEVIATIONS = ("normal_std_N", "tangential_std_N")
+STRIP_READING = (*CARTESIAN, *POLAR, *DEVIATIONS)
+
+
+class CsvSink(Sink):
+    """Appends to a CSV file; what was written reaches the system before more is taken.
+
+    Parameters
+    ----------
+    path : path
+        Of the file, which is written anew.
+    components : Components
+        Of the sensor's forces.
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be written.
+    """
+
+    interval = 0.05
+
+    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
+        self.name = f"CSV {os.fspath(path)}"
+        self._components = components
+        numbers = PAD_READING if components.pad else STRIP_READING
+        columns = "frame", "tactel", "time_s", *numbers, "chi2", "status"
+        try:
+            self._file = open(path, "wb")  # noqa: SIM115
+        except OSError as error:
+            raise FileFormatError(f"{path} cannot be written: {error.strerror}.") from None
+        self._file.write((",".join(columns) + "\r\n").encode())
+        self._file.flush()
+
+    def write(self, readings: Readings) -> None:
+        """Append a block."""
+        self._file.write(_rows(readings, self._components))
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _rows(readings: Readings, components: Components) -> bytes:
+    """All rows of a block."""
+    forces, std = map(components.by_tactel, (readings.forces, readings.std))
+    chi2 = np.broadcast_to(readings.chi2[:, None, None], (*forces.shape[:2], 1))
+    columns = [forces, std, chi2]
+    if not components.pad:
+        normal, tangential = np.moveaxis(forces, 2, 0)
+        polar = np.hypot(normal, tangential), np.degrees(np.arctan2(tangential, normal))
+        columns.insert(1, np.stack(polar, axis=2))
+    words = np.array([status.name for status in readings.status], dtype=bytes)
+    return rows(readings.first, readings.timestamps, np.concatenate(columns, axis=2), words)

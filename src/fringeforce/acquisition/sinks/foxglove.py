@@ -1,0 +1,133 @@
+"""Readings for Foxglove: live, and as an MCAP file; one JSON message for each line or image."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.message import numbers
+from fringeforce.acquisition.sinks.serving import LOOPBACK, address
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.acquisition.sinks.wrench import wrenches
+from fringeforce.base.errors import FileFormatError, InputError
+from fringeforce.base.optional_libraries import extra
+
+PORT = 8765
+TOPIC = "/fringeforce/reading"
+NUMBERS = {"type": "array", "items": {"type": "number"}}
+
+
+class FoxgloveSink(Sink):
+    """Shows readings in Foxglove, live on this computer.
+
+    Parameters
+    ----------
+    components : Components
+        Of the sensor's forces.
+    url : str
+        Where to serve, "foxglove://127.0.0.1:8765" if host and port are left out.
+    bind : str
+        Host where the URL names none.
+
+    Raises
+    ------
+    InputError
+        If foxglove-sdk is missing or the address cannot be served.
+    """
+
+    def __init__(
+        self, components: Components, url: str = "foxglove:", bind: str = LOOPBACK
+    ) -> None:
+        foxglove: Any = extra("foxglove", "robots")
+        self._components = components
+        host, port = address(url, PORT, bind, tokens=False)
+        # channels end with their context, so it is kept
+        self._context = context = foxglove.Context()
+        try:
+            self._server = foxglove.start_server(
+                name="fringeforce", host=host, port=port, context=context
+            )
+        except (OSError, RuntimeError) as error:
+            raise InputError(f"{url} cannot be served: {error}.") from None
+        self._channel = foxglove.Channel(TOPIC, schema=_schema(components), context=context)
+        self.port: int = self._server.port
+        self.name = f"Foxglove at {host}:{self.port}"
+
+    def write(self, readings: Readings) -> None:
+        """Show a block."""
+        if self._channel.has_sinks():
+            _log(self._channel, readings, self._components)
+
+    def close(self) -> None:
+        """Stop serving."""
+        self._server.stop()
+
+
+class McapSink(Sink):
+    """Writes readings to an MCAP file, which Foxglove opens.
+
+    Parameters
+    ----------
+    path : path
+        Of the file, which is written anew.
+    components : Components
+        Of the sensor's forces.
+
+    Raises
+    ------
+    InputError
+        If foxglove-sdk is missing.
+    FileFormatError
+        If the file cannot be written.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
+        foxglove: Any = extra("foxglove", "robots")
+        self._components = components
+        self.name = f"MCAP {os.fspath(path)}"
+        # channels end with their context, so it is kept
+        self._context = context = foxglove.Context()
+        try:
+            self._writer = foxglove.open_mcap(Path(path), allow_overwrite=True, context=context)
+        except (OSError, RuntimeError) as error:
+            raise FileFormatError(f"{path} cannot be written: {error}.") from None
+        self._channel = foxglove.Channel(TOPIC, schema=_schema(components), context=context)
+
+    def write(self, readings: Readings) -> None:
+        """Append a block."""
+        _log(self._channel, readings, self._components)
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Complete the file with its index."""
+        self._writer.close()
+
+
+def _schema(components: Components) -> dict[str, Any]:
+    names = *components.names, *(f"{name}_std" for name in components.names)
+    properties = {"line": {"type": "integer"}, **dict.fromkeys(names, NUMBERS)}
+    if components.pad:
+        properties |= {"force": NUMBERS, "torque": NUMBERS}
+    properties |= {"chi2": {"type": "number"}, "status": {"type": "string"}}
+    return {"type": "object", "title": "fringeforce.Reading", "properties": properties}
+
+
+def _log(channel: Any, readings: Readings, components: Components) -> None:
+    forces, std = (
+        numbers(components.by_tactel(values).swapaxes(1, 2))
+        for values in (readings.forces, readings.std)
+    )
+    force, torque = map(numbers, wrenches(readings.forces, components.places))
+    chi2 = numbers(readings.chi2)
+    for i, status in enumerate(readings.status):
+        columns = dict(zip(components.names, forces[i], strict=True))
+        spread = zip(components.names, std[i], strict=True)
+        columns |= {f"{name}_std": values for name, values in spread}
+        if components.pad:
+            columns |= {"force": force[i], "torque": torque[i]}
+        channel.log(
+            {"line": readings.first + i, **columns, "chi2": chi2[i], "status": status.name},
+            log_time=round(readings.timestamps[i] * 1e9),
+        )

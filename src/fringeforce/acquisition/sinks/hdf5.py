@@ -1,0 +1,173 @@
+"""Readings, with their frames if wanted, appended to an HDF5 file that survives a crash.
+
+The file is in single-writer multiple-reader mode: what `write` has returned from stays readable
+when the process is killed at any moment, and others can read along while it grows.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from math import prod
+
+import h5py
+import numpy as np
+from numpy.typing import DTypeLike
+
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.base.errors import FileFormatError
+from fringeforce.base.storage import describe, stamp
+from fringeforce.io.images import IMAGES
+from fringeforce.models.pad import PadModel
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.reading import Status
+
+SECONDS = "seconds since 1970-01-01"
+CODES = {status: code for code, status in enumerate(Status)}
+CHUNK, FRAME_CHUNK = 256, 64
+"""Most rows of numbers, and of grey levels, that are kept together."""
+CHUNK_BYTES = 2**17
+"""Room for them: whoever appends a row writes all that is kept together with it."""
+
+
+class Hdf5Sink(Sink):
+    """Appends readings to an HDF5 file.
+
+    Parameters
+    ----------
+    path : path
+        Of the file, which is written anew.
+    model : SensorModel or PadModel
+        The sensor, which names the places of pixels and tactels.
+    frames : bool
+        Record the grey levels too; `load_frames`, or `load_images` of a pad, and
+        `fringeforce read` then read them again.
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be written.
+    """
+
+    interval = 0.2
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        model: SensorModel | PadModel,
+        frames: bool = False,
+    ) -> None:
+        self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
+        try:
+            self._file = h5py.File(path, "w", libver="latest", track_order=True)
+        except OSError as error:
+            reason = os.strerror(error.errno) if error.errno else str(error)
+            raise FileFormatError(f"{path} cannot be written: {reason}.") from None
+        self._frames = frames
+        self._count = 0
+        self._describe(model)
+        # no names or attributes can be added from here on
+        self._file.swmr_mode = True
+
+    def write(self, readings: Readings) -> None:
+        """Append a block."""
+        try:
+            self._append(readings)
+        except (OSError, RuntimeError) as error:
+            # the library keeps the number of the system's error in its text only
+            number = re.search(r"errno = (\d+)", str(error))
+            if number is None:
+                raise
+            raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
+
+    def _append(self, readings: Readings) -> None:
+        columns = {
+            "frame": np.arange(readings.first, readings.first + len(readings)),
+            "time": readings.timestamps,
+            "forces": readings.forces,
+            "std": readings.std,
+            "chi2": readings.chi2,
+            "status": [CODES[status] for status in readings.status],
+        }
+        if self._frames:
+            columns["grey"] = readings.lines
+        end = self._count + len(readings)
+        # the number of the frame comes last: a reader that sees it finds all the rest
+        for name in reversed(columns):
+            dataset = self._dataset(name)
+            dataset.resize(end, axis=0)
+            dataset[self._count : end] = columns[name]
+            dataset.flush()
+        self._count = end
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _describe(self, model: SensorModel | PadModel) -> None:
+        file, components = self._file, Components.of(model)
+        what = "image" if components.pad else "line"
+        recording = IMAGES if components.pad else "frames"
+        stamp(file, recording if self._frames else "readings")
+        file.attrs["design"] = model.sensor.to_toml()
+        self._scale("component", np.array(components.names, dtype="S"), "direction of the force")
+        if components.pad:
+            numbers = np.arange(1, len(components.places) + 1)
+            self._scale("tactel", numbers, "number of the tactel")
+        else:
+            self._scale("tactel", components.places, "places of the tactels", "m")
+        self._growing("frame", (), np.int64, f"running number of the {what}")
+        self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
+        self._growing("forces", components.axes, float, "forces", "N")
+        self._growing("std", components.axes, float, "standard deviations of the forces", "N")
+        self._growing("chi2", (), float, "reduced chi-square")
+        status = self._growing("status", (), np.uint8, "verdict")
+        status.attrs["flag_values"] = np.array(list(CODES.values()), dtype=np.uint8)
+        status.attrs["flag_meanings"] = " ".join(status.name for status in CODES)
+        if self._frames:
+            self._describe_pixels(model)
+
+    def _describe_pixels(self, model: SensorModel | PadModel) -> None:
+        if isinstance(model, PadModel):
+            x, y = model.sensor.pixel_positions
+            self._scale("y", y, "places of the rows", "m")
+            self._scale("x", x, "places of the columns", "m")
+            axes: tuple[str, ...] = "y", "x"
+        else:
+            self._scale("x", model.pixel_positions, "places of the pixels", "m")
+            axes = ("x",)
+        if len(model.frame_shape) > len(axes):
+            numbers = np.arange(1, model.frame_shape[0] + 1)
+            self._scale("channel", numbers, "number of the channel")
+            axes = "channel", *axes
+        dtype = np.uint8 if model.sensor.camera.bits <= 8 else np.uint16
+        self._growing("grey", axes, dtype, "grey levels")
+
+    def _scale(self, name: str, values: np.ndarray, meaning: str, unit: str = "") -> None:
+        dataset = self._file.create_dataset(name, data=values)
+        describe(dataset, meaning, unit)
+        dataset.make_scale(name)
+
+    def _growing(
+        self, name: str, dimensions: tuple[str, ...], dtype: DTypeLike, meaning: str, unit: str = ""
+    ) -> h5py.Dataset:
+        shape = tuple(self._dataset(dimension).shape[0] for dimension in dimensions)
+        row = max(prod(shape) * np.dtype(dtype).itemsize, 1)
+        most = FRAME_CHUNK if name == "grey" else CHUNK
+        length = min(most, max(CHUNK_BYTES // row, 1))
+        dataset = self._file.create_dataset(
+            name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(length, *shape)
+        )
+        describe(dataset, meaning, unit)
+        if name == "frame":
+            dataset.make_scale(name)
+            return dataset
+        for axis, dimension in enumerate(("frame", *dimensions)):
+            dataset.dims[axis].attach_scale(self._file[dimension])
+        return dataset
+
+    def _dataset(self, name: str) -> h5py.Dataset:
+        dataset = self._file[name]
+        assert isinstance(dataset, h5py.Dataset)
+        return dataset

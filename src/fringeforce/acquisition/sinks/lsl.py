@@ -1,0 +1,59 @@
+"""Readings as a Lab Streaming Layer stream, beside other instruments on one clock."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from fringeforce.acquisition.sinks.components import Components
+from fringeforce.acquisition.sinks.sink import Readings, Sink
+from fringeforce.base.optional_libraries import extra
+
+
+class LslSink(Sink):
+    """An outlet with a channel for each component of each tactel, named after both [N].
+
+    A strip's normal forces come first, a pad's components tactel by tactel.
+
+    Lab Streaming Layer announces streams on the local network and knows no token.
+
+    Parameters
+    ----------
+    name : str
+        Of the stream.
+    components : Components
+        Of the sensor's forces.
+
+    Raises
+    ------
+    InputError
+        If pylsl is missing.
+    """
+
+    def __init__(self, name: str, components: Components) -> None:
+        self._lsl: Any = extra("pylsl", "robots")
+        # its log would run through what a person watches; warnings and errors still appear
+        self._lsl.set_config_content("[log]\nlevel = -1\n")
+        labels = components.labels
+        info = self._lsl.StreamInfo(
+            name, "Force", len(labels), self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
+        )
+        channels = info.desc().append_child("channels")
+        for label in labels:
+            channel = channels.append_child("channel")
+            channel.append_child_value("label", label)
+            channel.append_child_value("unit", "newtons")
+        self._outlet: Any = self._lsl.StreamOutlet(info)
+        self.name = f"LSL stream {name}"
+
+    def write(self, readings: Readings) -> None:
+        """Push a block with the time of every line on the clock of the Lab Streaming Layer."""
+        ahead = self._lsl.local_clock() - time.time()
+        rows = readings.forces.reshape(len(readings), -1)
+        self._outlet.push_chunk(np.ascontiguousarray(rows), (readings.timestamps + ahead).tolist())
+
+    def close(self) -> None:
+        """Withdraw the stream."""
+        self._outlet = None

@@ -1,0 +1,232 @@
+"""Files whole or not at all, and refused if they are not what is meant: HDF5, arrays, pictures."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import FileFormatError, FringeforceError, InputError
+
+if TYPE_CHECKING:
+    PathLike = str | os.PathLike[str]
+
+FORMAT_VERSION = 1
+HDF5 = (".h5", ".hdf5", ".nc")
+"""Endings of these files."""
+LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
+
+
+@contextmanager
+def whole_file(path: PathLike) -> Iterator[Path]:
+    """Where to write a file that takes its name only once it is complete.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such folder, or the file cannot be written.
+    """
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
+    try:
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as folder:
+            unfinished = Path(folder) / target.name
+            yield unfinished
+            os.replace(unfinished, target)
+    except FringeforceError:
+        raise
+    except OSError as error:
+        reason = error.strerror or error
+        raise FileFormatError(f"{target} cannot be written: {reason}.") from None
+
+
+@contextmanager
+def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file that takes its name only once it is complete."""
+    with whole_file(path) as place, h5py.File(place, "w", track_order=True) as file:
+        stamp(file, kind)
+        yield file
+
+
+def stamp(file: h5py.File, kind: str) -> None:
+    """Write what a file is, when it was made and by which versions."""
+    file.attrs["format"] = f"fringeforce-{kind}"
+    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+    file.attrs["versions"] = json.dumps({name: version(name) for name in LIBRARIES})
+
+
+@contextmanager
+def existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
+    """An HDF5 file of one kind, opened to read; FileFormatError for any other."""
+    try:
+        with _opened(path) as file:
+            found = file.attrs.get("format", "a foreign HDF5 file")
+            if found != f"fringeforce-{kind}":
+                raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
+            newest = int(file.attrs.get("format_version", 0))
+            if newest > FORMAT_VERSION:
+                raise FileFormatError(
+                    f"{path} has format version {newest}; this fringeforce reads up to "
+                    f"{FORMAT_VERSION}. Update fringeforce."
+                )
+            yield file
+    except FileFormatError:
+        raise
+    except FileNotFoundError:
+        raise FileFormatError(f"There is no file {path}.") from None
+    except (OSError, KeyError, ValueError, RuntimeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(
+            f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
+            "truncated or of another kind; write it again."
+        ) from None
+
+
+def _opened(path: PathLike) -> h5py.File:
+    """The file for reading, even if it is being recorded or its recorder was killed."""
+    try:
+        return h5py.File(path, "r")
+    except FileNotFoundError:
+        raise
+    except OSError:
+        return h5py.File(path, "r", swmr=True)
+
+
+def write(
+    file: h5py.File,
+    name: str,
+    values: Any,
+    dimensions: tuple[str, ...],
+    unit: str | None,
+    meaning: str,
+) -> None:
+    """Write an array with its unit, its meaning and the names of its dimensions."""
+    data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
+    compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
+    dataset = file.create_dataset(name, data=data, **compress)
+    describe(dataset, meaning, unit)
+    if dimensions == (name,):
+        dataset.make_scale(name)
+        return
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(file[dimension])
+
+
+def describe(dataset: h5py.Dataset, meaning: str, unit: str | None) -> None:
+    """Write what an array means, and its unit if it has one."""
+    dataset.attrs["long_name"] = meaning
+    if unit:
+        dataset.attrs["units"] = unit
+
+
+def write_frames(
+    file: h5py.File, images: NDArray[Any], places: Mapping[str, tuple[ArrayLike, str]]
+) -> None:
+    """Write grey levels with the numbers of their frames and channels and the places of pixels.
+
+    Parameters
+    ----------
+    file : h5py.File
+        To write to.
+    images : ndarray, shape (k, ...) or (k, channels, ...)
+        Grey levels.
+    places : mapping
+        For each dimension of a picture, in their order, places [m] and what they are.
+    """
+    write(file, "frame", np.arange(len(images)), ("frame",), None, "number of the frame")
+    for name, (values, meaning) in places.items():
+        write(file, name, np.asarray(values, dtype=float), (name,), "m", meaning)
+    axes = ("frame", *places)
+    if images.ndim > len(axes):
+        channels = np.arange(1, images.shape[1] + 1)
+        write(file, "channel", channels, ("channel",), None, "number of the channel")
+        axes = ("frame", "channel", *places)
+    write(file, "grey", images, axes, None, "grey levels")
+
+
+def write_forces(
+    file: h5py.File, forces: ArrayLike, components: tuple[str, ...], axes: tuple[str, str]
+) -> None:
+    """Write the forces behind frames that were written, and the names of their dimensions.
+
+    Parameters
+    ----------
+    file : h5py.File
+        To write to.
+    forces : array_like, shape (k, ...)
+        Forces [N].
+    components : tuple of str
+        Names of the components.
+    axes : (str, str)
+        "component" and "tactel" in the order of the forces' last two dimensions.
+    """
+    loads = np.asarray(forces, dtype=float)
+    tactels = np.arange(1, loads.shape[1 + axes.index("tactel")] + 1)
+    write(file, "component", components, ("component",), None, "direction of the force")
+    write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+    write(file, "forces", loads, ("frame", *axes), "N", "applied forces")
+
+
+def read(file: h5py.File, name: str) -> NDArray[Any]:
+    """Read an array."""
+    dataset = file[name]
+    assert isinstance(dataset, h5py.Dataset)
+    return dataset[()]
+
+
+def text(file: h5py.File, name: str) -> str:
+    """Read a text."""
+    return str(file.attrs[name])
+
+
+def format_of(path: PathLike) -> str:
+    """What an HDF5 file says it is; empty if it cannot be read or says nothing."""
+    try:
+        with _opened(path) as file:
+            return str(file.attrs.get("format", ""))
+    except OSError:
+        return ""
+
+
+def load_array(path: PathLike) -> NDArray[Any]:
+    """Grey levels of a .npy file or of a PNG or TIFF picture, as stored."""
+    ending = Path(path).suffix.lower()
+    loaders = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
+    if ending not in loaders:
+        raise FileFormatError(
+            f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {ending!r}."
+        )
+    try:
+        return loaders[ending](path)
+    except (OSError, ValueError, EOFError, SyntaxError) as error:
+        raise FileFormatError(f"{path} cannot be read as {ending} frames: {error}.") from None
+
+
+def _load_npy(path: PathLike) -> NDArray[Any]:
+    return np.load(path, allow_pickle=False)
+
+
+def _load_png(path: PathLike) -> NDArray[Any]:
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def _load_tiff(path: PathLike) -> NDArray[Any]:
+    from tifffile import imread
+
+    return imread(path)

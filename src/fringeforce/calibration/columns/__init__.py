@@ -1,0 +1,1 @@
+"""Corrections of the influence matrix, column by column."""

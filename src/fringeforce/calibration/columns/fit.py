@@ -1,0 +1,207 @@
+"""Corrections of the influence columns from all frames at once, on top of a fitted design.
+
+Design, camera, light, the frames' own light and the pixels' pattern are fitted again with them: a
+wrong matrix looks like a lamp that drifts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.calibration.columns.prior import MIDDLE, Posterior, Shapes, most_probable, shapes
+from fringeforce.calibration.columns.quadratic import Quadratic, expanded, pattern_after
+from fringeforce.calibration.design_jacobian import DesignTangent, followed
+from fringeforce.calibration.frame_fit import (
+    STAGES,
+    Fit,
+    calm,
+    pixel_weight,
+    precision,
+    sifted,
+    start,
+)
+from fringeforce.calibration.light.drift import drifting
+from fringeforce.calibration.measurements import Bench, Unknowns
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+ROUNDS = 12
+"""Largest number of steps."""
+REACH = 1.0
+"""Change of a phase up to which a step is followed [rad]."""
+SETTLED = 0.1
+"""Gain of twice the log-likelihood below which a step is the last."""
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnFit:
+    """A fit with corrected columns.
+
+    Attributes
+    ----------
+    bench : Bench
+        All rows, with the pattern and the drift that are left.
+    fit : Fit
+        Design, camera and light; its tangent has the corrected columns.
+    sound, kept : ndarray of bool, shapes (P,) and (F,)
+        Pixels and frames that were used.
+    shapes : Shapes
+        What the coefficients mean.
+    posterior : Posterior
+        The corrections.
+    responses : ndarray, shape (U, r)
+        What the other unknowns of the bench do in each mode of the corrections.
+    own : ndarray, shape (U, U)
+        Their covariance for given corrections.
+    """
+
+    bench: Bench
+    fit: Fit
+    sound: Mask
+    kept: Mask
+    shapes: Shapes
+    posterior: Posterior
+    responses: Array
+    own: Array
+
+    def correction(self, x: Array) -> Array:
+        """What is added to the columns at some places, shape (m, 2n) [rad/N]."""
+        return self.shapes.correction(self.posterior.mean, x)
+
+    @property
+    def origin(self) -> dict[str, str | int]:
+        """How the columns came about, in words and numbers."""
+        x = self.shapes.parts.x
+        change, columns = self.correction(x), self.fit.tangent.at(x)[0]
+        share = np.sqrt((change**2).sum() / (columns**2).sum())
+        return {
+            "method": "finite elements, calibrated, columns corrected",
+            "column correction": f"{share:.2%}, smooth over {1e3 * self.posterior.length:.2g} mm",
+        }
+
+
+def fit_columns(
+    bench: Bench, paths: tuple[str, ...], fit: Fit, stuck: Mask, kept: Mask
+) -> ColumnFit:
+    """Correct the columns of a fitted design, and fit design, camera and light again with them.
+
+    Parameters
+    ----------
+    bench : Bench
+        All frames.
+    paths : tuple of str
+        Design values.
+    fit : Fit
+        Of the design.
+    stuck : ndarray of bool, shape (P,)
+        Pixels that do not follow the light at all.
+    kept : ndarray of bool, shape (F,)
+        Frames to start with.
+    """
+    at, tangent = fit.unknowns, fit.tangent
+    possible = shapes(bench.sensor, tangent, at.design)
+    coefficients = np.zeros((2 * bench.loads.shape[1], possible.count))
+    bent, sound, choice = tangent, ~stuck, MIDDLE
+    for number in range(ROUNDS):
+        limit, explore = STAGES[min(number, len(STAGES) - 1)], number < len(STAGES)
+        chosen = kept & calm(bench, at, bent, limit)
+        weight = pixel_weight(bench, at, sound)
+        rows = bench.rows(chosen)
+        quadratic = expanded(rows, at, bent, possible, weight)
+        solved = _solved(rows, at, coefficients, quadratic, possible, tangent, choice, explore)
+        posterior, step, choice = solved.posterior, solved.step, solved.posterior.choice
+        change = posterior.mean - coefficients
+        there = at.moved(step[: len(at.flat)])
+        share = _share(rows, at, there, bent, possible.correction(change, bent.spline.x), weight)
+        turned = possible.correction(change, at.positions(bench.sensor))
+        bench = pattern_after(bench, quadratic.normal, step, turned, share)
+        at = at.moved(share * step[: len(at.flat)])
+        coefficients = coefficients + share * change
+        far = 1.0 if explore else 0.5
+        tangent = followed(bench.sensor, paths, at.design, solved.covariance, tangent, far)
+        bent = tangent.plus(possible.correction(coefficients, tangent.spline.x))
+        if np.isinf(limit):
+            before = bench, kept, sound
+            bench = drifting(bench, at, bent, pixel_weight(bench, at, sound))
+            clear, kept = sifted(bench, at, bent, sound)
+            sound = ~stuck & clear
+            same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
+            if same and quadratic.gain(step, change.ravel()) < SETTLED:
+                break
+    quadratic = expanded(bench.rows(kept), at, bent, possible, pixel_weight(bench, at, sound))
+    solved = _solved(bench, at, coefficients, quadratic, possible, tangent, choice, False)
+    posterior, count = replace(solved.posterior, mean=coefficients), len(at.flat)
+    final = Fit(at, solved.covariance[:count, :count], bent, quadratic.normal)
+    responses, own = solved.responses[:count], solved.own[:count, :count]
+    return ColumnFit(bench, final, sound, kept, possible, posterior, responses, own)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Posterior of the corrections, and the step of the other unknowns (U,) that goes with it.
+
+    Their responses (U, r) to its modes, and their covariance (U, U) for given corrections.
+    """
+
+    posterior: Posterior
+    step: Array
+    responses: Array
+    own: Array
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the other unknowns, shape (U, U)."""
+        return self.own + self.responses @ self.responses.T
+
+
+def _solved(
+    bench: Bench,
+    at: Unknowns,
+    coefficients: Array,
+    quadratic: Quadratic,
+    possible: Shapes,
+    tangent: DesignTangent,
+    first: tuple[int, int],
+    explore: bool,
+) -> _Solved:
+    """The most probable step."""
+    frames = np.zeros(len(quadratic.gradient) - len(at.flat))
+    prior = precision(bench, tangent.deviations)
+    prior, place = np.append(prior, frames), np.append(at.flat, frames)
+    origin = np.append(start(bench, len(at.design)).flat, frames)
+    own = np.asarray(np.linalg.inv(quadratic.hessian + np.diag(prior)), dtype=float)
+    here = coefficients.ravel()
+    wanted = quadratic.hessian @ place + quadratic.cross @ here - quadratic.gradient
+    wanted += prior * origin
+    pull = quadratic.information @ here + quadratic.cross.T @ place - quadratic.pull
+    eliminated = own @ quadratic.cross
+    posterior = most_probable(
+        possible,
+        quadratic.information - quadratic.cross.T @ eliminated,
+        pull - eliminated.T @ wanted,
+        first,
+        explore,
+    )
+    aim = own @ wanted - eliminated @ posterior.mean.ravel()
+    responses = -eliminated @ posterior.modes.reshape(len(posterior.modes), len(here)).T
+    return _Solved(posterior, aim - place, responses, own)
+
+
+def _share(
+    bench: Bench,
+    at: Unknowns,
+    there: Unknowns,
+    tangent: DesignTangent,
+    change: Array,
+    weight: Array,
+) -> float:
+    """Share of a step that turns no used phase by more than REACH."""
+    used = weight > 0
+    places, aims = (each.positions(bench.sensor)[used] for each in (at, there))
+    aim = tangent.plus(change).matrix(there.design, aims)
+    turned = bench.loads @ (aim - tangent.matrix(at.design, places)).T
+    return min(1.0, REACH / max(float(np.abs(turned).max()), 1e-12))

@@ -1,0 +1,200 @@
+"""The frames' loss to second order in corrections of the columns and in all that goes with them.
+
+The phase is linear in the columns, so that Gauss and Newton's method on grey levels needs, of F
+frames and P pixels, only the information on the matrix of every pixel, shape (P, 2n, 2n).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from fringeforce.calibration.columns.prior import Shapes
+from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.light.fixed_pattern_noise import Pattern, eliminated
+from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.normal_equations import NormalEquations, linearised
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Quadratic:
+    """Half the loss to second order in U unknowns u and all coefficients c of the columns.
+
+    The unknowns are the m of the bench and every frame's own gain and offset; the pixels' pattern
+    is free.
+
+    Attributes
+    ----------
+    normal : NormalEquations
+        The frames without the columns.
+    gradient, hessian : ndarray, shapes (U,) and (U, U)
+        By the unknowns.
+    pull : ndarray, shape (4n K,)
+        Gradient by the coefficients.
+    cross : ndarray, shape (U, 4n K)
+        Mixed Hessian.
+    information : ndarray, shape (4n K, 4n K)
+        Hessian by the coefficients.
+    """
+
+    normal: NormalEquations
+    gradient: Array
+    hessian: Array
+    pull: Array
+    cross: Array
+    information: Array
+
+    def gain(self, step: Array, change: Array) -> float:
+        """Squared length of a step (U,), (4n K,) in units of what the frames can tell."""
+        own = step @ self.hessian @ step + change @ self.information @ change
+        return float(own + 2 * step @ self.cross @ change)
+
+
+class _Sides(NamedTuple):
+    """Derivatives as in `Quadratic`, but by the matrix of every pixel instead of coefficients.
+
+    Shapes of those: pull (P, 2n), cross (U, P, 2n), information (P, 2n, 2n).
+    """
+
+    gradient: Array
+    hessian: Array
+    pull: Array
+    cross: Array
+    information: Array
+
+
+def expanded(
+    bench: Bench, at: Unknowns, tangent: DesignTangent, possible: Shapes, weight: Array
+) -> Quadratic:
+    """Expand half the loss about unknowns and corrected columns.
+
+    Parameters
+    ----------
+    bench : Bench
+        Frames to use.
+    at : Unknowns
+        Where to expand.
+    tangent : DesignTangent
+        With the corrected columns.
+    possible : Shapes
+        Corrections.
+    weight : ndarray, shape (P,)
+        Of the pixels.
+    """
+    normal = linearised(bench, at, tangent, weight)
+    sides = _sides(bench, normal)
+    if bench.pattern is not None:
+        sides = _without_pattern(sides, normal, bench.pattern)
+    positions = at.positions(bench.sensor)
+    sizes, splines = possible.sizes(positions), possible.splines(positions)
+    doubled = np.tile(np.arange(bench.loads.shape[1]), 2)  # a column's height and its place
+
+    def along(rows: Array) -> Array:
+        """Derivatives by the coefficients, from those by the matrix of every pixel (P, 2n)."""
+        return (splines.T @ (sizes * rows[:, doubled])).T.ravel()
+
+    return Quadratic(
+        normal=normal,
+        gradient=sides.gradient,
+        hessian=sides.hessian,
+        pull=along(sides.pull),
+        cross=np.array([along(rows) for rows in sides.cross]),
+        information=_information(
+            sides.information[:, doubled][:, :, doubled] * sizes[:, :, None] * sizes[:, None, :],
+            splines,
+            possible.count,
+        ),
+    )
+
+
+def pattern_after(
+    bench: Bench, normal: NormalEquations, step: Array, correction: Array, share: float
+) -> Bench:
+    """The bench with a share of the step of its pattern that goes with one of all else.
+
+    Parameters
+    ----------
+    bench : Bench
+        Before.
+    normal : NormalEquations
+        The frames that the step is made from.
+    step : ndarray, shape (U,)
+        Of the other unknowns.
+    correction : ndarray, shape (P, 2n)
+        Of the matrix [rad/N].
+    share : float
+        Of the step.
+    """
+    pattern = bench.pattern
+    if pattern is None:
+        return bench
+    by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)
+    moved = np.einsum("pua,u->ap", normal.coupling, step)
+    moved += np.einsum("apj,pj->ap", by_matrix, correction)
+    aim = pattern.improved(normal.pixel_gradient + moved, normal.pixels).levels
+    levels = pattern.levels + share * (aim - pattern.levels)
+    return replace(bench, pattern=replace(pattern, levels=levels))
+
+
+def _sides(bench: Bench, normal: NormalEquations) -> _Sides:
+    """Derivatives with the pattern fixed."""
+    derivatives, view = normal.derivatives, normal.view
+    loads, heavy = derivatives.loads, derivatives.weights * derivatives.turn
+    pairs = (loads[:, :, None] * loads[:, None, :]).reshape(len(loads), -1)
+    information = ((heavy * derivatives.turn).T @ pairs).reshape(-1, *[loads.shape[1]] * 2)
+    cross = [np.einsum("pij,pj->pi", information, change) for change in derivatives.changes]
+    cross += [
+        rows * shape[:, None]
+        for rows in derivatives.by_matrix(derivatives.lit)
+        for shape in bench.basis.T
+    ]
+    cross += [
+        np.outer(heavy[frame] * shift[frame], loads[frame])
+        for frame in range(view.shifts.shape[1])
+        for shift in view.shifts
+    ]
+    # frames' own light is where it is likeliest already
+    still = np.zeros(normal.side.shape[1])
+    return _Sides(
+        gradient=np.concatenate([normal.gradient, still]),
+        hessian=normal.whole,
+        pull=derivatives.by_matrix(view.residuals),
+        cross=np.array(cross),
+        information=information,
+    )
+
+
+def _without_pattern(sides: _Sides, normal: NormalEquations, pattern: Pattern) -> _Sides:
+    """The same with the pattern free."""
+    pixels = pattern.information(normal.pixels)
+    pulls = normal.pixel_gradient + pattern.precision * (pattern.levels - pattern.known)
+    by_matrix = np.swapaxes(normal.derivatives.by_matrix(normal.derivatives.lit), 0, 1)
+    told = np.linalg.solve(pixels, by_matrix)
+    wanted = np.linalg.solve(pixels, pulls.T[..., None])[..., 0]
+    return _Sides(
+        gradient=sides.gradient - np.einsum("pua,pa->u", normal.coupling, wanted),
+        hessian=eliminated(sides.hessian, normal.coupling, pixels),
+        pull=sides.pull - np.einsum("paj,ap->pj", told, pulls),
+        cross=sides.cross - np.moveaxis(normal.coupling @ told, 1, 0),
+        information=sides.information - np.swapaxes(by_matrix, 1, 2) @ told,
+    )
+
+
+def _information(matrix: Array, splines: csr_array, count: int) -> Array:
+    """Sum over pixels of the matrix (P, m, m) times all products of two of K splines (P, K)."""
+    pixels, columns, _ = matrix.shape
+    width = splines.nnz // pixels
+    near = np.asarray(splines.indices).reshape(pixels, width)
+    values = np.asarray(splines.data).reshape(pixels, width)
+    products = (values[:, :, None] * values[:, None, :]).ravel()
+    places = (near[:, :, None] * count + near[:, None, :]).ravel()
+    starts = np.arange(0, len(places) + 1, width**2)
+    both = csr_array((products, places, starts), shape=(pixels, count**2))
+    total = (both.T @ matrix.reshape(pixels, -1)).reshape(count, count, columns, columns)
+    return total.transpose(2, 0, 3, 1).reshape(columns * count, -1)

@@ -1,0 +1,154 @@
+"""The influence matrix as a function of the design, to first order about one design."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.design_entries import (
+    POSITIONS,
+    STRAIN_OPTIC,
+    entries,
+    prior,
+    varied,
+)
+from fringeforce.design.strip import Sensor
+from fringeforce.models.strip import SensorModel, characterize
+
+Array = NDArray[np.float64]
+
+STEP = 0.004
+"""Step of an entry for central differences."""
+SETTLED = 1e-3
+"""Change of a design's entry below which a tangent is as good as the matrix itself."""
+UNSURE = 0.1
+"""Change in an entry's own deviations below which following it is not worth the elements."""
+GRID = 2001
+"""Places along the strip between which matrix and derivatives are interpolated."""
+
+
+@dataclass(frozen=True, eq=False)
+class DesignTangent:
+    """Influence matrix and its derivatives by the entries of a design.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (d,)
+        Entries, as in `design_entries`; zero for the drawing.
+    model : SensorModel
+        The sensor characterised there.
+    spline : CubicSpline
+        Along the strip [m]; values of shape (1 + d, 2n): the matrix, then its derivatives.
+    deviations : ndarray, shape (d,)
+        Standard deviations of the entries before any frame is seen.
+    """
+
+    centre: Array
+    model: SensorModel
+    spline: CubicSpline
+    deviations: Array
+
+    def at(self, x: ArrayLike, slope: bool = False) -> Array:
+        """Matrix at the centre and derivatives, or all their slopes along x, (1 + d, m, 2n)."""
+        half = self.model.sensor.transducer.length / 2
+        values = self.spline(np.clip(x, -half, half), int(slope))
+        return np.moveaxis(values, 1, 0)
+
+    def matrix(self, design: Array, x: ArrayLike, slope: bool = False) -> Array:
+        """Matrix of a design near the centre, or its slope along x, shape (m, 2n)."""
+        parts = self.at(x, slope)
+        return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
+
+    def plus(self, change: Array) -> DesignTangent:
+        """The same derivatives of a matrix that differs by values (GRID, 2n) on the grid."""
+        values = np.array(self.spline(self.spline.x))
+        values[:, 0] += change
+        return replace(self, spline=CubicSpline(self.spline.x, values))
+
+
+def design_tangent(
+    sensor: Sensor, paths: tuple[str, ...], centre: Array, step: float = STEP
+) -> DesignTangent:
+    """Characterise a varied design and differentiate by every varied value.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    paths : tuple of str, length d
+        Dotted paths of the values.
+    centre : ndarray, shape (d,)
+        Entries of the design.
+    step : float
+        Of the central differences; the mesh follows the design, so it must be well above the
+        finite elements' relative error.
+
+    Raises
+    ------
+    InputError
+        For a strip in three dimensions, whose elements are too coarse for such differences.
+    """
+    if sensor.transducer.plane == "3d":
+        raise InputError(
+            'Derivatives by values of a design need transducer.plane = "stress" or "strain", not '
+            '"3d"; calibrate, plan or compare with one of these.'
+        )
+    middle = characterize(varied(sensor, paths, centre))
+    half = sensor.transducer.length / 2
+    grid = np.linspace(-half, half, GRID)
+    values = [middle.influence(grid)]
+    owners = np.array(entries(sensor, paths))
+    for path in paths:
+        if path == STRAIN_OPTIC:  # the phase is proportional to it, equation (2)
+            values.append(values[0])
+            continue
+        unit = (owners == path).astype(float)
+        ahead, behind = (
+            characterize(varied(sensor, paths, centre + sign * step * unit)).influence(grid)
+            for sign in (1, -1)
+        )
+        change = (ahead - behind) / (2 * step)
+        if path != POSITIONS:
+            values.append(change)
+            continue
+        # a tactel's place moves nothing but its own columns: all are differentiated at once
+        values += [change * own for own in np.eye(change.shape[2])]
+    stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
+    return DesignTangent(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
+
+
+def followed(
+    sensor: Sensor,
+    paths: tuple[str, ...],
+    design: Array,
+    covariance: Array,
+    tangent: DesignTangent,
+    share: float = 1.0,
+) -> DesignTangent:
+    """A tangent at another design or on the way to it, or the old one if that is near enough.
+
+    Meshes follow the design, so that two tangents may each point to the other along what frames
+    hardly show; halfway they agree.
+
+    Parameters
+    ----------
+    sensor, paths
+        As of `design_tangent`.
+    design : ndarray, shape (d,)
+        Entries of the new design.
+    covariance : ndarray
+        Of the unknowns, the design's entries first.
+    tangent : DesignTangent
+        The old one.
+    share : float
+        Of the way to go.
+    """
+    step = design - tangent.centre
+    unsure = np.sqrt(np.diag(covariance)[: len(step)])
+    if (np.abs(step) < np.maximum(SETTLED, UNSURE * unsure)).all():
+        return tangent
+    return design_tangent(sensor, paths, tangent.centre + share * step)

@@ -1,0 +1,1 @@
+"""Light and pixels as they are: reference frames, drift, fixed-pattern noise."""

@@ -1,0 +1,68 @@
+"""How much the light changes from frame to frame, judged by the frames themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.predictions import light_information, own_light, seen
+
+Array = NDArray[np.float64]
+
+DETECTED = 4.0
+"""Standard deviations of chance that a scatter must exceed noise by to be called a drift."""
+SETTLED = 0.1
+"""Relative change of a drift's size below which it stays."""
+OUTSIDE = 4.0
+"""Standard deviations beyond which a frame's own light is taken for a wrong press."""
+UNSURE = 4.0
+"""Times the variance of the best quarter beyond which a frame says too little of its own light."""
+FREE = 1e-6
+"""Inverse variance of a frame's own light before it is seen, next to none."""
+
+
+def drifting(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Bench:
+    """The bench with the size of its drift; the very same one if that hardly changes.
+
+    Every frame's own gain and offset are estimated freely.  What they scatter beyond their own
+    errors, by the median so that wrong presses do not count, is the drift; a scatter that chance
+    explains is none.
+
+    Parameters
+    ----------
+    bench : Bench
+        The frames.
+    at : Unknowns
+        Their explanation.
+    tangent : DesignTangent
+        The matrix about a design.
+    weight : ndarray, shape (P,)
+        Of the pixels.
+    """
+    view = seen(replace(bench, drift=(0.0, 0.0)), at, tangent, weight)
+    amplitude = view.response.amplitude
+    shifts = np.stack([amplitude * view.light, np.ones_like(view.light)]) * view.scale
+    estimates = own_light(view.residuals, shifts, weight, FREE)
+    own = light_information(shifts, weight, FREE)
+    variances = np.diagonal(np.linalg.inv(own), axis1=1, axis2=2).T
+    sizes = [_scatter(*each) for each in zip(estimates, variances, strict=True)]
+    if np.allclose(sizes, bench.drift, rtol=SETTLED, atol=0):
+        return bench
+    return replace(bench, drift=(sizes[0], sizes[1]))
+
+
+def _scatter(estimates: Array, variances: Array) -> float:
+    """Standard deviation beyond the estimates' own, or zero if chance explains it."""
+    sure = variances <= UNSURE * np.quantile(variances, 0.25)
+    values, noise = estimates[sure], float(np.median(variances[sure]))
+    spread = (1.4826 * float(np.median(np.abs(values - np.median(values))))) ** 2
+    # the variance from a median of n values is itself sure to 2.33 / sqrt(n)
+    if spread <= noise * (1 + DETECTED * 2.33 / np.sqrt(len(values))):
+        return 0.0
+    # a drift that is there is measured better by all frames but the wrong ones
+    near = values[np.abs(values - np.median(values)) < OUTSIDE * np.sqrt(spread)]
+    return float(np.sqrt(max(near.var() - noise, 0.0)))

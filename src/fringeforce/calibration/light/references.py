@@ -1,0 +1,253 @@
+"""Frames that show the light alone: in the dark, unloaded, and with the analyser turned.
+
+Behind crossed polarisers the grey level is A sin^2(p/2) + I_o, so without load it is the offset
+I_o.  An analyser turned by 90 degrees passes what was blocked: A cos^2(p/2) + I_o, which without
+load is I_o + A.  The mean of k such frames therefore enters a fit as one row of a load that is
+zero, of a phase that is 0 or pi, and of a noise that is smaller by the root of k.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.derivatives import EVERY
+from fringeforce.calibration.frame_fit import Fit
+from fringeforce.calibration.light.fixed_pattern_noise import Pattern
+from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.normal_equations import NormalEquations, linearised
+from fringeforce.calibration.predictions import seen
+from fringeforce.design.strip import Sensor
+from fringeforce.optics.camera import noise_variance
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+CLIPPED = 0.01
+"""Share of grey levels at full scale beyond which a reference says nothing of the light."""
+STEADY = 0.05
+"""Root-mean-square change of a pattern, in its own deviations, below which it stays."""
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """Frames without load; each kind may be missing.
+
+    Attributes
+    ----------
+    dark : array_like, shape (k, n_pixels), optional
+        Light off: the dark level of every pixel.
+    unloaded : array_like, shape (k, n_pixels), optional
+        Light on, polarisers crossed: the offset I_o.
+    bright : array_like, shape (k, n_pixels), optional
+        Light on, the analyser turned by 90 degrees: I_o + A.
+
+    Examples
+    --------
+    >>> ff.References(dark=np.full((10, 2048), 3)).unloaded is None
+    True
+    """
+
+    dark: ArrayLike | None = None
+    unloaded: ArrayLike | None = None
+    bright: ArrayLike | None = None
+
+    def checked(self, sensor: Sensor) -> dict[str, Array]:
+        """Frames of every kind that is there, as floats of shape (k, n_pixels).
+
+        Raises
+        ------
+        InputError
+            If one does not fit the camera, is saturated, or is darker than it must be.
+        """
+        found, camera = {}, sensor.camera
+        for kind in ("dark", "unloaded", "bright"):
+            if getattr(self, kind) is None:
+                continue
+            levels = np.atleast_2d(np.asarray(getattr(self, kind), dtype=float))
+            if levels.ndim != 2 or levels.shape[1] != camera.pixels or not len(levels):
+                raise InputError(
+                    f"{kind.capitalize()} frames of shape {levels.shape} do not fit this sensor; "
+                    f"give (frames, {camera.pixels})."
+                )
+            if not ((levels >= 0) & (levels <= camera.full_scale)).all():
+                raise InputError(
+                    f"{kind.capitalize()} frames hold grey levels that are not from 0 to "
+                    f"{camera.full_scale}; check the camera's bits in the design."
+                )
+            if (full := (levels >= camera.full_scale).mean()) > CLIPPED:
+                raise InputError(
+                    f"{full:.0%} of the grey levels of the {kind} frames are at "
+                    f"{camera.full_scale}; shorten the exposure of all frames and take them again."
+                )
+            found[kind] = levels
+        kinds = list(found)
+        for darker, brighter in pairwise(kinds):
+            low, high = np.median(found[darker]), np.median(found[brighter])
+            if low > high + np.sqrt(noise_variance(camera)):
+                raise InputError(
+                    f"The {darker} frames (median {low:g}) are brighter than the {brighter} ones "
+                    f"({high:g}); were they swapped?"
+                )
+        return found
+
+
+def with_references(bench: Bench, references: dict[str, Array]) -> Bench:
+    """A bench with the mean of every kind of lit reference as a further row."""
+    kinds = [kind for kind in ("unloaded", "bright") if kind in references]
+    means = [references[kind].mean(axis=0) for kind in kinds]
+    turned = [np.pi * (kind == "bright") for kind in kinds]
+    return replace(
+        bench,
+        levels=np.concatenate([bench.levels, *[mean[None] for mean in means]]),
+        loads=np.concatenate([bench.loads, np.zeros((len(kinds), bench.loads.shape[1]))]),
+        turned=np.append(bench.turned, turned),
+        averaged=np.append(bench.averaged, [len(references[kind]) for kind in kinds]),
+    )
+
+
+def patterned(bench: Bench, fit: Fit, references: dict[str, Array], sound: Mask) -> Bench:
+    """The bench with a pattern whose size is what pixels differ by beyond noise.
+
+    References say so of what they show; of the rest, loaded frames do.
+
+    Parameters
+    ----------
+    bench : Bench
+        All frames, lit references last, with no pattern yet.
+    fit : Fit
+        Of these frames.
+    references : dict of ndarray
+        As checked.
+    sound : ndarray of bool, shape (P,)
+        Pixels that follow the light.
+    """
+    noise, weight = noise_variance(bench.sensor.camera), sound.astype(float)
+    view = seen(bench, fit.unknowns, fit.tangent, weight)
+    lit = [kind for kind in ("unloaded", "bright") if kind in references]
+    rows = range(len(view.residuals) - len(lit), len(view.residuals))
+    left = {k: -view.residuals[row] / view.scale[row] for k, row in zip(lit, rows, strict=True)}
+    dark = None
+    if "dark" in references:
+        mean = references["dark"].mean(axis=0)
+        smooth = np.linalg.lstsq(bench.basis[sound], mean[sound], rcond=None)[0]
+        dark = left["dark"] = np.where(sound, mean - bench.basis @ smooth, 0.0)
+    errors = {kind: noise / len(references[kind]) for kind in left}
+    sizes = _sizes({kind: values[sound] for kind, values in left.items()}, errors, fit.normal)
+    pattern = Pattern.unseen(len(bench.basis), sizes, dark, errors.get("dark", noise))
+    if not lit:
+        return replace(bench, pattern=pattern)
+    alone = bench.rows(np.arange(len(bench.levels)) >= rows[0])
+    normal = linearised(alone, fit.unknowns, fit.tangent, weight)
+    return replace(bench, pattern=pattern.improved(normal.pixel_gradient, normal.pixels))
+
+
+def _sizes(
+    left: dict[str, Array], errors: dict[str, float], normal: NormalEquations
+) -> tuple[float, float]:
+    """Deviations of amplitude and offset from pixel to pixel, noise taken off, grey levels."""
+    used = np.linalg.det(np.moveaxis(normal.pixels, 2, 0)) > 0
+    pixels = np.moveaxis(normal.pixels[:, :, used], 2, 0)
+    free = -np.linalg.solve(pixels, normal.pixel_gradient[:, used].T[..., None])[..., 0].T
+    variances = np.median(np.linalg.inv(pixels), axis=0)
+    base = next((kind for kind in ("unloaded", "dark") if kind in left), None)
+    if base is None:
+        offset = _excess(free[1], variances[1, 1])
+    else:
+        offset = _excess(left[base], errors[base])
+    if base is None or "bright" not in left:
+        amplitude = _excess(free[0], variances[0, 0])
+    else:
+        amplitude = _excess(left["bright"] - left[base], errors["bright"] + errors[base])
+    return float(np.sqrt(amplitude)), float(np.sqrt(offset))
+
+
+def _excess(values: Array, noise: float) -> float:
+    """Variance beyond that of noise, from quartiles, which single bad pixels do not move."""
+    low, high = np.quantile(values, [0.25, 0.75])
+    return max(float((high - low) / 1.349) ** 2 - noise, 0.0)
+
+
+def improved(bench: Bench, fit: Fit) -> tuple[Bench, Unknowns]:
+    """Bench and unknowns with the likeliest pattern; the very same ones if that hardly changes.
+
+    The smooth part of a pattern is handed over to the smooth lighting, where it costs nothing.
+
+    Parameters
+    ----------
+    bench : Bench
+        With the pattern that is there so far, if any.
+    fit : Fit
+        Of frames with that pattern.
+    """
+    pattern, at = bench.pattern, fit.unknowns
+    if pattern is None:
+        return bench, at
+    better = pattern.improved(fit.normal.pixel_gradient, fit.normal.pixels)
+    information = pattern.information(fit.normal.pixels)
+    step = better.levels - pattern.levels
+    moved = np.einsum("ap,pab,bp->p", step, information, step).mean()
+    if moved < STEADY**2:
+        return bench, at
+    smooth = np.linalg.lstsq(bench.basis, (better.levels - better.known).T, rcond=None)[0]
+    better = replace(better, levels=better.levels - (bench.basis @ smooth).T)
+    at = replace(at, amplitude=at.amplitude + smooth[:, 0], offset=at.offset + smooth[:, 1])
+    return replace(bench, pattern=better), at
+
+
+def pattern_response(
+    bench: Bench,
+    normal: NormalEquations,
+    modes: Array,
+    columns: Array | None = None,
+    pixels: slice = EVERY,
+) -> Array:
+    """What modes of the other unknowns change in the likeliest pattern, shape (2, k, p).
+
+    Parameters
+    ----------
+    bench : Bench
+        With a pattern.
+    normal : NormalEquations
+        The frames about the fit.
+    modes : ndarray, shape (m, k)
+        Changes of the unknowns of the bench.
+    columns : ndarray, shape (k, p, 2n), optional
+        Changes of the matrix that go with them [rad/N].
+    pixels : slice
+        The p pixels that are wanted.
+    """
+    coupling = normal.coupling[pixels, : len(modes)]
+    if bench.pattern is None:
+        return np.zeros((2, modes.shape[1], len(coupling)))
+    pulled = np.swapaxes(coupling, 1, 2) @ modes
+    if columns is not None:
+        by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)[:, pixels]
+        pulled += np.einsum("apj,kpj->pak", by_matrix, columns, optimize=True)
+    follow = -np.linalg.solve(bench.pattern.information(normal.pixels)[pixels], pulled)
+    return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)
+
+
+def pattern_variance(bench: Bench, normal: NormalEquations, used: Mask) -> float:
+    """Mean variance that the pattern's own errors give a grey level of the used pixels.
+
+    Over intensities as the frames of the bench show them to every pixel.
+    """
+    if bench.pattern is None:
+        return 0.0
+    errors = np.linalg.inv(bench.pattern.information(normal.pixels))[used]
+    shown = normal.pixels[:, :, used] / normal.pixels[1, 1, used]
+    return float(np.einsum("pab,abp->p", errors, shown).mean())
+
+
+def pattern_freedom(bench: Bench, normal: NormalEquations, used: Mask) -> float:
+    """Number of free unknowns that the pattern of the used pixels amounts to."""
+    if bench.pattern is None:
+        return 0.0
+    whole = bench.pattern.information(normal.pixels)
+    shares = np.linalg.solve(whole, np.moveaxis(normal.pixels, 2, 0))
+    return float(np.einsum("paa->p", shares)[used].sum())

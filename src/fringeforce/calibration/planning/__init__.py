@@ -1,0 +1,1 @@
+"""What to press to calibrate a sensor."""

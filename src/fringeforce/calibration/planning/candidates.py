@@ -1,0 +1,122 @@
+"""Loads that a person can apply to a sensor, and loads that it is meant to read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.models.strip import SensorModel
+
+Array = NDArray[np.float64]
+
+SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Parts of the largest force that presses are tried with."""
+TOUCHED, TILT = 0.7, 20.0
+"""Share of tactels that a typical load touches, and its largest angle [degrees]."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a person can apply and the camera can resolve.
+
+    Attributes
+    ----------
+    force : float
+        Largest force of one press [N].
+    friction : float or None
+        Largest tangential force over the normal one, for presses that would slip beyond it;
+        without it a tangential force can be applied alone.
+    fringe_density : float
+        Largest number of fringes per pixel; an intensity is sampled well enough up to 0.5, and
+        readings lose their way from 0.2 on.
+    together : int
+        Tactels that can be pressed at a time, 1 or 2; two share the force alike.
+
+    Examples
+    --------
+    >>> ff.Limits(force=2.0, friction=0.5).together
+    1
+    """
+
+    force: float = 3.0
+    friction: float | None = None
+    fringe_density: float = 0.2
+    together: int = 1
+
+    def __post_init__(self) -> None:
+        if not 0 < self.force < np.inf:
+            raise InputError(f"Largest force {self.force:g} N: must be greater than 0 and finite.")
+        if self.friction is not None and not 0 <= self.friction < np.inf:
+            raise InputError(
+                f"friction = {self.friction:g}: must be 0 or more; leave it out where tangential "
+                "forces can be applied alone."
+            )
+        if not 0 < self.fringe_density <= 0.5:
+            raise InputError(
+                f"Fringe density {self.fringe_density:g} per pixel: must be from above 0 to 0.5, "
+                "beyond which no camera tells fringes apart."
+            )
+        if self.together not in (1, 2):
+            raise InputError(f"{self.together} tactels together: must be 1 or 2.")
+
+    @property
+    def directions(self) -> Array:
+        """Unit forces, normal and tangential, that a tactel can be pressed with, shape (m, 2)."""
+        if self.friction is None:  # a load and its negative make one frame: one sign will do
+            return np.eye(2)
+        if self.friction == 0:
+            return np.array([[1.0, 0.0]])
+        tilt = np.arctan(self.friction)
+        return np.array([[np.cos(a), np.sin(a)] for a in (0.0, tilt, -tilt)])
+
+
+def candidates(model: SensorModel, limits: Limits) -> Array:
+    """Loads within the limits, no load among them, shape (C, 2, n) [N].
+
+    Raises
+    ------
+    InputError
+        If even the smallest press makes fringes that the camera does not resolve.
+    """
+    n = model.sensor.tactels.count
+    groups = [(j,) for j in range(n)]
+    if limits.together == 2:
+        groups += list(combinations(range(n), 2))
+    loads = [np.zeros((2, n))]
+    for group in groups:
+        for direction in limits.directions:
+            for share in SHARES:
+                load = np.zeros((2, n))
+                load[:, group] = (share * limits.force / len(group) * direction)[:, None]
+                loads.append(load)
+    pressed = np.stack(loads)
+    kept = pressed[fringes_per_pixel(model, pressed) <= limits.fringe_density]
+    if len(kept) < 2:
+        raise InputError(
+            f"Presses from {SHARES[0] * limits.force:g} N on make more than "
+            f"{limits.fringe_density:g} fringes per pixel; press less or take more pixels."
+        )
+    return kept
+
+
+def typical_loads(model: SensorModel, limits: Limits, count: int) -> Array:
+    """Random contacts of up to the largest force on every tactel, shape (count, 2, n) [N].
+
+    Those whose fringes the camera would not resolve are scaled down until it does.
+    """
+    rng, shape = np.random.default_rng(0), (count, model.sensor.tactels.count)
+    size = rng.uniform(0, limits.force, shape) * (rng.random(shape) < TOUCHED)
+    angle = np.radians(rng.uniform(-TILT, TILT, shape))
+    loads = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    density = fringes_per_pixel(model, loads)
+    return loads * np.minimum(1, limits.fringe_density / density)[:, None, None]
+
+
+def fringes_per_pixel(model: SensorModel, loads: Array) -> Array:
+    """Fringe density of loads (..., 2, n) where it is largest, shape (...)."""
+    steps = np.abs(np.diff(model.phase(loads), axis=-1))
+    return np.asarray(steps.max(axis=-1, initial=0.0) / (2 * np.pi), float)

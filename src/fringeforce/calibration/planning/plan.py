@@ -1,0 +1,262 @@
+"""Which known loads to press, so that readings of the calibrated sensor err least.
+
+Frames of a press are predicted, and so is what they tell of all unknowns (Fisher's information, as
+in the fit).  What is made small is not the unknowns' covariance but what it does to readings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.findings import named
+from fringeforce.calibration.measurements import Unknowns
+from fringeforce.calibration.normal_equations import level_jacobian
+from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
+from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
+from fringeforce.calibration.planning.selection import Stakes
+from fringeforce.design.strip import Sensor
+from fringeforce.estimation.bounds import covariance, systematic_errors
+from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.models.strip import SensorModel
+
+Array = NDArray[np.float64]
+
+TYPICAL = 24
+"""Typical loads over which the error of readings is averaged."""
+PAIRS = 2
+"""Pairs of imagined designs, one the mirror of the other, over which a plan is averaged."""
+MOST = 1000
+"""Presses beyond which nobody plans."""
+GAIN = 0.01
+"""Part of the error of readings below which further presses do not pay."""
+NEXT = 3
+"""Presses that a calibration proposes to do next."""
+DOMINATED = 1.1
+"""Error of readings, over that of a known sensor, beyond which a calibration asks for more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Presses in the order of their worth, and what is expected of them.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (k, 2, n)
+        Normal and tangential forces [N].
+    names : tuple of str, length d
+        Unknowns: dotted paths of the design, then "camera shift" [m] and "camera scale" [1].
+    values : ndarray, shape (d,)
+        As known before.
+    covariance : ndarray, shape (k + 1, d, d)
+        Before the first press and after each, in the values' own units.
+    ratio : ndarray, shape (k + 1,)
+        Expected error of readings over that of a perfectly known sensor, to first order.
+
+    Examples
+    --------
+    >>> plan = ff.plan_presses(ff.load_sensor("saad"), 3, ["transducer.compliant.youngs_modulus"])
+    >>> plan.loads.shape, plan.std.shape
+    ((3, 2, 11), (4, 3))
+    """
+
+    loads: Array
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    ratio: Array
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations before the first press and after each, shape (k + 1, d)."""
+        return np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
+
+    @property
+    def enough(self) -> int:
+        """Number of presses from which on all others together gain less than GAIN."""
+        return int(np.argmax(self.ratio <= self.ratio[-1] * (1 + GAIN)))
+
+
+def plan_presses(
+    source: Sensor | SensorModel,
+    presses: int,
+    parameters: Sequence[str] | None = None,
+    limits: Limits | None = None,
+    typical: ArrayLike | None = None,
+) -> Plan:
+    """Loads to press so that readings of the calibrated sensor err least.
+
+    Parameters
+    ----------
+    source : Sensor or SensorModel
+        The drawing, or a calibrated model, whose covariance is what is known already.
+    presses : int
+        Number of presses, a frame each; one load may come several times.
+    parameters : sequence of str, optional
+        Dotted paths of the design values to estimate, as in `calibrate`.
+    limits : Limits, optional
+        What can be applied; up to 3 N on one tactel if not given.
+    typical : array_like, shape (j, 2, n), optional
+        Loads that the sensor is to read [N]; random contacts up to the largest force if not given.
+
+    Returns
+    -------
+    Plan
+        The loads in order, and what they are expected to achieve.
+
+    Raises
+    ------
+    InputError
+        If nothing can be planned within the limits, or parameters or loads do not fit.
+
+    Examples
+    --------
+    >>> plan = ff.plan_presses(ff.load_sensor("saad"), 3, limits=ff.Limits(force=2.0))
+    >>> bool(plan.ratio[-1] < plan.ratio[0])
+    True
+    """
+    if not (isinstance(presses, int | np.integer) and 1 <= presses <= MOST):
+        raise InputError(f"presses = {presses}: must be a whole number from 1 to {MOST}.")
+    scene = _scene(source, parameters, limits or Limits(), typical)
+    return scene.best(int(presses))
+
+
+def assess_presses(
+    source: Sensor | SensorModel,
+    forces: ArrayLike,
+    parameters: Sequence[str] | None = None,
+    limits: Limits | None = None,
+    typical: ArrayLike | None = None,
+) -> Plan:
+    """What given presses are expected to achieve in the order given, as in `plan_presses`.
+
+    Parameters
+    ----------
+    forces : array_like, shape (k, 2, n)
+        Normal and tangential forces [N].
+    source, parameters, limits, typical
+        As in `plan_presses`; of the limits only the size of typical loads matters.
+
+    Examples
+    --------
+    >>> presses = [ff.polar(force, angle=0, n=11) for force in (1.0, 2.0)]
+    >>> ff.assess_presses(ff.load_sensor("saad"), presses).ratio.shape
+    (3,)
+    """
+    scene = _scene(source, parameters, limits or Limits(), typical)
+    loads = _checked(forces, scene.known.sensor)
+    return scene.plan(loads, scene.stakes(loads), list(range(len(loads))))
+
+
+def next_presses(model: SensorModel, forces: ArrayLike) -> str:
+    """A sentence on what to press next on a calibrated sensor, or that more gains little.
+
+    Parameters
+    ----------
+    model : SensorModel
+        Calibrated.
+    forces : array_like, shape (F, 2, n)
+        Loads that it was calibrated with: what was pressed before can be pressed again [N].
+    """
+    loads = np.asarray(forces, dtype=float)
+    strongest = float(np.hypot(loads[:, 0], loads[:, 1]).max())
+    try:
+        plan = _scene(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
+    except InputError as reason:
+        return f"No press is proposed: {reason}"
+    before, after = plan.ratio[0], plan.ratio[-1]
+    said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
+    if before <= DOMINATED:
+        return f"{said}: more presses gain less than {before - 1:.1%}."
+    words = "; ".join(named(load) for load in plan.loads)
+    return f"{said}. Press next: {words}. That would leave {after:.3g} times."
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    known: Knowledge
+    limits: Limits
+    typical: Array
+    pairs: int
+
+    def stakes(self, loads: Array) -> Stakes:
+        """What presses tell of the unknowns, and what the unknowns do to typical readings."""
+        told, worth = [], []
+        for truth in self.known.imagined(self.pairs):
+            told.append(self._told(truth, loads))
+            worth.append(self._worth(truth))
+        return Stakes(np.array(told), np.array(worth))
+
+    def _told(self, truth: Unknowns, loads: Array) -> Array:
+        known, presses = self.known, self.known.presses(loads, truth)
+        jacobian, used = level_jacobian(presses, truth, known.tangent), known.used.astype(float)
+        return np.array(
+            [known.root.T @ one.normal(used).profiled @ known.root for one in jacobian.frames()]
+        )
+
+    def _worth(self, truth: Unknowns) -> Array:
+        """Variance that errors of the unknowns add to readings, over that of noise alone."""
+        known, presses = self.known, self.known.presses(self.typical, truth)
+        used, root = known.used, known.root
+        influence = known.tangent.matrix(truth.design, truth.positions(known.sensor))
+        jacobian = level_jacobian(presses, truth, known.tangent)
+        found, drift = jacobian.view.response.at(used), presses.drift
+        response = replace(found, variance=found.variance + known.light_variance)
+        seen = np.ascontiguousarray(influence[used])
+        noise, added = 0.0, np.zeros_like(root)
+        for load, level, one in zip(presses.loads, presses.levels, jacobian.frames(), strict=True):
+            phase, modes = one.view.phase[0, used], root.T @ one.dense[:, 0, used]
+            spread = covariance(phase, seen, response)
+            if any(drift):
+                spread += own_light(level[used], load, seen, response, spread, drift).covariance
+            levels = modes / one.view.scale
+            moved = systematic_errors(
+                (levels * response.slope(phase)) @ seen, spread, response.variance
+            )
+            noise += float(np.trace(spread))
+            added += moved @ moved.T
+        return added / noise
+
+    def best(self, presses: int) -> Plan:
+        """The best so many presses within the limits."""
+        loads = candidates(self.known.tangent.model, self.limits)
+        stakes = self.stakes(loads)
+        rows = stakes.chosen(presses)
+        return self.plan(loads[rows], stakes, rows)
+
+    def plan(self, loads: Array, stakes: Stakes, rows: list[int]) -> Plan:
+        """What some of the presses achieve in order."""
+        covariances = stakes.covariances(rows).mean(axis=0)
+        d = len(self.known.names)
+        root = self.known.units[:, None] * self.known.root[:d, :d]
+        ratio = np.sqrt(1 + stakes.variances(rows))
+        covariance = root @ covariances[:, :d, :d] @ root.T
+        return Plan(loads, self.known.names, self.known.values, covariance, ratio)
+
+
+def _scene(
+    source: Sensor | SensorModel,
+    parameters: Sequence[str] | None,
+    limits: Limits,
+    typical: ArrayLike | None,
+    pairs: int = PAIRS,
+) -> _Scene:
+    known = knowledge(source, parameters)
+    if typical is None:
+        loads = typical_loads(known.tangent.model, limits, TYPICAL)
+    else:
+        loads = _checked(typical, known.sensor)
+    return _Scene(known, limits, loads, pairs)
+
+
+def _checked(forces: ArrayLike, sensor: Sensor) -> Array:
+    loads, n = np.asarray(forces, dtype=float), sensor.tactels.count
+    if loads.ndim != 3 or not len(loads) or loads.shape[1:] != (2, n):
+        raise InputError(f"Loads of shape {loads.shape} do not fit; give (k, 2, {n}) in newtons.")
+    if not np.isfinite(loads).all():
+        raise InputError("Loads are not all finite; give numbers in newtons.")
+    return loads

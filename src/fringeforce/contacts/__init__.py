@@ -1,0 +1,1 @@
+"""What touches a sensor: loads, indenters, friction, resultants; touch, release and slip."""

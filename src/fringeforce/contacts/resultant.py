@@ -1,0 +1,204 @@
+"""What a controller takes from a reading: contact patches, with force, place and slip ratio each.
+
+A uniform pressure leaves hardly a trace in a pad that is wide against its thickness, so that the
+sum over all tactels is far less certain than its parts.  Where nothing touches it is known: what
+lies beyond the neighbours of touched tactels carries no force, if the reading does not contradict,
+and Gauss's rule for conditional distributions tells what that says of the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, label
+
+from fringeforce.contacts.force_estimate import ForceEstimate
+from fringeforce.design.pad import Pad
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TOUCH = 6.0
+"""Deviations of a normal force beyond which a tactel is touched."""
+CONTRADICTED = 6.0
+"""Standard deviations by which silence may be too loud to be believed."""
+_AROUND = np.ones((3, 3), dtype=bool)
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench:
+    """Sum of some forces.
+
+    Attributes
+    ----------
+    force : ndarray, shape (3,)
+        N, T_x, T_y [N].
+    force_covariance : ndarray, shape (3, 3)
+        [N^2].
+    moment : ndarray, shape (3,)
+        About the centre of the pad's surface; the force on the pad is (T_x, T_y, -N) [N m].
+    moment_covariance : ndarray, shape (3, 3)
+        [N^2 m^2].
+    """
+
+    force: Array
+    force_covariance: Array
+    moment: Array
+    moment_covariance: Array
+
+    @property
+    def slip_ratio(self) -> float:
+        """|T| / N, which friction limits."""
+        return float(np.hypot(*self.force[1:]) / self.force[0])
+
+    @property
+    def slip_ratio_std(self) -> float:
+        """Its standard deviation to first order."""
+        normal, tangential = self.force[0], self.force[1:]
+        size = np.hypot(*tangential)
+        direction = tangential / size if size > 0 else np.full(2, np.sqrt(0.5))
+        slope = np.concatenate([[-size / normal], direction]) / normal
+        return float(np.sqrt(slope @ self.force_covariance @ slope))
+
+
+@dataclass(frozen=True, eq=False)
+class Patch(Wrench):
+    """Neighbouring tactels that are touched.
+
+    Attributes
+    ----------
+    tactels : ndarray of int
+        Their numbers.
+    centre : ndarray, shape (2,)
+        Centre of pressure along x and y [m].
+    centre_covariance : ndarray, shape (2, 2)
+        [m^2].
+    """
+
+    tactels: NDArray[np.intp]
+    centre: Array
+    centre_covariance: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """All that touches the pad.
+
+    Attributes
+    ----------
+    total : Wrench
+        Of all tactels.
+    patches : tuple of Patch
+        Single contacts, the strongest first.
+    silent : ndarray of bool, shape (n,)
+        Tactels that were taken to carry no force; none where the reading contradicts.
+    forces : ndarray, shape (n, 3)
+        Forces, given that those carry none [N].
+    covariance : ndarray, shape (3n, 3n)
+        Of these [N^2].
+    """
+
+    total: Wrench
+    patches: tuple[Patch, ...]
+    silent: Mask
+    forces: Array
+    covariance: Array
+
+
+def touch(pad: Pad, reading: ForceEstimate) -> Touch:
+    """Contact patches of a reading, and the sum of all forces.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    reading : fringeforce.Reading
+        Forces and covariance are taken as they are; look at its status first.
+
+    Examples
+    --------
+    >>> pad = ff.load_sensor("pad").replace(
+    ...     tactels={"count": [3, 3]}, camera={"pixels": [64, 64]}
+    ... )
+    >>> model = ff.characterize(pad)
+    >>> forces = np.zeros((9, 3))
+    >>> forces[4, 0] = 2.0  # the middle one, pressed
+    >>> reading = ff.PadReader(model).read(model.expose(forces, rng=0))
+    >>> felt = ff.touch(pad, reading)
+    >>> len(felt.patches), round(float(felt.total.force[0]), 1)
+    (1, 2.0)
+    """
+    silent = _silent(pad, reading)
+    forces, covariance = _given_silence(reading, np.repeat(silent, 3))
+    normal = forces.reshape(-1, 3)[:, 0]
+    deviation = np.sqrt(np.diag(covariance)[::3])
+    touched = ~silent & (normal > TOUCH * deviation)
+    labels = np.empty(pad.tactels.count, dtype=int)
+    label(touched.reshape(pad.tactels.count), structure=_AROUND, output=labels)
+    patches = [
+        _patch(pad, forces, covariance, np.flatnonzero(labels.ravel() == one + 1))
+        for one in range(int(labels.max()))
+    ]
+    patches.sort(key=lambda patch: -patch.force[0])
+    everything = np.arange(pad.tactels.total)
+    total = Wrench(*_sums(pad, forces, covariance, everything))
+    return Touch(total, tuple(patches), silent, forces.reshape(-1, 3), covariance)
+
+
+def _silent(pad: Pad, reading: ForceEstimate) -> Mask:
+    """Tactels away from all that are touched, if the reading agrees that they carry nothing."""
+    deviations = np.abs(reading.forces) / reading.std
+    touched = deviations.max(axis=1) > TOUCH
+    near = np.asarray(binary_dilation(touched.reshape(pad.tactels.count), _AROUND), dtype=bool)
+    far = ~near.ravel()
+    rest = np.repeat(far, 3)
+    if not rest.any():
+        return far
+    quiet = reading.forces.ravel()[rest]
+    # the distance of a part from nothing, in units of its own covariance
+    loud = quiet @ np.linalg.solve(reading.covariance[np.ix_(rest, rest)], quiet)
+    if loud > len(quiet) + CONTRADICTED * np.sqrt(2 * len(quiet)):
+        return np.zeros(pad.tactels.total, dtype=bool)
+    return far
+
+
+def _given_silence(reading: ForceEstimate, silent: Mask) -> tuple[Array, Array]:
+    """Forces and covariance given that some are zero, shapes (3n,), (3n, 3n)."""
+    loads, free = reading.forces.ravel(), np.flatnonzero(~silent)
+    forces, covariance = np.zeros_like(loads), np.zeros((len(loads), len(loads)))
+    if not len(free):
+        return forces, covariance
+    none = np.flatnonzero(silent)
+    spread = reading.covariance
+    # the mean and covariance of some of Gaussian variables, given the others
+    gain = np.linalg.solve(spread[np.ix_(none, none)], spread[np.ix_(none, free)]).T
+    forces[free] = loads[free] - gain @ loads[none]
+    covariance[np.ix_(free, free)] = spread[np.ix_(free, free)] - gain @ spread[np.ix_(none, free)]
+    return forces, covariance
+
+
+def _patch(pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]) -> Patch:
+    places, numbers = pad.tactels.places[tactels], 3 * tactels
+    normal = forces[numbers]
+    centre = normal @ places / normal.sum()
+    lever = (places - centre) / normal.sum()
+    spread = lever.T @ covariance[np.ix_(numbers, numbers)] @ lever
+    return Patch(*_sums(pad, forces, covariance, tactels), tactels, centre, spread)
+
+
+def _sums(
+    pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]
+) -> tuple[Array, Array, Array, Array]:
+    """Force, its covariance, moment and its covariance of some tactels."""
+    places = pad.tactels.places[tactels]
+    single = np.zeros((len(tactels), 3, 3))
+    # r x (T_x, T_y, -N) at z = 0
+    single[:, 0, 0], single[:, 1, 0] = -places[:, 1], places[:, 0]
+    single[:, 2, 1], single[:, 2, 2] = -places[:, 1], places[:, 0]
+    lever = np.concatenate(list(single), axis=1)
+    add = np.tile(np.eye(3), len(tactels))
+    numbers = (3 * tactels[:, None] + np.arange(3)).ravel()
+    loads, spread = forces[numbers], covariance[np.ix_(numbers, numbers)]
+    return add @ loads, add @ spread @ add.T, lever @ loads, lever @ spread @ lever.T

@@ -1,0 +1,109 @@
+"""The light of a design and who sees it: a polariscope, perfect or not, and a line camera."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from fringeforce.design.fields import Count, Finite, Length, Place
+from fringeforce.design.parts import Converter, Part
+
+
+class Channel(Part):
+    """One picture of the strip among those that are taken together."""
+
+    wavelength: Length | None = Field(
+        default=None,
+        description="wavelength in vacuum [m]; that of the polariscope if not given",
+        json_schema_extra={"unit": "meter"},
+    )
+    bias: Finite = Field(
+        default=0.0,
+        description="phase added to the strip's [degrees]: 0 dark field, 180 bright field, 90 a "
+        "quarter wave; the analyser is turned by half of it",
+    )
+
+
+class Plates(Part):
+    """What is wrong with the polarisers and the two quarter-wave plates."""
+
+    retardance_error: Finite = Field(
+        default=0.0, gt=-90, lt=90, description="retardance beyond a quarter wave [degrees]"
+    )
+    angle_error: Finite = Field(
+        default=0.0, gt=-45, lt=45, description="turn of both plates out of their place [degrees]"
+    )
+    extinction_ratio: Finite = Field(
+        default=0.0, ge=0, lt=1, description="share of blocked light that passes a polariser"
+    )
+    dispersion: Literal["achromatic", "quarter wave at wavelength"] = Field(
+        default="achromatic",
+        description="whether the plates are a quarter wave for every channel, or only for the "
+        "polariscope's own wavelength",
+    )
+
+
+class Polariscope(Part):
+    """The light, the polarisers and the pictures that are taken of the strip together."""
+
+    wavelength: Length = Field(description="wavelength in vacuum [m]")
+    channels: tuple[Channel, ...] = Field(
+        default=(), description="pictures that make up one frame; one of a dark field if not given"
+    )
+    plates: Plates | None = Field(
+        default=None, description="errors of polarisers and plates; perfect ones if not given"
+    )
+
+    @property
+    def pictures(self) -> tuple[Channel, ...]:
+        """The channels, at least one."""
+        return self.channels or (Channel(),)
+
+
+class Camera(Converter):
+    """The line camera of a strip."""
+
+    pixels: Count = Field(description="pixels along the strip")
+    line_position: Place | None = Field(
+        default=None,
+        description="where the line that it sees lies across the strip [m]; in the middle if not "
+        'given; only with plane = "3d"',
+        json_schema_extra={"unit": "meter"},
+    )
+    line_width: Length | None = Field(
+        default=None,
+        description="width of the line across the strip [m]; narrow if not given; only with "
+        'plane = "3d"',
+        json_schema_extra={"unit": "meter"},
+    )
+
+    def check_line(self, width: float, plane: str) -> None:
+        """Refuse a line that does not lie on a strip, or that its plane state cannot tell.
+
+        Parameters
+        ----------
+        width : float
+            Of the strip [m].
+        plane : str
+            Its plane state.
+
+        Raises
+        ------
+        ValueError
+            Saying what to do.
+        """
+        position, seen = self.line_position or 0.0, self.line_width or 0.0
+        given = {"line_position": self.line_position, "line_width": self.line_width}
+        for name, value in given.items():
+            if value is not None and plane != "3d":
+                raise ValueError(
+                    f'{name} = {value * 1e3:g} mm: plane = "{plane}" is the same all over the '
+                    f'width; take plane = "3d" or leave {name} out'
+                )
+        if abs(position) + seen / 2 > width / 2 * (1 + 1e-9):
+            raise ValueError(
+                f"the camera's line at {position * 1e3:g} mm, {seen * 1e3:g} mm wide, leaves the "
+                f"strip, which ends at {width / 2 * 1e3:g} mm on either side; narrow the line or "
+                "move it to the middle"
+            )

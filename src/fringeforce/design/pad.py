@@ -1,0 +1,175 @@
+"""What a person decides about a planar pad: validated, immutable, in SI units and radians.
+
+Axes: x along the pad and the rows of an image, y across it and down the columns, both from the
+middle; z upwards from the loaded surface.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, model_validator
+
+from fringeforce.design.fields import Finite, Length
+from fringeforce.design.light import Plates
+from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
+
+Array = NDArray[np.float64]
+
+
+def _pair(value: Any) -> tuple[int, int]:
+    numbers = np.asarray(value, dtype=object)
+    whole = all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in numbers.flat)
+    if numbers.shape != (2,) or not whole or min(numbers) < 1:
+        raise ValueError("must be two whole numbers of 1 or more, such as [11, 11]")
+    return int(numbers[0]), int(numbers[1])
+
+
+Pair = Annotated[tuple[int, int], BeforeValidator(_pair)]
+
+
+class PadTransducer(Part):
+    """The block: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
+
+    length: Length = Field(description="side along x [m]")
+    width: Length = Field(description="side along y [m]")
+    sides: Literal["free", "bonded", "roller"] = Field(
+        description='all four: "free", "bonded", or "roller", which no side leaves but slides along'
+    )
+    compliant: Layer
+    photoelastic: PhotoelasticLayer
+
+
+class PadTactels(Part):
+    """Where forces act: squares under a uniform traction, in rows and columns about the centre."""
+
+    count: Pair = Field(description="number along x and along y")
+    pitch: Length = Field(description="distance between neighbours, along x and y [m]")
+    size: Length | None = Field(
+        default=None,
+        description="side of a square [m]; the pitch if not given",
+        json_schema_extra={"unit": "meter"},
+    )
+
+    @model_validator(mode="after")
+    def _apart(self) -> PadTactels:
+        if self.side > self.pitch * (1 + 1e-12):
+            raise ValueError(
+                f"squares of {self.side * 1e3:g} mm overlap at a pitch of {self.pitch * 1e3:g} mm; "
+                "take a smaller size or a larger pitch"
+            )
+        return self
+
+    @property
+    def side(self) -> float:
+        """Side of a square [m]."""
+        return self.pitch if self.size is None else self.size
+
+    @property
+    def total(self) -> int:
+        """Number of tactels."""
+        return self.count[0] * self.count[1]
+
+    @property
+    def places(self) -> Array:
+        """Centres along x and y, shape (total, 2) [m]; tactel ix * count[1] + iy."""
+        x, y = ((np.arange(n) - (n - 1) / 2) * self.pitch for n in self.count)
+        grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        return np.asarray(grid.reshape(-1, 2), dtype=np.float64)
+
+
+class PadChannel(Part):
+    """One picture of the pad among those that are taken together."""
+
+    wavelength: Length | None = Field(
+        default=None,
+        description="wavelength in vacuum [m]; that of the polariscope if not given",
+        json_schema_extra={"unit": "meter"},
+    )
+    arrangement: Literal["dark field", "bright field", "plane", "analyser"] | None = Field(
+        default=None,
+        description="polarisers and plates; dark field if not given.  A polarisation camera "
+        "brings its own analysers and is lit with circular light",
+    )
+    angle: Finite = Field(default=0.0, description="of polariser or analyser, from x [degrees]")
+
+
+class PadPolariscope(Part):
+    """The light, the polarisers and the pictures that are taken together."""
+
+    wavelength: Length = Field(description="wavelength in vacuum [m]")
+    channels: tuple[PadChannel, ...] = Field(
+        default=(), description="pictures that make up one frame; one if not given"
+    )
+    plates: Plates | None = Field(
+        default=None, description="errors of polarisers and plates; perfect ones if not given"
+    )
+
+    @property
+    def pictures(self) -> tuple[PadChannel, ...]:
+        """The channels, at least one."""
+        return self.channels or (PadChannel(),)
+
+
+class AreaCamera(Converter):
+    """The camera below the pad; its picture ends where the pad ends."""
+
+    pixels: Pair = Field(description="pixels along x and along y")
+    kind: Literal["ordinary", "polarisation"] = Field(
+        default="ordinary",
+        description='"polarisation" has analysers at 0 and 45 degrees before the pixels of even '
+        "rows in turn, at 135 and 90 degrees before those of odd rows",
+    )
+    blur: Length | None = Field(
+        default=None,
+        description="standard deviation of the lens's point spread, on the pad [m]; none if not "
+        "given",
+        json_schema_extra={"unit": "meter"},
+    )
+
+
+class Pad(Design):
+    """A complete planar pad, from block to camera.
+
+    Every number is an SI float; in `Pad(...)` and `replace` a quantity may also be given as text
+    with a unit.
+    """
+
+    kind: Literal["pad"] = "pad"
+    name: str
+    transducer: PadTransducer
+    tactels: PadTactels
+    polariscope: PadPolariscope
+    camera: AreaCamera
+
+    @model_validator(mode="after")
+    def _fits(self) -> Pad:
+        tactels, block = self.tactels, self.transducer
+        for axis, n, side in zip("xy", tactels.count, (block.length, block.width), strict=True):
+            reach = (n - 1) * tactels.pitch + tactels.side
+            if reach > side * (1 + 1e-9):
+                raise ValueError(
+                    f"tactels: {n} squares at a pitch of {tactels.pitch * 1e3:g} mm reach over "
+                    f"{reach * 1e3:g} mm along {axis}, beyond the pad's {side * 1e3:g} mm; take "
+                    "fewer tactels, a smaller pitch or a larger pad"
+                )
+        own = [c for c in self.polariscope.pictures if c.arrangement is not None]
+        if self.camera.kind == "polarisation" and own:
+            raise ValueError(
+                f"polariscope.channels: arrangement = {own[0].arrangement!r} does not go with a "
+                "polarisation camera, which brings its own analysers; leave it out, or take an "
+                "ordinary camera"
+            )
+        return self
+
+    @property
+    def pixel_positions(self) -> tuple[Array, Array]:
+        """Centres of the pixels along x (columns) and along y (rows) [m]."""
+        sides = self.transducer.length, self.transducer.width
+        x, y = (
+            ((np.arange(n) + 0.5) / n - 0.5) * side
+            for n, side in zip(self.camera.pixels, sides, strict=True)
+        )
+        return x, y

@@ -1,0 +1,118 @@
+"""What a person decides about a sensor: validated, immutable, in SI units and radians."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from fringeforce.design.fields import Count, Length, Places
+from fringeforce.design.light import Camera, Polariscope
+from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
+
+
+class Transducer(Part):
+    """The strip: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
+
+    length: Length = Field(description="full length c along x [m]")
+    width: Length = Field(description="width t along y [m]")
+    edges: Literal["free", "roller"] = Field(
+        description='lateral edges: "free" (Case 1) or "roller", u = 0 without friction (Case 2)'
+    )
+    plane: Literal["stress", "strain", "3d"] = Field(
+        default="stress",
+        description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width',
+    )
+    compliant: Layer
+    photoelastic: PhotoelasticLayer
+
+
+class Tactels(Part):
+    """Where forces act: line loads, evenly spaced and centred on the strip, or placed singly."""
+
+    count: Count = Field(description="number of tactels")
+    pitch: Length = Field(description="distance between neighbours, of the drawing [m]")
+    # the key of a design is `positions`; the attribute of that name always has a place for each
+    placed: Places | None = Field(
+        default=None,
+        alias="positions",
+        description="single places along x, ascending [m]; without them the pitch says where",
+        json_schema_extra={"unit": "meter"},
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Tactels:
+        if self.placed is None:
+            return self
+        if len(self.placed) != self.count:
+            raise ValueError(
+                f"{len(self.placed)} positions do not fit count = {self.count}; give one for every "
+                "tactel, or none and the pitch alone"
+            )
+        if (np.diff(self.placed) <= 0).any():
+            number = int(np.flatnonzero(np.diff(self.placed) <= 0)[0]) + 1
+            raise ValueError(
+                f"positions must ascend: tactel {number + 1} at {self.placed[number] * 1e3:g} mm "
+                f"does not lie right of tactel {number} at {self.placed[number - 1] * 1e3:g} mm; "
+                "sort them"
+            )
+        return self
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Places of the tactels along x, shape (count,) [m]."""
+        if self.placed is not None:
+            return np.array(self.placed)
+        return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
+
+
+class Sensor(Design):
+    """A complete sensor, from strip to camera.
+
+    Numbers are SI floats; `Sensor(...)` and `replace` also take text with a unit.
+
+    Examples
+    --------
+    >>> ff.load_sensor("saad").replace(**{"transducer.width": "3 mm"}).transducer.width
+    0.003
+    """
+
+    name: str = Field(description="what to call the sensor")
+    transducer: Transducer
+    tactels: Tactels
+    polariscope: Polariscope
+    camera: Camera
+
+    @field_validator("tactels", mode="after")
+    @classmethod
+    def _on_the_strip(cls, tactels: Tactels, info: ValidationInfo) -> Tactels:
+        transducer = info.data.get("transducer")
+        if transducer is not None:
+            outermost, half = np.abs(tactels.positions).max(), transducer.length / 2
+            if outermost >= half:
+                single = tactels.placed is not None
+                kind = "" if single else f" at a pitch of {tactels.pitch * 1e3:g} mm"
+                remedy = "positions nearer to it" if single else "a smaller pitch"
+                raise ValueError(
+                    f"the outermost of {tactels.count} tactels{kind} sits {outermost * 1e3:g} mm "
+                    f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
+                    f"tactels, {remedy} or a longer strip"
+                )
+        return tactels
+
+    @field_validator("camera", mode="after")
+    @classmethod
+    def _line_on_the_strip(cls, camera: Camera, info: ValidationInfo) -> Camera:
+        transducer = info.data.get("transducer")
+        if transducer is not None:
+            camera.check_line(transducer.width, transducer.plane)
+        return camera
+
+    @cached_property
+    def pixel_positions(self) -> NDArray[np.float64]:
+        """Centres of the pixels along x, shape (pixels,) [m]."""
+        n = self.camera.pixels
+        return ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length

@@ -1,0 +1,1 @@
+"""From grey levels to loads, on plain arrays: likelihood, least squares, tests and bounds."""

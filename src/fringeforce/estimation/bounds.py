@@ -1,0 +1,172 @@
+"""How well a frame can determine loads: Fisher information, covariance, the Cramer-Rao bound."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.likelihood import Response
+
+Array = NDArray[np.float64]
+
+COARSE = 8
+"""Every so many pixels enter the search for the variance at which information is flat."""
+
+
+def fisher_information(
+    phase: Array, influence: Array, response: Response, phase_variance: Array | float = 0.0
+) -> Array:
+    """Information on the loads in one frame.
+
+    The expected square of the grey level's slope, A^2/4 sin^2 p, taken over a phase that is itself
+    uncertain: E[sin^2 p] = (1 - exp(-2 v) cos 2p) / 2 for a Gaussian of variance v; p includes the
+    bias.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase [rad].
+    influence : ndarray, shape (P, m)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    phase_variance : ndarray, shape (P,), or float
+        Variance v of the phase [rad^2]; none for Fisher's own definition.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+        Information [1/N^2].
+    """
+    whole, cosine = np.ones(len(phase)), np.cos(2 * (phase + response.bias))
+    rows, most = np.ascontiguousarray(influence), whole * _largest(response)
+    return np.asarray(_information(rows, cosine, most, whole * phase_variance), dtype=np.float64)
+
+
+def _largest(response: Response) -> Array | float:
+    """Information on the phase of a pixel where its slope is steepest, halved [1/rad^2]."""
+    return response.amplitude**2 / (8 * response.variance)
+
+
+def phase_information(phase: Array, response: Response) -> Array:
+    """Inverse variance of the phase of single pixels, bounded by noise where the slope vanishes.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase [rad].
+    response : Response
+        Of the camera.
+
+    Returns
+    -------
+    ndarray, shape (P,)
+        Information [1/rad^2].
+    """
+    floor = response.amplitude * np.sqrt(response.variance) / 64
+    return (response.slope(phase) ** 2 + floor) / response.variance
+
+
+def cramer_rao_bound(phase: Array, influence: Array, response: Response) -> Array:
+    """Smallest standard deviations that an unbiased reading of one frame can have, shape (m,) [N].
+
+    Infinite where the frame does not change with a load to first order, as at zero load.
+    """
+    information = fisher_information(phase, influence, response)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        try:
+            variances = np.diag(np.linalg.inv(information))
+        except np.linalg.LinAlgError:
+            return np.full(len(information), np.inf)
+        return np.where(variances > 0, np.sqrt(np.maximum(variances, 0)), np.inf)
+
+
+def covariance(phase: Array, influence: Array, response: Response, rounds: int = 20) -> Array:
+    """Covariance of loads read from one frame, also where intensity is flat in the phase.
+
+    At a multiple of pi the slope of the intensity vanishes and Fisher's information with it, but
+    the curvature still bounds the phase.  The phase's own variance enters the information, and both
+    are made to agree; away from such places this is the inverse of Fisher's information.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (P,)
+        Phase at the estimate [rad].
+    influence : ndarray, shape (P, m)
+        Influence matrix [rad/N].
+    response : Response
+        Of the camera.
+    rounds : int
+        Largest number of rounds until both agree.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+        Covariance [N^2].
+    """
+    coarse = slice(None, None, COARSE)
+    whole = np.ones(len(phase))
+    most = whole * _largest(response)
+    start = whole * np.sqrt(response.variance) / response.amplitude
+    rows, cosine = np.ascontiguousarray(influence), np.cos(2 * (phase + response.bias))
+    few = np.ascontiguousarray(rows[coarse])
+    found = _agreed(few, cosine[coarse], COARSE * most[coarse], start[coarse], rounds)
+    everywhere = _phase_variance(rows, found)
+    return _inverse(_information(rows, cosine, most, everywhere))
+
+
+def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
+    """Covariance that errors of the expected grey levels add to loads read from a frame, (m, m).
+
+    Parameters as in `systematic_errors`.
+    """
+    moved = systematic_errors(pulls, spread, variance)
+    return np.asarray(moved.T @ moved, dtype=float)
+
+
+def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
+    """What errors of the expected grey levels do to loads read from a frame, shape (k, m) [N].
+
+    To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
+
+    Parameters
+    ----------
+    pulls : ndarray, shape (k, m)
+        J' d of independent errors of unit variance, squared grey levels per newton.
+    spread : ndarray, shape (m, m)
+        Covariance C from noise alone [N^2].
+    variance : float
+        Of the noise, sigma^2.
+    """
+    return pulls @ spread / variance
+
+
+def _agreed(influence: Array, cosine: Array, most: Array, variance: Array, rounds: int) -> Array:
+    """Covariance of the loads that agrees with the variance of the phase that it causes."""
+    result, before = np.empty((0, 0)), np.full(influence.shape[1], np.inf)
+    for _ in range(rounds):
+        result = _inverse(_information(influence, cosine, most, variance))
+        # the geometric mean settles at once where information is proportional to the variance
+        variance = np.sqrt(variance * _phase_variance(influence, result))
+        after = np.diag(result)
+        if (np.abs(after - before) < 0.02 * after).all():
+            break
+        before = after
+    return result
+
+
+def _information(influence: Array, cosine: Array, most: Array, variance: Array) -> Array:
+    """Information on the loads; see `fisher_information` and `_largest`."""
+    weight = most * (1 - np.exp(-2 * variance) * cosine)
+    return np.asarray((influence * weight[:, None]).T @ influence)
+
+
+def _phase_variance(influence: Array, loads: Array) -> Array:
+    """Variance of the phase at every pixel, given the covariance of the loads."""
+    return np.einsum("ij,ij->i", influence @ loads, influence)
+
+
+def _inverse(information: Array) -> Array:
+    """Inverse of an information matrix, bounded where a load leaves no trace at all."""
+    ridge = 1e-12 * np.trace(information) + 1e-300
+    return np.linalg.inv(information + ridge * np.eye(len(information)))

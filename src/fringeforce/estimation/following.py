@@ -1,0 +1,209 @@
+"""Follow a sequence of frames for as long as there is no doubt about any of them."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.compiling import entry, part
+from fringeforce.estimation.evaluation import Room, describe, evaluate, silence, take
+from fringeforce.estimation.gauss_newton import Place, Standing, follow, settle
+from fringeforce.estimation.information import factorise_information
+from fringeforce.estimation.residual_monitor import TRENDS, lingers
+from fringeforce.estimation.running_mean import REMEMBERED, STEADY, steady, step_steadily
+from fringeforce.estimation.strip import Pixels, Strip
+from fringeforce.estimation.track_status import (
+    DOUBTFUL,
+    FOLLOWED,
+    HUSHED,
+    HUSHES,
+    KNOWN,
+    LEFT,
+    LOOKED,
+    NOISE,
+    ORDER,
+    QUIET,
+    RAISED,
+    SILENT,
+    Limits,
+    looks_like_noise,
+    rests,
+    steady_verdict,
+    trust,
+    verdict,
+)
+from fringeforce.estimation.vector_loops import copy, invert
+
+Array = NDArray[np.float64]
+
+STEP, WHOLE, NONE = range(3)
+"""Covariances that are wanted: that of the step's matrix, that of all pixels, or none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What a follower knows besides its place; the compiled functions write into its arrays.
+
+    Attributes
+    ----------
+    variance : ndarray, shape (places,)
+        Of the phase at the nodes of the information [rad^2].
+    mean : ndarray, shape (REMEMBERED,)
+        See `steady`.
+    rest : ndarray, shape (size,)
+        Mean of the residuals of frames that were followed steadily, in units of the noise.
+    known : ndarray, shape (KNOWN,)
+        See `certainty.OPEN`.
+    trend, lasting : ndarray, shapes (groups,) and (TRENDS,)
+        See `trend.lingers`.
+    """
+
+    variance: NDArray[np.float32]
+    mean: Array
+    rest: NDArray[np.float32]
+    known: Array
+    trend: NDArray[np.float32]
+    lasting: Array
+
+    @classmethod
+    def of(cls, strip: Strip) -> Memory:
+        """Of nothing yet."""
+        layout, groups = strip.layout, len(strip.share)
+        variance, rest, trend = (
+            np.zeros(size, np.float32) for size in (layout.places, layout.size, groups)
+        )
+        return cls(variance, np.zeros(REMEMBERED), rest, np.zeros(KNOWN), trend, np.zeros(TRENDS))
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """What the compiled functions take."""
+        return Remembered(*(getattr(self, name) for name in Remembered._fields))
+
+
+Remembered = namedtuple("Remembered", [field.name for field in fields(Memory)])
+"""What the compiled functions take of a memory, under the same names."""
+
+
+def state_of(strip: Strip, place: Place, memory: Memory, limits: Limits) -> tuple[Any, ...]:
+    """What `follow_all` takes: plain tuples, for names cost several microseconds at the door."""
+    *standing, room = place.arrays
+    return (
+        tuple(strip.arrays),
+        tuple(standing),
+        tuple(room),
+        tuple(memory.arrays),
+        limits.numbers,
+    )
+
+
+@entry
+def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdicts) -> int:
+    """Follow frames until one is doubtful; returns how many were done before it.
+
+    Parameters
+    ----------
+    state : tuple
+        See `state_of`; the place and the memory are moved.
+    silent : bool
+        Whether nothing touched the sensor in the frame before.
+    frames : ndarray, shape (k, P)
+        Grey levels, finite.
+    wanted : int
+        Which covariances: STEP, WHOLE or NONE.
+    loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k, REPORTED), (k,)
+        Filled; of the covariances only what is wanted.
+    """
+    strip, place = Pixels(*state[0]), Standing(*state[1], Room(*state[2]))
+    memory, limits = Remembered(*state[3]), state[4]
+    mean, known = memory.mean, memory.known
+    for i in range(len(frames)):
+        if silent:
+            verdicts[i] = _hush(strip, place.room, known, limits, frames[i], reports[i])
+        else:
+            verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
+            sums, trend, lasting = place.room.sums, memory.trend, memory.lasting
+            judged = verdicts[i] != SILENT and place.room.new[0]
+            if judged and lingers(sums, limits[1], trend, lasting):
+                verdicts[i] = DOUBTFUL
+        if verdicts[i] == DOUBTFUL:
+            return i
+        if verdicts[i] == SILENT:
+            loads[i] = 0
+            known[HUSHED] += 1
+            if not silent and known[HUSHED] >= HUSHES:
+                silent, mean[STEADY], place.loads[:] = True, 0, 0
+            continue
+        known[HUSHED] = 0
+        if (mean[STEADY] and wanted != NONE) or wanted == STEP:
+            for j in range(len(place.covariance)):
+                copy(place.covariance[j], covariances[i, j])
+        elif wanted == WHOLE:
+            covariance(strip, place.slope, covariances[i])
+    return len(frames)
+
+
+@part
+def _hush(strip, room, known, limits, frame, report) -> int:
+    """Whether a frame is silent, as the one before was."""
+    pixels, _, size, groups = limits
+    take(strip, frame, room)
+    silence(strip, room)
+    describe(strip, room, report)
+    known[LEFT] -= 1
+    if looks_like_noise(report, pixels + size, groups, QUIET, QUIET):
+        known[RAISED] = 0
+        return SILENT
+    known[RAISED] += 1
+    loud = not looks_like_noise(report, pixels + size, groups, NOISE, ORDER)
+    return DOUBTFUL if loud or (known[RAISED] > 1 and known[LEFT] < 0) else SILENT
+
+
+@part
+def _touch(strip, place, memory, limits, frame, loads, report) -> int:
+    """Follow one frame: to the top of its likelihood, or a step from the mean."""
+    variance, mean, known = memory.variance, memory.mean, memory.known
+    known[LOOKED] -= 1
+    order = NOISE if known[LOOKED] > 0 else ORDER
+    if not mean[STEADY]:
+        before = place.loads.copy()
+        follow(strip, place, frame, loads, report)
+        found = verdict(report, limits, order)
+        if found == FOLLOWED:
+            trust(known)
+        if found != DOUBTFUL:
+            return found
+        copy(before, place.loads)
+        steady(strip, place, variance, mean)
+    step_steadily(strip, place, variance, mean, memory.rest, frame, loads, report)
+    found = steady_verdict(report, limits, mean, known, order)
+    if found == FOLLOWED and rests(report):
+        mean[STEADY] = 0
+        copy(loads, place.loads)
+        settle(strip, place)
+    return found
+
+
+@entry
+def covariance(strip, slope, result) -> None:
+    """Fill in the covariance of the loads from the slopes of all pixels, shape (m, m) [N^2].
+
+    The inverse of Fisher's information; a place that passed `verdict` lies far enough from where
+    the curvature counts.
+    """
+    rows = len(strip.nodes)
+    factor = np.empty((rows, rows))
+    factorise_information(strip, slope * slope, 1e-12, factor)
+    invert(factor, result)
+
+
+def covariance_at(strip: Strip, loads: Array) -> Array:
+    """Covariance of loads from the slopes of all pixels, shape (m, m) [N^2]."""
+    phase, slope, level = np.empty((3, len(strip.inverse)), dtype=np.float32)
+    evaluate(strip.arrays, loads, phase, slope, level)
+    result = np.empty((strip.loads, strip.loads))
+    covariance(strip.arrays, slope, result)
+    return result

@@ -1,0 +1,1 @@
+"""Phase from intensity: critical points, folding, and the search along the strip."""

@@ -1,0 +1,1 @@
+"""Frames, forces and fields in files: HDF5, CSV, VTK."""

@@ -1,0 +1,1 @@
+"""A characterised sensor, strip or pad: from forces to phases and frames."""

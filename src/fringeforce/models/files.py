@@ -1,0 +1,49 @@
+"""Models from their HDF5 files, whatever sensor they are of."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from fringeforce.base.errors import FileFormatError
+from fringeforce.base.storage import format_of
+from fringeforce.models.pad import PAD, PadModel
+from fringeforce.models.strip import SensorModel
+
+if TYPE_CHECKING:
+    PathLike = str | os.PathLike[str]
+
+
+def load_model(path: PathLike) -> Any:
+    """Read a model that `SensorModel.save` or `PadModel.save` wrote.
+
+    Returns
+    -------
+    SensorModel or fringeforce.models.pad.PadModel
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, truncated, of another kind, or damaged.
+
+    Examples
+    --------
+    >>> ff.characterize(ff.load_sensor("saad")).save("model.h5")
+    >>> ff.load_model("model.h5").sensor.tactels.count
+    11
+    """
+    return (PadModel if _is_pad(path) else SensorModel).load(path)
+
+
+def load_strip_model(path: PathLike) -> SensorModel:
+    """Read the model of a strip, as `load_model`; FileFormatError if it is a pad's."""
+    if _is_pad(path):
+        raise FileFormatError(
+            f"{path} is the model of a planar pad, and this works on strips only; pads go with "
+            "simulate, read, live, show, explore and, in Python, PadReader."
+        )
+    return SensorModel.load(path)
+
+
+def _is_pad(path: PathLike) -> bool:
+    return format_of(path) == f"fringeforce-{PAD}"

@@ -1,0 +1,183 @@
+"""How one camera really sees one strip, and what a calibration found out about both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design.parts import Converter
+from fringeforce.design.strip import Camera
+from fringeforce.estimation.likelihood import Response
+from fringeforce.optics.camera import noise_variance
+from fringeforce.optics.jones import Fringe
+from fringeforce.optics.polariscope import Picture
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Imaging:
+    """Where every pixel looks, how it is lit, and how sure that is.
+
+    What is uncertain is written as modes: each is what one independent unknown of unit variance
+    changes, so that a covariance is the sum of the modes' outer products.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (P,)
+        Places along the strip [m]; beyond its ends for pixels that see no strip.
+    amplitude, offset : ndarray, shape (P,)
+        A and I_o of equation (13) at every pixel, grey levels.
+    usable : ndarray of bool, shape (P,)
+        False for pixels that are dead, stuck or see no strip.
+    influence_modes : ndarray, shape (d, P, 2, n)
+        Modes of the influence matrix [rad/N].
+    amplitude_modes, offset_modes : ndarray, shape (k, P), k >= d
+        Modes of the lighting, grey levels; the first d belong to the modes of the matrix.
+    light_variance : float
+        Mean variance of the grey levels that amplitude and offset of single pixels, independent
+        of each other, are uncertain by; readings count it as noise.
+    drift : pair of float
+        Standard deviations from frame to frame of the gain of the amplitude, and of the offset in
+        grey levels.
+    """
+
+    positions: Array
+    amplitude: Array
+    offset: Array
+    usable: Mask
+    influence_modes: Array
+    amplitude_modes: Array
+    offset_modes: Array
+    light_variance: float = 0.0
+    drift: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
+        """One without any doubt, such as that of a simulated bench; shapes (P,)."""
+        pixels = len(positions)
+        none = np.empty((0, pixels))
+        usable = np.ones(pixels, dtype=bool)
+        return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 2, 0)), none, none)
+
+    def at(self, pixels: NDArray[Any] | slice) -> Imaging:
+        """Imaging of some pixels only, chosen by a mask, by numbers or by a slice."""
+        return replace(
+            self,
+            positions=self.positions[pixels],
+            amplitude=self.amplitude[pixels],
+            offset=self.offset[pixels],
+            usable=self.usable[pixels],
+            influence_modes=self.influence_modes[:, pixels],
+            amplitude_modes=self.amplitude_modes[:, pixels],
+            offset_modes=self.offset_modes[:, pixels],
+        )
+
+    def level_modes(self, loads: Array, phase: Array) -> Array:
+        """Modes of the grey levels under given loads.
+
+        Parameters
+        ----------
+        loads : ndarray, shape (2n,)
+            Loads, normal ones first [N].
+        phase : ndarray, shape (P,)
+            Their phase [rad].
+
+        Returns
+        -------
+        ndarray, shape (k, P)
+            Grey levels.
+        """
+        count, pixels = self.influence_modes.shape[:2]
+        levels = self.amplitude_modes * np.sin(phase / 2) ** 2 + self.offset_modes
+        if count:
+            turned = self.influence_modes.reshape(count, pixels, -1) @ loads
+            levels[:count] += turned * (self.amplitude / 2 * np.sin(phase))
+        return levels
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What a calibration found.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Unknowns: dotted paths of the design or "tactel 1 position" [m] and so on, then "camera
+        shift" [m] and "camera scale" [1].
+    drawing, values : ndarray, shape (d,)
+        Before and after.
+    covariance : ndarray, shape (d, d)
+        Of the logarithms of the design's values, places [m], the shift [m] and the scale.
+    unidentified : tuple of str
+        Combinations that the frames say nothing of; along them the drawing was kept.
+    outliers : tuple of int
+        Rows of frames that contradict the others and were left out.
+    dead : tuple of int
+        Pixels that do not follow the light and were left out.
+    chi2 : float
+        Reduced chi-square of the frames that were kept; near one if all is understood.
+    findings : tuple of str
+        All that a person should know, in sentences.
+    """
+
+    names: tuple[str, ...]
+    drawing: Array
+    values: Array
+    covariance: Array
+    unidentified: tuple[str, ...]
+    outliers: tuple[int, ...]
+    dead: tuple[int, ...]
+    chi2: float
+    findings: tuple[str, ...]
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of the values, shape (d,), in their own units."""
+        relative = np.array([not name.startswith(("camera s", "tactel ")) for name in self.names])
+        return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
+
+
+def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
+    """Response of a camera to the pictures of a design, all pixels of each in turn."""
+    if len(seen) == 1 and seen[0].fringe == Fringe():
+        return camera_response(camera)
+    fringes = [[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]
+    amplitude, bias, offset = np.repeat(fringes, camera.pixels, axis=0).T
+    light = camera.amplitude * amplitude, camera.offset + camera.amplitude * offset
+    return replace(camera_response(camera, *light), bias=bias)
+
+
+def camera_response(
+    camera: Converter,
+    amplitude: Array | None = None,
+    offset: Array | None = None,
+    light_variance: float = 0.0,
+) -> Response:
+    """Response of a camera; it clips only where its noise can carry a level beyond its range.
+
+    Parameters
+    ----------
+    camera : Converter
+        As designed.
+    amplitude, offset : ndarray, shape (P,), optional
+        Measured ones, which take the place of the design's, grey levels.
+    light_variance : float
+        Variance by which they are uncertain from pixel to pixel, squared grey levels.
+    """
+    bright = camera.amplitude if amplitude is None else amplitude
+    dark = camera.offset if offset is None else offset
+    reach = camera.noise * (1 if camera.noise_model == "uniform" else 4)
+    brightest = float(np.max(dark + bright + reach))
+    return Response(
+        amplitude=bright,
+        offset=dark,
+        variance=noise_variance(camera) + light_variance,
+        floor=0.0 if np.min(dark) - reach < -0.5 else -np.inf,
+        ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
+    )

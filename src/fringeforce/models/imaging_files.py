@@ -1,0 +1,87 @@
+"""The part of a model's HDF5 file that a calibration adds: groups imaging and calibration."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fringeforce.models.imaging import Calibration, Imaging
+
+if TYPE_CHECKING:
+    import h5py
+
+ARRAYS = {
+    "positions": "m",
+    "amplitude": "grey levels",
+    "offset": "grey levels",
+    "usable": "",
+    "influence_modes": "rad/N",
+    "amplitude_modes": "grey levels",
+    "offset_modes": "grey levels",
+}
+NUMBERS = ("drawing", "values", "covariance")
+WORDS = ("names", "unidentified", "outliers", "dead", "findings")
+
+
+def write_imaging(file: h5py.File, imaging: Imaging) -> None:
+    """Write registration and lighting with their modes."""
+    group = file.create_group("imaging")
+    for name, unit in ARRAYS.items():
+        data = getattr(imaging, name)
+        dataset = group.create_dataset(name, data=data, compression="gzip" if data.size else None)
+        dataset.attrs["units"] = unit
+    group.attrs["light_variance"] = imaging.light_variance
+    group.attrs["drift"] = imaging.drift
+
+
+def read_imaging(file: h5py.File) -> Imaging | None:
+    """Registration and lighting, if the file has them.
+
+    Raises
+    ------
+    ValueError
+        If the arrays do not fit each other.
+    """
+    if "imaging" not in file:
+        return None
+    attributes = file["imaging"].attrs
+    gain, offset = np.asarray(attributes["drift"]).tolist()
+    imaging = Imaging(
+        **{name: np.asarray(file[f"imaging/{name}"]) for name in ARRAYS},
+        light_variance=float(np.asarray(attributes["light_variance"])),
+        drift=(gain, offset),
+    )
+    pixels = len(imaging.positions)
+    lengths = (
+        len(imaging.amplitude),
+        len(imaging.offset),
+        len(imaging.usable),
+        imaging.influence_modes.shape[1],
+        imaging.amplitude_modes.shape[1],
+        imaging.offset_modes.shape[1],
+    )
+    if any(length != pixels for length in lengths):
+        raise ValueError(f"imaging of {pixels} pixels holds arrays of {lengths}")
+    return imaging
+
+
+def write_calibration(file: h5py.File, found: Calibration) -> None:
+    """Write what a calibration found."""
+    group = file.create_group("calibration")
+    for name in NUMBERS:
+        group.create_dataset(name, data=getattr(found, name))
+    for name in WORDS:
+        group.attrs[name] = json.dumps(getattr(found, name))
+    group.attrs["chi2"] = found.chi2
+
+
+def read_calibration(file: h5py.File) -> Calibration | None:
+    """What a calibration found, if the file tells."""
+    if "calibration" not in file:
+        return None
+    attributes = file["calibration"].attrs
+    found: dict[str, Any] = {name: np.asarray(file[f"calibration/{name}"]) for name in NUMBERS}
+    found |= {name: tuple(json.loads(str(attributes[name]))) for name in WORDS}
+    return Calibration(chi2=float(np.asarray(attributes["chi2"])), **found)

@@ -1,0 +1,340 @@
+"""The characterised pad: from forces to images, and back by the adjoint."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import FileFormatError, InputError
+from fringeforce.base.progress import Progress
+from fringeforce.base.storage import existing_file, new_file, read, text, write
+from fringeforce.design.files import parse_sensor
+from fringeforce.design.pad import Pad
+from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.mechanics.solid.sides import sided_influence
+from fringeforce.models import splines
+from fringeforce.models.pad_influence import PadInfluence, compressed
+from fringeforce.models.pad_symmetry import PARITIES, load_basis
+from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.area_camera import Lens, Picture, measure, measure_back, mosaic, pictures
+from fringeforce.optics.integrated import turn_modes, turn_modes_back
+from fringeforce.optics.photoelasticity import stress_optic_constant
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+PAD = "pad"
+"""Kind of these files."""
+COMPONENTS = ("normal", "tangential_x", "tangential_y")
+"""Of the force on a tactel."""
+LABELS = tuple(
+    "_".join("even" if sign > 0 else "odd" for sign in parity) + "_{}" for parity in PARITIES
+)
+"""Names of the four quarters of the influence by their symmetry."""
+SAMPLES, SLICES = 96, 8
+"""Places along either side, and depths, at which stresses are taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class PadModel:
+    """What one pad does to forces.
+
+    Images have the shape (rows, columns): rows along y, columns along x, the first of each at the
+    most negative coordinate.  Frames of several channels have the shape (channels, rows, columns).
+    Forces have the shape (..., n, 3): N, T_x, T_y of tactel ix * count_y + iy [N].
+
+    Attributes
+    ----------
+    sensor : Pad
+        The design it belongs to.
+    influence : PadInfluence
+        Retardance per force.
+    provenance : mapping
+        How it came about, in words and numbers.
+    """
+
+    sensor: Pad
+    influence: PadInfluence
+    provenance: Mapping[str, str | float] = field(default_factory=dict)
+
+    @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame: (rows, columns), or (channels, rows, columns) if there are several."""
+        channels = len(self.pictures)
+        return self._image if channels == 1 else (channels, *self._image)
+
+    @property
+    def _image(self) -> tuple[int, int]:
+        columns, rows = self.sensor.camera.pixels
+        return rows, columns
+
+    @property
+    def slice_heights(self) -> Array:
+        """Where the slices lie, shape (slices,) [m]; 0 is the loaded surface, -thickness the base.
+
+        They are those of a Gauss-Legendre rule, the one at the mirror first.
+        """
+        return block_of(self.sensor).depths(len(self.influence.profile))[0]
+
+    @cached_property
+    def pictures(self) -> tuple[Picture, ...]:
+        """What the channels measure."""
+        return pictures(self.sensor)
+
+    @cached_property
+    def kinds(self) -> NDArray[np.uint8]:
+        """Which form of a picture each pixel measures, shape (rows * columns,)."""
+        return mosaic(*self._image, len(self.pictures[0].forms))
+
+    @cached_property
+    def lens(self) -> Lens:
+        """What blurs the light."""
+        return Lens.of(self.sensor)
+
+    @cached_property
+    def _rows(self) -> splines.Band:
+        return splines.Band.of(self.influence.y, self.sensor.pixel_positions[1])
+
+    @cached_property
+    def _columns(self) -> Single:
+        x = self.sensor.pixel_positions[0]
+        return splines.basis(self.influence.x, x).astype(np.float32)
+
+    @cached_property
+    def profile(self) -> Single:
+        """What each mode adds to each slice, shape (slices, modes)."""
+        return self.influence.profile.astype(np.float32)
+
+    def modes(self, forces: ArrayLike) -> Single:
+        """Single-pass retardance of every depth profile at every pixel.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            N, T_x, T_y of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (2, modes, rows, columns)
+            (A, B) of every profile, at the polariscope's wavelength [rad].
+        """
+        grid = self.influence.coefficients(self.checked(forces, single=True).ravel())
+        # one large product is faster than many small ones
+        across = (grid.reshape(-1, grid.shape[-1]) @ self._columns.T).reshape(
+            -1, grid.shape[-2], len(self._columns)
+        )
+        return self._rows.values(across).reshape(*grid.shape[:2], *self._image)
+
+    def modes_adjoint(self, gradient: Single) -> Array:
+        """The transpose of `modes`, shape (2, modes, rows, columns) to (n, 3)."""
+        across = self._rows.adjoint(gradient.reshape(-1, *self._image))
+        grid = across.reshape(-1, across.shape[-1]) @ self._columns
+        shape = *gradient.shape[:2], across.shape[1], -1
+        return self.influence.adjoint(grid.reshape(shape)).reshape(-1, 3)
+
+    def slices(self, forces: ArrayLike) -> Single:
+        """Single-pass retardance of every slice at every pixel, at the polariscope's wavelength.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            N, T_x, T_y of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (slices, 2, rows, columns)
+            (A, B) of every slice, the one at the mirror first [rad].
+        """
+        return np.asarray(np.einsum("sk,fkrc->sfrc", self.profile, self.modes(forces)))
+
+    def retardance(self, forces: ArrayLike) -> Array:
+        """Depth integral of the retardance over both passes, shape (..., 2, rows, columns) [rad].
+
+        Its two parts are those between 0 and 90 degrees and between 45 and 135; the size is the
+        number of fringes times 2 pi where the stress does not turn over the depth.
+        """
+        loads = self.checked(forces)
+        flat = loads.reshape(-1, *loads.shape[-2:])
+        whole = 2 * self.influence.profile.sum(axis=0)
+        found = [np.einsum("k,fkrc->frc", whole, self.modes(load)) for load in flat]
+        return np.array(found).reshape(*loads.shape[:-2], 2, *self._image)
+
+    def intensity(self, forces: ArrayLike) -> Array:
+        """Share of a perfect dark field's light that each pixel gets, shape (..., *frame_shape).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., n, 3)
+            N, T_x, T_y of every tactel [N].
+        """
+        loads = self.checked(forces)
+        flat = loads.reshape(-1, *loads.shape[-2:])
+        found = [self._intensity(self.modes(load)) for load in flat]
+        return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.frame_shape)
+
+    def _intensity(self, modes: Single) -> Single:
+        return np.stack([self.picture(modes, picture)[0] for picture in self.pictures])
+
+    def picture(self, modes: Single, picture: Picture) -> tuple[Single, Single]:
+        """Intensity of one picture, shape (P,), and the light behind it, shape (3, P)."""
+        flat = modes.reshape(*modes.shape[:2], -1)
+        light = np.empty((3, flat.shape[2]), dtype=np.float32)
+        turn_modes(flat, np.float32(picture.dispersion) * self.profile, light)
+        if self.lens.none:
+            seen = np.empty(flat.shape[2], dtype=np.float32)
+            measure(light, picture.packed, self.kinds, seen)
+            return seen, light
+        seen = np.empty((len(picture.packed), flat.shape[2]), dtype=np.float32)
+        for kind, image in enumerate(seen):
+            measure(light, picture.packed, np.full_like(self.kinds, kind), image)
+        sharp = seen.reshape(-1, *self._image)
+        blurred = self.lens.blurred(sharp).reshape(seen.shape)
+        return np.take_along_axis(blurred, self.kinds[None], axis=0)[0], light
+
+    def picture_adjoint(
+        self, modes: Single, picture: Picture, light: Single, pull: Single
+    ) -> Single:
+        """Derivative by the modes, same shape, from that by the intensity of one picture, (P,)."""
+        flat = modes.reshape(*modes.shape[:2], -1)
+        by_light = np.zeros_like(light)
+        if self.lens.none:
+            measure_back(light, picture.packed, self.kinds, pull, by_light)
+        else:
+            for kind in range(len(picture.packed)):
+                share = np.where(self.kinds == kind, pull, np.float32(0)).reshape(self._image)
+                sharp = self.lens.adjoint(share).ravel()
+                measure_back(light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light)
+        gradient, profile = np.empty_like(flat), np.float32(picture.dispersion) * self.profile
+        turn_modes_back(flat, profile, light, by_light, gradient)
+        return gradient.reshape(modes.shape)
+
+    def expose(
+        self, forces: ArrayLike, rng: camera_optics.Rng = None
+    ) -> NDArray[np.unsignedinteger]:
+        """Frames that the camera would deliver, shape (..., *frame_shape), uint8 or uint16.
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., n, 3)
+            N, T_x, T_y of every tactel [N].
+        rng : int, numpy.random.Generator or None
+            Source of the noise.
+        """
+        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+
+    def checked(self, forces: ArrayLike, single: bool = False) -> Array:
+        """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""
+        loads, n = np.asarray(forces, dtype=float), self.sensor.tactels.total
+        fits = loads.shape == (n, 3) if single else loads.shape[-2:] == (n, 3)
+        if not fits or not np.isfinite(loads).all():
+            raise InputError(
+                f"Forces of shape {loads.shape} do not fit this pad, or are not finite; its {n} "
+                f"tactels need {'' if single else '(..., '}{n}, 3): N, T_x and T_y of each."
+            )
+        return loads
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to an HDF5 file, all of it or nothing; `fringeforce.load_model` reads it.
+
+        It holds the design, the provenance, and the compressed influence.
+        """
+        influence = self.influence
+        slices, modes = influence.profile.shape
+        with new_file(path, PAD) as file:
+            file.attrs["design"] = self.sensor.to_toml()
+            file.attrs["provenance"] = json.dumps(dict(self.provenance))
+            write(file, "x", influence.x, ("x",), "m", "samples along the pad")
+            write(file, "y", influence.y, ("y",), "m", "samples across the pad")
+            write(file, "slice", np.arange(slices), ("slice",), None, "from the mirror to the base")
+            heights = self.slice_heights
+            write(file, "height", heights, ("slice",), "m", "of slices; the loaded surface is 0")
+            write(file, "mode", np.arange(modes), ("mode",), None, "number of the depth profile")
+            write(file, "profile", influence.profile, ("slice", "mode"), "1", "depth profiles")
+            for label, quarter in zip(LABELS, influence.quarters, strict=True):
+                name = label.format("influence")
+                file.create_dataset(name, data=quarter)
+                file[name].attrs["long_name"] = "spline coefficients of retardance per load"
+                file[name].attrs["units"] = "rad/N"
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PadModel:
+        """Read a model that `save` wrote.
+
+        Raises
+        ------
+        FileFormatError
+            If the file is missing, truncated, of another kind, or damaged.
+        """
+        with existing_file(path, PAD) as file:
+            pad = parse_sensor(text(file, "design"), source=f"The design inside {path}")
+            provenance = json.loads(text(file, "provenance"))
+            x, y, profile = (read(file, name) for name in ("x", "y", "profile"))
+            quarters = tuple(read(file, label.format("influence")) for label in LABELS)
+        rows = 2 * profile.shape[1] * (len(x) // 2) * (len(y) // 2)
+        expected = (
+            [(rows, len(load_basis(pad.tactels.count, parity))) for parity in PARITIES]
+            if isinstance(pad, Pad)
+            else []
+        )
+        if [quarter.shape for quarter in quarters] != expected:
+            raise FileFormatError(
+                f"{path} is damaged: its influence does not fit its design. Characterise it again."
+            )
+        return cls(pad, PadInfluence(pad.tactels.count, x, y, profile, quarters), provenance)
+
+
+def characterize_pad(
+    pad: Pad,
+    influence: SolidInfluence | None = None,
+    samples: int = SAMPLES,
+    slices: int = SLICES,
+    progress: Progress | None = None,
+) -> PadModel:
+    """Reduce a design to its influence: an exact series, with elements where sides are not rollers.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    influence : SolidInfluence, optional
+        Stresses per force where they are known already, such as from finite elements.
+    samples, slices : int
+        Places along either side, an even number, and depths, at which stresses are computed.
+    progress : callable, optional
+        Told words, the steps done and their count, where elements are solved.
+    """
+    block, layer = block_of(pad), pad.transducer.photoelastic
+    method = "given"
+    if influence is None:
+        x, y = (np.linspace(-side / 2, side / 2, samples) for side in (block.length, block.width))
+        patches = Patches(pad.tactels.places, pad.tactels.side)
+        if block.sides == "roller":
+            method = "double Fourier series"
+            influence = stress_influence(block, patches, x, y, slices)
+        else:
+            method = "double Fourier series, and finite elements for the sides"
+            influence = sided_influence(block, patches, x, y, slices, progress=progress)
+    constant = stress_optic_constant(layer, pad.polariscope.wavelength)
+    found, left_out, asymmetry = compressed(influence, pad.tactels.count, constant)
+    provenance = {
+        "method": method,
+        "samples": f"{len(found.x)} x {len(found.y)}",
+        "slices": len(found.profile),
+        "depth profiles": found.modes,
+        "left out by depth profiles": left_out,
+        "asymmetry averaged away": asymmetry,
+    }
+    return PadModel(pad, found, provenance)
+
+
+def block_of(pad: Pad) -> Block:
+    """The block of a pad, as mechanics wants it."""
+    t = pad.transducer
+    return Block(t.length, t.width, t.compliant, t.photoelastic, t.sides)

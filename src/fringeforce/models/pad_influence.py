@@ -1,0 +1,205 @@
+"""From forces to the retardance of every slice, compressed so that it takes milliseconds.
+
+Three things are common to all pads: stresses vary over the depth in few ways, which a singular
+value decomposition finds; between samples they are smooth, so that splines carry them to pixels;
+and mirror symmetry leaves a quarter of every matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from fringeforce.base.errors import InputError
+from fringeforce.mechanics.solid.block import SolidInfluence
+from fringeforce.models import splines
+from fringeforce.models.int16_matrix import Packed
+from fringeforce.models.pad_symmetry import FIELDS, PARITIES, fold, load_basis, unfold
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class PadInfluence:
+    """Retardance per force.
+
+    Attributes
+    ----------
+    count : (int, int)
+        Tactels along x and y.
+    x, y : ndarray, shape (nx,), (ny,)
+        Places of the samples, even numbers of them [m].
+    profile : ndarray, shape (slices, modes)
+        What each mode adds to each slice, the one at the mirror first.
+    quarters : tuple of ndarray, shape (2 * modes * ny / 2 * nx / 2, m)
+        For each of the four parities of `PARITIES`, from loads in the basis of that parity to
+        coefficients of splines, single-pass retardance (A, then B) of every mode on a quarter of
+        the samples, those of negative x and y [rad/N].
+    """
+
+    count: tuple[int, int]
+    x: Array
+    y: Array
+    profile: Array
+    quarters: tuple[Single, ...]
+
+    @property
+    def modes(self) -> int:
+        """Number of depth profiles."""
+        return self.profile.shape[1]
+
+    @cached_property
+    def _bases(self) -> tuple[Single, ...]:
+        return tuple(load_basis(self.count, p).astype(np.float32) for p in PARITIES)
+
+    @cached_property
+    def _packed(self) -> tuple[Packed, ...]:
+        return tuple(Packed.of(part) for part in self.quarters)
+
+    def coefficients(self, forces: NDArray[np.floating]) -> Single:
+        """Spline coefficients of the modes under forces.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (3 n,)
+            N, T_x, T_y of tactel after tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (2, modes, ny, nx)
+            Of (A, B) [rad].
+        """
+        ny, nx = len(self.y), len(self.x)
+        whole = np.zeros((2, self.modes, ny, nx), dtype=np.float32)
+        loads = forces.astype(np.float32)
+        for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
+            quarter = part.product(patterns @ loads).reshape(2, self.modes, ny // 2, nx // 2)
+            for field, own in enumerate(FIELDS):
+                unfold(quarter[field], _signs(parity, own), whole[field])
+        return whole
+
+    def adjoint(self, coefficients: Single) -> Array:
+        """The transpose of `coefficients`, shape (2, modes, ny, nx) to (3 n,)."""
+        total = np.zeros(self._bases[0].shape[1])
+        for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
+            quarter = np.stack(
+                [fold(coefficients[f], _signs(parity, own)) for f, own in enumerate(FIELDS)]
+            )
+            total += patterns.T @ part.adjoint(quarter.ravel())
+        return total
+
+    def matrix(self, x: Array, y: Array) -> Single:
+        """The whole influence at single points, shape (2, modes, len(x), 3 n) [rad/N]."""
+        along, across = splines.basis(self.x, x), splines.basis(self.y, y)
+        n = self._bases[0].shape[1]
+        result = np.zeros((2, self.modes, len(x), n), dtype=np.float32)
+        for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
+            shaped = part.reshape(2, self.modes, len(self.y) * len(self.x) // 4, part.shape[1])
+            for field, own in enumerate(FIELDS):
+                weights = _folded_weights(along, across, _signs(parity, own))
+                for mode in range(self.modes):
+                    result[field, mode] += (weights @ shaped[field, mode]) @ patterns
+        return result
+
+
+def _signs(parity: tuple[int, int], own: tuple[int, int]) -> tuple[int, int]:
+    return parity[0] * own[0], parity[1] * own[1]
+
+
+def _folded_weights(along: Array, across: Array, signs: tuple[int, int]) -> csr_array:
+    """Weights of a quarter's coefficients at points of the whole pad, shape (points, ny/2 nx/2)."""
+    half_x, half_y = along.shape[1] // 2, across.shape[1] // 2
+    x = along[:, :half_x] + signs[0] * along[:, : half_x - 1 : -1]
+    y = across[:, :half_y] + signs[1] * across[:, : half_y - 1 : -1]
+    product = (y[:, :, None] * x[:, None, :]).reshape(len(x), -1)
+    return csr_array(product.astype(np.float32))
+
+
+def compressed(
+    solid: SolidInfluence,
+    count: tuple[int, int],
+    stress_optic_constant: float,
+    tolerance: float = 2e-3,
+) -> tuple[PadInfluence, float, float]:
+    """Compress what mechanics found.
+
+    Parameters
+    ----------
+    solid : SolidInfluence
+        Stresses on even numbers of samples, evenly spaced and symmetric about the centre.
+    count : (int, int)
+        Tactels along x and y.
+    stress_optic_constant : float
+        K_t [rad/(Pa m)].
+    tolerance : float
+        Share of the stresses, root mean square, that the depth profiles may leave out.
+
+    Returns
+    -------
+    influence : PadInfluence
+    left_out : float
+        What they leave out.
+    asymmetry : float
+        What was averaged away to make the stresses symmetric, over their size, root mean square.
+
+    Raises
+    ------
+    InputError
+        If the samples are not as they should be.
+    """
+    nx, ny = len(solid.x), len(solid.y)
+    for name, places in (("x", solid.x), ("y", solid.y)):
+        if len(places) % 2 or not np.allclose(places, -places[::-1], atol=1e-9):
+            raise InputError(
+                f"{len(places)} samples along {name} from {places[0]:g} to {places[-1]:g} m cannot "
+                "be folded; take an even number, symmetric about the centre."
+            )
+    profile, reduction, left_out = _depth_profiles(solid, tolerance)
+    shape = 2, profile.shape[1], ny // 2, nx // 2
+    bases = [load_basis(count, parity) for parity in PARITIES]
+    parts = [np.empty((*shape, len(basis)), dtype=np.float32) for basis in bases]
+    kept = total = 0.0
+    for field, stress in enumerate((solid.difference, 2 * solid.shear)):
+        for mode, weights in enumerate(reduction):
+            # to (y, x, n, 3), as rows of images and columns of forces are
+            samples = stress_optic_constant * np.einsum("xyscn,s->yxnc", stress, weights)
+            for parity, basis, part in zip(PARITIES, bases, parts, strict=True):
+                shown = np.moveaxis(samples.reshape(ny, nx, -1) @ basis.T, -1, 0)
+                quarter = fold(shown, _signs(parity, FIELDS[field])) / 4
+                total += float((shown**2).sum())
+                kept += 4 * float((quarter**2).sum())
+                spline = _quarter_spline(solid, quarter, _signs(parity, FIELDS[field]))
+                part[field, mode] = np.moveaxis(spline, 0, -1)
+    # a pad of one tactel has no load of one of the parities
+    quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
+    influence = PadInfluence(count, solid.x, solid.y, profile, quarters)
+    return influence, left_out, float(np.sqrt(max(1 - kept / total, 0.0)))
+
+
+def _quarter_spline(solid: SolidInfluence, quarter: Array, signs: tuple[int, int]) -> Array:
+    """Spline coefficients of a quarter, from its values, shape (m, ny / 2, nx / 2)."""
+    h, w = quarter.shape[1:]
+    whole = np.zeros((len(quarter), 2 * h, 2 * w))
+    unfold(quarter, signs, whole)
+    across, along = splines.coefficients(solid.y)[:h], splines.coefficients(solid.x)[:w]
+    return across @ whole @ along.T
+
+
+def _depth_profiles(solid: SolidInfluence, tolerance: float) -> tuple[Array, Array, float]:
+    """Profiles (slices, modes), what reduces stresses to them (modes, slices), what is left."""
+    root = np.sqrt(solid.weights)
+    gram = sum(
+        scale * np.einsum("xyscn,xytcn->st", stress, stress, optimize=True)
+        for stress, scale in ((solid.difference, 1.0), (solid.shear, 4.0))
+    )
+    values, vectors = np.linalg.eigh(root[:, None] * np.asarray(gram, dtype=float) * root)
+    values, vectors = np.clip(values[::-1], 0, None), vectors[:, ::-1]
+    lost = np.sqrt(np.append(values[::-1].cumsum()[::-1], 0) / values.sum())
+    modes = int(np.argmax(lost <= tolerance))
+    chosen = vectors[:, :modes]
+    return root[:, None] * chosen, (root[:, None] * chosen).T, float(lost[modes])

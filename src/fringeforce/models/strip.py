@@ -1,0 +1,340 @@
+"""The characterised sensor: one influence matrix, and everything that it predicts."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import FileFormatError, InputError
+from fringeforce.base.progress import Progress
+from fringeforce.base.storage import existing_file, new_file, read, text, write
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.files import parse_sensor
+from fringeforce.design.strip import Sensor
+from fringeforce.estimation.likelihood import Response, misfit
+from fringeforce.mechanics.elasticity import Displacement, unit_displacements
+from fringeforce.mechanics.elements import gauss_interpolation
+from fringeforce.mechanics.mesh import Mesh, named_mesh
+from fringeforce.mechanics.stress import integrated_stress
+from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
+from fringeforce.models.imaging_files import (
+    read_calibration,
+    read_imaging,
+    write_calibration,
+    write_imaging,
+)
+from fringeforce.models.strip_width import strip_width
+from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+from fringeforce.optics.polariscope import Picture, pictures
+
+Array = NDArray[np.float64]
+
+STRIP = "model"
+"""Kind of these files."""
+COMPONENTS = ("normal", "tangential")
+"""Of the force on a tactel."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensorModel:
+    """What one sensor does to forces, equation (10.a) of the paper.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The design it belongs to.
+    breaks : ndarray, shape (e + 1,)
+        Boundaries of the elements along the strip [m].
+    psi : ndarray, shape (M, 2, n)
+        Influence matrix at the stations [rad/N]: [:, 0] for normal, [:, 1] for tangential forces.
+    provenance : mapping
+        How it came about, in words and numbers.
+    imaging : Imaging, optional
+        Measured registration and lighting; without it the pixels are as designed.
+    calibration : Calibration, optional
+        What the calibration behind the model found.
+
+    Examples
+    --------
+    >>> ff.characterize(ff.load_sensor("saad")).phase(ff.polar(1.0, 10, n=11), [0.0]).round(2)
+    array([-6.41])
+    """
+
+    sensor: Sensor
+    breaks: Array
+    psi: Array
+    provenance: Mapping[str, str | int] = field(default_factory=dict)
+    imaging: Imaging | None = None
+    calibration: Calibration | None = None
+
+    @property
+    def x(self) -> Array:
+        """Stations along the strip, the Gauss points of its elements, shape (M,) [m]."""
+        return Mesh(self.breaks, np.empty(0), self._order).stations
+
+    @property
+    def _order(self) -> int:
+        return len(self.psi) // (len(self.breaks) - 1)
+
+    def influence(self, x: ArrayLike) -> Array:
+        """Influence matrix at any place, as accurate as the elements are.
+
+        Parameters
+        ----------
+        x : array_like, shape (m,)
+            Positions along the strip [m].
+
+        Returns
+        -------
+        ndarray, shape (m, 2, n)
+            Phase lead per force [rad/N].
+
+        Raises
+        ------
+        InputError
+            If a position lies outside the strip.
+        """
+        points = np.atleast_1d(np.asarray(x, dtype=float))
+        half = self.sensor.transducer.length / 2
+        inside = np.abs(points) <= half * (1 + 1e-12)
+        if not inside.all():
+            raise InputError(
+                f"x = {points[~inside][0]:g} m lies outside the strip, which ends at "
+                f"+-{half:g} m; positions are in metres from its centre."
+            )
+        stations = gauss_interpolation(self._order, self.breaks, points)
+        return (stations @ self.psi.reshape(len(self.psi), -1)).reshape(-1, *self.psi.shape[1:])
+
+    @cached_property
+    def pixel_influence(self) -> Array:
+        """Influence matrix at the pixels, shape (n_pixels, 2, n) [rad/N]; 0 beside the strip."""
+        x, half = self.pixel_positions, self.sensor.transducer.length / 2
+        return self.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
+
+    @property
+    def pixel_positions(self) -> Array:
+        """Where the camera's pixels look, as measured or as designed, shape (n_pixels,) [m]."""
+        return self.sensor.pixel_positions if self.imaging is None else self.imaging.positions
+
+    @cached_property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame: (n_pixels,), or (n_channels, n_pixels) if there are several."""
+        pictures, pixels = len(self.sensor.polariscope.pictures), self.sensor.camera.pixels
+        return (pixels,) if pictures == 1 else (pictures, pixels)
+
+    @cached_property
+    def _pictures(self) -> list[Picture]:
+        return pictures(self.sensor.polariscope)
+
+    @property
+    def dispersions(self) -> tuple[float, ...]:
+        """Phase lead of every channel over that of the polariscope's own wavelength."""
+        return tuple(picture.dispersion for picture in self._pictures)
+
+    @cached_property
+    def frame_influence(self) -> Array:
+        """Influence matrix at the pixels of all channels in turn, shape (size of a frame, 2n)."""
+        psi = self.pixel_influence.reshape(len(self.pixel_influence), -1)
+        return np.concatenate([ratio * psi for ratio in self.dispersions])
+
+    @cached_property
+    def response(self) -> Response:
+        """What the camera makes of the phases of all channels, as measured or as designed."""
+        camera, imaging = self.sensor.camera, self.imaging
+        if imaging is None:
+            return designed_response(camera, self._pictures)
+        light = imaging.amplitude, imaging.offset, imaging.light_variance
+        return camera_response(camera, *light)
+
+    def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
+        """Phase lead under given forces, equation (10.a).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., 2, n)
+            Normal (pressing) and tangential (towards +x) force of every tactel [N].
+        x : array_like, shape (m,), optional
+            Positions along the strip [m]; the camera's pixels if not given.
+
+        Returns
+        -------
+        ndarray, shape (..., m) or (..., n_pixels)
+            Phase lead [rad].
+        """
+        influence = self.pixel_influence if x is None else self.influence(x)
+        loads = checked_loads(forces, self.sensor.tactels.count)
+        return loads.reshape(*loads.shape[:-2], -1) @ influence.reshape(len(influence), -1).T
+
+    def intensity(self, forces: ArrayLike) -> Array:
+        """Normalised intensity at the camera's pixels, equation (11).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., 2, n)
+            Normal and tangential force of every tactel [N].
+
+        Returns
+        -------
+        ndarray, shape (..., *frame_shape)
+            Share of what a perfect dark field lets through at most.
+        """
+        phase = self.phase(forces)
+        seen = [p.fringe.intensity(p.dispersion * phase) for p in self._pictures]
+        return seen[0] if len(seen) == 1 else np.stack(seen, axis=-2)
+
+    def expose(
+        self, forces: ArrayLike, rng: camera_optics.Rng = None
+    ) -> NDArray[np.unsignedinteger]:
+        """Frames that the camera would deliver, equation (13).
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., 2, n)
+            Normal and tangential force of every tactel [N].
+        rng : int, numpy.random.Generator or None
+            Source of the noise.
+
+        Returns
+        -------
+        ndarray, shape (..., *frame_shape)
+            Grey levels, uint8 up to 8 bits and uint16 above.
+        """
+        lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
+        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
+
+    def residuals(self, frames: ArrayLike, forces: ArrayLike) -> Array:
+        """What known forces leave of frames, in units of the noise; zero where no pixel is usable.
+
+        Parameters
+        ----------
+        frames : array_like, shape (..., *frame_shape)
+            Grey levels.
+        forces : array_like, shape (..., 2, n)
+            Forces that acted [N].
+
+        Returns
+        -------
+        ndarray, shape (..., *frame_shape)
+            With a standard deviation of one if the model explains the frames.
+        """
+        loads = checked_loads(forces, self.sensor.tactels.count)
+        grey = np.asarray(frames, dtype=float)
+        phase = loads.reshape(*loads.shape[:-2], -1) @ self.frame_influence.T
+        expected = self.response.level(phase)
+        usable = 1 if self.imaging is None else self.imaging.usable
+        left = misfit(grey.reshape(expected.shape), expected, self.response).slope
+        return (-left * usable).reshape(grey.shape)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to an HDF5 file, all of it or nothing; `fringeforce.load_model` reads it.
+
+        It holds the influence matrix, the design, the provenance, and the calibration if any.
+        """
+        places = self.sensor.tactels.positions
+        with new_file(path, STRIP) as file:
+            file.attrs["design"] = self.sensor.to_toml()
+            file.attrs["provenance"] = json.dumps(dict(self.provenance))
+            write(file, "x", self.x, ("x",), "m", "stations along the strip")
+            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            write(file, "tactel", places, ("tactel",), "m", "places of the tactels")
+            write(file, "breaks", self.breaks, ("breaks",), "m", "boundaries of the elements")
+            write(file, "psi", self.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
+            if self.imaging is not None:
+                write_imaging(file, self.imaging)
+            if self.calibration is not None:
+                write_calibration(file, self.calibration)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> SensorModel:
+        """Read a model that `save` wrote.
+
+        Raises
+        ------
+        FileFormatError
+            If the file is missing, truncated, of another kind, or damaged.
+        """
+        with existing_file(path, STRIP) as file:
+            model = cls(
+                sensor=parse_sensor(text(file, "design"), source=f"The design inside {path}"),
+                breaks=read(file, "breaks"),
+                psi=read(file, "psi"),
+                provenance=json.loads(text(file, "provenance")),
+                imaging=read_imaging(file),
+                calibration=read_calibration(file),
+            )
+        expected = (2, model.sensor.tactels.count)
+        columns = len(model.breaks) - 1
+        imaging = model.imaging
+        if imaging is not None and len(imaging.positions) != model.sensor.camera.pixels:
+            raise FileFormatError(
+                f"{path} is damaged: its imaging has {len(imaging.positions)} pixels and its "
+                f"camera {model.sensor.camera.pixels}. Calibrate the sensor again."
+            )
+        if model.psi.shape[1:] != expected or columns < 1 or len(model.psi) % columns:
+            raise FileFormatError(
+                f"{path} is damaged: an influence matrix of shape {model.psi.shape} does not fit "
+                f"{columns} elements and {expected[1]} tactels. Characterise the design again."
+            )
+        return model
+
+
+def characterize(
+    sensor: Sensor, mesh: Mesh | str | None = None, progress: Progress | None = None
+) -> SensorModel:
+    """Reduce a design to its influence matrix, with finite elements (Section III of the paper).
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    mesh : Mesh or str, optional
+        The elements; those that the design asks for if not given.
+    progress : callable, optional
+        Told words, the steps done and their count where they take seconds, in three dimensions.
+
+    Returns
+    -------
+    SensorModel
+        On the default mesh its influence matrix is within 1e-4 of the exact one of a plane.
+    """
+    if sensor.transducer.plane == "3d" and mesh in (None, "default"):
+        found = strip_width(sensor, progress=progress)
+        facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}
+        return SensorModel(sensor, found.breaks, found.psi, facts)
+    transducer, positions = sensor.transducer, sensor.tactels.positions
+    if mesh is None or isinstance(mesh, str):
+        mesh = named_mesh(mesh or "default", transducer, positions)
+    return reduced(sensor, unit_displacements(transducer, positions, mesh))
+
+
+def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:
+    """The influence matrix of displacements that are known already.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The design.
+    displacement : Displacement
+        Of its strip, under a unit force on each of its tactels.
+    """
+    mesh, layer = displacement.mesh, sensor.transducer.photoelastic
+    constant = stress_optic_constant(layer, sensor.polariscope.wavelength)
+    return SensorModel(
+        sensor=sensor,
+        breaks=mesh.x,
+        psi=phase_lead(integrated_stress(displacement, mesh.stations), constant),
+        provenance={
+            "method": "finite elements",
+            "order": mesh.order,
+            "columns": len(mesh.x) - 1,
+            "rows": len(mesh.z) - 1,
+            "unknowns": mesh.unknowns,
+        },
+    )

@@ -1,0 +1,132 @@
+"""From light at every place to the grey levels that the camera's pixels are meant to have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from fringeforce.design.pad import Pad
+from fringeforce.optics.arrangement import arranged
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+MOSAIC = ((0.0, 45.0), (135.0, 90.0))
+"""Analysers of a polarisation camera before pixels of even and odd rows and columns [degrees]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One channel of a frame.
+
+    Attributes
+    ----------
+    dispersion : float
+        Its retardance over that of the polariscope's own wavelength.
+    forms : ndarray, shape (k, 3, 3)
+        Quadratic forms of the light that pixels measure: one, or those of a mosaic of four.
+    """
+
+    dispersion: float
+    forms: Array
+
+    @property
+    def packed(self) -> Single:
+        """Six coefficients of each form, of aa, bb, cc, ab, ac and bc, shape (k, 6)."""
+        q = self.forms
+        parts = [q[:, 0, 0], q[:, 1, 1], q[:, 2, 2]]
+        parts += [2 * q[:, 0, 1], 2 * q[:, 0, 2], 2 * q[:, 1, 2]]
+        return np.stack(parts, axis=1).astype(np.float32)
+
+
+def pictures(pad: Pad) -> tuple[Picture, ...]:
+    """What the channels of a pad measure."""
+    light = pad.polariscope
+    found = []
+    for channel in light.pictures:
+        dispersion = light.wavelength / (channel.wavelength or light.wavelength)
+        if pad.camera.kind == "polarisation":
+            angles = np.radians(MOSAIC).ravel()
+            forms = [arranged("analyser", a, light.plates, dispersion) for a in angles]
+        else:
+            kind = channel.arrangement or "dark field"
+            forms = [arranged(kind, np.radians(channel.angle), light.plates, dispersion)]
+        found.append(Picture(dispersion, np.array(forms)))
+    return tuple(found)
+
+
+def mosaic(rows: int, columns: int, kinds: int) -> NDArray[np.uint8]:
+    """Number of the form that each pixel measures, shape (rows * columns,)."""
+    if kinds == 1:
+        return np.zeros(rows * columns, dtype=np.uint8)
+    row, column = np.arange(rows)[:, None] % 2, np.arange(columns) % 2
+    return (2 * row + column).astype(np.uint8).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class Lens:
+    """Blur by a Gaussian point spread, separable; what lies beyond the pad is as its edge is."""
+
+    rows: Single | None
+    columns: Single | None
+
+    @classmethod
+    def of(cls, pad: Pad) -> Lens:
+        """The lens of a design."""
+        if pad.camera.blur is None:
+            return cls(None, None)
+        x, y = pad.pixel_positions
+        return cls(_spread(y, pad.camera.blur), _spread(x, pad.camera.blur))
+
+    def blurred(self, image: Single) -> Single:
+        """An image, shape (..., rows, columns), as the sensor sees it."""
+        if self.rows is None or self.columns is None:
+            return image
+        return np.asarray(self.rows @ image @ self.columns.T, dtype=np.float32)
+
+    def adjoint(self, image: Single) -> Single:
+        """The transpose of `blurred`."""
+        if self.rows is None or self.columns is None:
+            return image
+        return np.asarray(self.rows.T @ image @ self.columns, dtype=np.float32)
+
+    @cached_property
+    def none(self) -> bool:
+        """Whether it is perfect."""
+        return self.rows is None
+
+
+def _spread(places: Array, deviation: float) -> Single:
+    pitch = places[1] - places[0]
+    edges = np.append(places - pitch / 2, places[-1] + pitch / 2)
+    edges[0], edges[-1] = -np.inf, np.inf
+    shares = np.diff(ndtr((edges - places[:, None]) / deviation), axis=1)
+    return shares.astype(np.float32)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def measure(light, packed, kinds, intensity) -> None:
+    """Fill in the intensity of every pixel, shape (P,), from light, shape (3, P)."""
+    for i in range(len(intensity)):
+        q = packed[kinds[i]]
+        a, b, c = light[0, i], light[1, i], light[2, i]
+        intensity[i] = (
+            a * (q[0] * a + q[3] * b + q[4] * c) + b * (q[1] * b + q[5] * c) + q[2] * c * c
+        )
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def measure_back(light, packed, kinds, weight, pull) -> None:
+    """Add to the derivative by the light, shape (3, P), that by the intensity times its own."""
+    two = light.dtype.type(2)
+    for i in range(len(weight)):
+        q = packed[kinds[i]]
+        a, b, c, w = light[0, i], light[1, i], light[2, i], weight[i]
+        pull[0, i] += w * (two * q[0] * a + q[3] * b + q[4] * c)
+        pull[1, i] += w * (two * q[1] * b + q[3] * a + q[5] * c)
+        pull[2, i] += w * (two * q[2] * c + q[4] * a + q[5] * b)

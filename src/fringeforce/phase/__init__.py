@@ -1,1 +1,0 @@
-"""From a frame to the phase behind it; knows arrays only."""

@@ -1,0 +1,1 @@
+"""Figures on axes, and figures in files."""

@@ -1,0 +1,114 @@
+"""Pictures of results, written to files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.resultant import touch
+from fringeforce.design.pad import Pad
+from fringeforce.models.strip import SensorModel
+from fringeforce.plotting.axes import (
+    figure,
+    force_history,
+    forces,
+    pad_forces,
+    residuals,
+    resultants,
+)
+from fringeforce.reading.pads.reading import PadReading
+from fringeforce.reading.reading import Reading
+
+
+def draw_readings(readings: Sequence[Reading], path: Path) -> None:
+    """Write a picture of one reading's forces, or of the normal forces of many.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    with _picture(path) as ax:
+        if len(readings) == 1:
+            forces(ax, readings[0].forces, readings[0].std)
+        else:
+            force_history(ax, np.array([reading.forces[0] for reading in readings]))
+
+
+def draw_pad_readings(pad: Pad, readings: Sequence[PadReading], path: Path) -> None:
+    """Write a picture of one reading's forces, or of the sums of the forces of many.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    if len(readings) == 1:
+        with _picture(path, 5.4, 4.4) as ax:
+            pad_forces(ax, pad, readings[0].forces)
+        return
+    nothing = np.full(3, np.nan)
+    sums = [touch(pad, r).total.force if np.isfinite(r.forces).all() else nothing for r in readings]
+    with _picture(path) as ax:
+        resultants(ax, sums)
+
+
+def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path: Path) -> None:
+    """Write a picture of what a calibrated model leaves of the frames that it was fitted to.
+
+    Parameters
+    ----------
+    model : SensorModel
+        Calibrated.
+    frames : array_like, shape (F, n_pixels)
+        Grey levels.
+    loads : array_like, shape (F, 2, n)
+        Known forces [N].
+    path : Path
+        Of the picture.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    found = model.calibration
+    left = model.residuals(frames, loads)
+    with _picture(path) as ax:
+        residuals(ax, left, found.outliers if found else (), found.dead if found else ())
+
+
+def draw_plan(ratio: ArrayLike, path: Path) -> None:
+    """Write a picture of what calibration errors add to readings, over the number of presses.
+
+    Parameters
+    ----------
+    ratio : array_like, shape (k + 1,)
+        Error of readings over that of a perfectly known sensor, from no press on.
+
+    Raises
+    ------
+    InputError
+        If the picture cannot be written.
+    """
+    excess = np.asarray(ratio)[1:] - 1
+    with _picture(path) as ax:
+        ax.semilogy(1 + np.arange(len(excess)), 100 * excess, "o-", markersize=4)
+        ax.set(xlabel="presses", ylabel="readings err more than\nwith a known sensor by [%]")
+
+
+@contextmanager
+def _picture(path: Path, width: float = 8.0, height: float = 3.6) -> Iterator[Axes]:
+    """Axes of a picture that is written at the end; its size is in inches."""
+    with figure(width, height) as (canvas, ax):
+        yield ax
+        try:
+            canvas.savefig(path)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror}.") from None

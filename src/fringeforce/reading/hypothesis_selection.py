@@ -1,0 +1,162 @@
+"""The verdict on an explanation: weighed against silence, its rivals and errors of the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.estimate import Estimate
+from fringeforce.estimation.levenberg_marquardt import Top
+from fringeforce.estimation.likelihood import misfit
+from fringeforce.estimation.model_discrepancy import ShapeError
+from fringeforce.reading.frame_problem import Scene
+from fringeforce.reading.reading import Status
+
+Array = NDArray[np.float64]
+
+SAME_START, SAME_TOP = 0.1, 0.05
+"""Phases nowhere farther apart are one: of mirror images, of climbs [rad]."""
+TRIED = 40
+"""Mirror images of all explanations together that are tried."""
+RIVAL = 16.0
+"""Twice the log-likelihood by which an explanation must beat another to rule it out."""
+SPREAD = 3.0
+"""Rivals that widen no deviation by more than this are one explanation, less sure."""
+ANCHOR = 1.5
+"""Phase that a frame must reach for its signs to hang together where not all was tried [rad]."""
+PUSH = 5.0
+"""Standard deviations that the sum of the pushes must have to tell a load from its negative."""
+CONTACT = 6.0
+"""Standard deviations of pure noise by which an explanation must beat silence."""
+DOUBTFUL, IMPOSSIBLE = 0.05, 1e-5
+"""Chances of a misfit below which it widens the deviations, and below which the model is wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class Interpretation:
+    """Loads that explain a frame, and the verdict.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (2n,)
+        The likeliest loads, normal ones first [N].
+    covariance : ndarray, shape (2n, 2n)
+        Of the loads [N^2].
+    noise : ndarray, shape (2n, 2n)
+        The part of it that noise alone causes [N^2].
+    residuals : ndarray, shape (p,)
+        What is left of the used pixels, in units of the noise.
+    status : Status
+        The verdict.
+    rivals : list of ndarray, shape (2n,)
+        Other loads that explain the frame as well.
+    """
+
+    loads: Array
+    covariance: Array
+    noise: Array
+    residuals: Array
+    status: Status
+    rivals: list[Array]
+
+
+def judged(scene: Scene, fitting: list[Top]) -> Interpretation:
+    """Weigh an explanation that fits against silence, its rivals and errors of the model.
+
+    Parameters
+    ----------
+    scene : Scene
+        The frame.
+    fitting : list of Top
+        Explanations that leave nothing but noise, the likeliest first.
+    """
+    if (silence := _silence(scene, fitting[0])) is not None:
+        return silence
+    tops, complete = _with_neighbours(scene, fitting)
+    spread = scene.covariance(scene.climbed(tops[0].loads))
+    loads, chance = _rivals(scene, tops, spread)
+    best = scene.climbed(loads[0])
+    loads[0] = best.loads
+    mean, whole = _mixture(loads, chance, spread)
+    anchored = complete or np.abs(best.phase).max() > ANCHOR
+    status, rivals = Status.OK, []
+    if not anchored or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
+        mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
+    wrong = scene.shape_error(best, spread)
+    if wrong.chance < IMPOSSIBLE and not scene.model_error:
+        status = Status.MODEL_MISMATCH
+    whole = whole + widening(wrong, scene.model_error) ** 2 * wrong.bias
+    return Interpretation(mean, whole, spread, best.misfit.slope, status, rivals)
+
+
+def widening(wrong: ShapeError, model_error: float) -> float:
+    """Size of errors of shape to allow for: what is known of them, or more if a frame shows it."""
+    return max(wrong.size if wrong.chance < DOUBTFUL else 0.0, model_error)
+
+
+def _silence(scene: Scene, best: Top) -> Interpretation | None:
+    """No contact, if the best explanation beats it by no more than noise would."""
+    unknowns, dark = len(best.loads), np.zeros(len(scene.frame))
+    silent = misfit(scene.frame, scene.response.level(dark), scene.response)
+    if silent.loss - best.loss > unknowns + CONTACT * np.sqrt(2 * unknowns):
+        return None
+    # a load and its negative are equally likely, and neither shows: their mean is none
+    nothing = Estimate(np.zeros(unknowns), dark, silent)
+    spread = scene.covariance(nothing)
+    return Interpretation(nothing.loads, spread, spread, silent.slope, Status.NO_CONTACT, [])
+
+
+def _rivals(scene: Scene, tops: list[Top], spread: Array) -> tuple[Array, Array]:
+    """The loads of the best explanation and of all that rival it, best first; their chances."""
+    deviations = np.sqrt(np.diag(spread))
+    losses = np.array([top.loss + _pull(top.loads, deviations) for top in tops])
+    order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
+    loads = np.array([tops[i].loads for i in order])
+    chance = np.exp((losses.min() - losses[order]) / 2)
+    pushes = np.repeat([1.0, 0.0], len(deviations) // 2)
+    weak = loads[0] @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes)
+    if weak and scene.response.even:
+        # the pushes are too weak to tell a load from its negative
+        loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
+    return loads, chance / chance.sum()
+
+
+def _with_neighbours(scene: Scene, found: list[Top]) -> tuple[list[Top], bool]:
+    """Explanations around those found, the best first, each pushing, and whether that is all.
+
+    From every explanation within reach of the best one, its mirror images are tried in turn.
+    """
+    tops = list(found)
+    tried, kept, explored = scene.phases(tops), scene.phases(tops), scene.phases()
+    done: list[Top] = []
+    while fresh := [top for top in tops if top.loss < tops[0].loss + RIVAL and top not in done]:
+        if len(tried) >= TRIED:
+            break
+        # the one least like those that were explored shows most that is new
+        chosen = max(fresh, key=lambda top: explored.distance(top.phase))
+        explored.add(chosen.phase)
+        done.append(chosen)
+        images = scene.images(chosen.loads)
+        for start in images[tried.admit(scene.strip, images, SAME_START)]:
+            top = scene.nearly_top(start)
+            if not kept.know(top.phase, SAME_TOP):
+                kept.add(top.phase)
+                tops.append(top)
+        tops.sort(key=lambda top: top.loss)
+    tops[0] = scene.top(tops[0].loads)
+    return [replace(top, loads=scene.pushing(top.loads)) for top in tops], not fresh
+
+
+def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:
+    """Mean and covariance of several explanations, each with the same covariance of its own."""
+    mean = chance @ loads
+    apart = loads - mean
+    return mean, spread + (apart * chance[:, None]).T @ apart
+
+
+def _pull(loads: Array, deviations: Array) -> float:
+    """Loss of an explanation for normal forces that pull, which no contact does."""
+    n = len(loads) // 2
+    return float((np.minimum(loads[:n] / deviations[:n], 0) ** 2).sum())

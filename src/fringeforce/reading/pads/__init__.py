@@ -1,0 +1,1 @@
+"""What is particular to the frames of a pad: its search, fit and mirror images."""

@@ -1,0 +1,157 @@
+"""What every design of a study gave, on disk as soon as it is known.
+
+Every design has its place in the file from the start, so that a result is a few numbers written in
+place and no structure of the file changes after its creation: a process that is killed loses the
+designs that it was working on and nothing else.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.errors import FileFormatError, InputError
+from fringeforce.base.storage import existing_file, new_file
+from fringeforce.studies.performance import NAMES, UNITS, Performance
+from fringeforce.studies.sampling import Axis, Value
+
+KIND = "study"
+OPEN, DONE, FAILED = 0, 1, 2
+"""States of a design."""
+ERROR_BYTES, TEXT_BYTES = 400, 64
+SYMBOLS = {"meter": "m", "pascal": "Pa", None: ""}
+
+Outcome = Performance | str
+"""What a design does, or why that cannot be known."""
+
+
+class Ledger:
+    """An open file of results; see `open_ledger`."""
+
+    def __init__(self, file: h5py.File, axes: Sequence[Axis]) -> None:
+        self._file = file
+        self._axes = axes
+
+    @property
+    def states(self) -> NDArray[np.uint8]:
+        """State of every design, shape (designs,)."""
+        return self._array("state")[()]
+
+    def record(self, number: int, changes: Mapping[str, Value], outcome: Outcome) -> None:
+        """Write one design's values and what came of it; its state comes last."""
+        for axis in self._axes:
+            value = changes[axis.path]
+            self._array(axis.path)[number] = (
+                _clipped(str(value), TEXT_BYTES) if axis.text else value
+            )
+        failed = isinstance(outcome, str)
+        if isinstance(outcome, str):
+            self._array("error")[number] = _clipped(outcome, ERROR_BYTES)
+        else:
+            for name, value in asdict(outcome).items():
+                self._array(name)[number] = value
+        self._file.flush()
+        self._array("state")[number] = FAILED if failed else DONE
+        self._file.flush()
+
+    def outcome(self, number: int) -> Outcome | None:
+        """What is known of a design; none if nothing."""
+        state = int(self._array("state")[number])
+        if state == OPEN:
+            return None
+        if state == FAILED:
+            return self._array("error")[number].decode("utf-8", "ignore")
+        return Performance(**{name: float(self._array(name)[number]) for name in NAMES})
+
+    def _array(self, name: str) -> h5py.Dataset:
+        dataset = self._file[name]
+        assert isinstance(dataset, h5py.Dataset)
+        return dataset
+
+
+@contextmanager
+def open_ledger(
+    path: str | os.PathLike[str], study: str, axes: Sequence[Axis], designs: int
+) -> Iterator[Ledger]:
+    """Results of a study to go on with, or a new file for them.
+
+    Parameters
+    ----------
+    path : path
+        Of the HDF5 file.
+    study : str
+        Canonical text of the study; a file of another one is not touched.
+    axes : sequence of Axis
+        Varied values.
+    designs : int
+        Places.
+
+    Raises
+    ------
+    InputError, FileFormatError
+        If the file is of another study or no study at all, or is being written elsewhere.
+    """
+    place = Path(path)
+    if not place.exists():
+        _create(place, study, axes, designs)
+    with existing_file(place, KIND) as file:
+        if file.attrs["study"] != study or len(file["design"]) != designs:  # pyright: ignore[reportArgumentType]
+            raise InputError(
+                f"{place} holds the results of another study, or of this one before a change; "
+                "write to another file, or remove that one."
+            )
+    try:
+        file = h5py.File(place, "r+")
+    except OSError as error:
+        raise FileFormatError(f"{place} cannot be written to: {error}.") from None
+    with file:
+        yield Ledger(file, axes)
+
+
+def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+    """All columns of a file of results, by name; texts as str.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no such file.
+    """
+    with existing_file(path, KIND) as file:
+        columns = {name: np.asarray(dataset) for name, dataset in file.items()}
+    return {
+        name: np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+        for name, values in columns.items()
+    }
+
+
+def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
+    with new_file(path, KIND) as file:
+        file.attrs["study"] = study
+        number = file.create_dataset("design", data=np.arange(designs))
+        number.make_scale("design")
+        number.attrs["long_name"] = "number of the design; 0 is the one that the study starts from"
+        numbers = {axis.path: SYMBOLS[axis.unit] for axis in axes if not axis.text} | UNITS
+        columns: dict[str, NDArray[Any]] = {
+            "state": np.zeros(designs, dtype=np.uint8),
+            "error": np.zeros(designs, dtype=f"S{ERROR_BYTES}"),
+        }
+        columns |= {axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if axis.text}
+        columns |= {name: np.full(designs, np.nan) for name in numbers}
+        for name, values in columns.items():
+            dataset = file.create_dataset(name, data=values)
+            dataset.dims[0].attach_scale(number)
+            if numbers.get(name):
+                dataset.attrs["units"] = numbers[name]
+        file["state"].attrs["long_name"] = "0 to be done, 1 done, 2 failed"
+
+
+def _clipped(text: str, size: int) -> bytes:
+    return text.encode("utf-8")[:size]

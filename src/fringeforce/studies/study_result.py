@@ -1,0 +1,75 @@
+"""What every study hands over: a figure, a table, and one paragraph of plain words."""
+
+from __future__ import annotations
+
+import csv
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+from matplotlib.axes import Axes
+
+from fringeforce.base.errors import InputError
+from fringeforce.plotting import axes as plot
+
+
+@dataclass(frozen=True)
+class Statement:
+    """The outcome of a study.
+
+    Attributes
+    ----------
+    name : str
+        Of its files.
+    header : tuple of str
+        Titles of the table's columns.
+    rows : tuple of tuple of str
+        The table.
+    text : str
+        What it means, computed from the numbers.
+    draw : callable
+        Draws the figure on axes.
+    size : (float, float)
+        Of the figure [inch].
+    """
+
+    name: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    text: str
+    draw: Callable[[Axes], None]
+    size: tuple[float, float] = (8.0, 4.2)
+
+    def lines(self) -> list[str]:
+        """Table and text for a terminal."""
+        table = [self.header, *self.rows]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        shown = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in table
+        ]
+        return [*shown, "", *textwrap.wrap(self.text, 92)]
+
+    def save(self, folder: Path) -> list[Path]:
+        """Write NAME.png, NAME.csv and NAME.txt.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be made or written to.
+        """
+        table = StringIO()
+        csv.writer(table, lineterminator="\n").writerows([self.header, *self.rows])
+        paths = [folder / f"{self.name}.{ending}" for ending in ("png", "csv", "txt")]
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with plot.figure(*self.size) as (canvas, ax):
+                self.draw(ax)
+                canvas.savefig(paths[0])
+            paths[1].write_text(table.getvalue(), encoding="utf-8")
+            paths[2].write_text("\n".join(textwrap.wrap(self.text, 92)) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"{folder} cannot be written to: {error.strerror}.") from None
+        return paths

@@ -1,0 +1,168 @@
+"""What a designer wants to know of a sensor at one glance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fringeforce.calibration.planning.candidates import fringes_per_pixel
+from fringeforce.calibration.planning.plan import GAIN, Plan
+from fringeforce.contacts.loads import polar
+from fringeforce.design.strip import Layer
+from fringeforce.design.text import unit_at
+from fringeforce.models.pad import PadModel
+from fringeforce.models.strip import SensorModel
+from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.reading.pads.reader import PadReader
+
+UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
+"""Factor and symbol of the unit in which a person reads a quantity."""
+PLACES = {"camera scale": None}
+
+
+def fringe_density(model: SensorModel) -> float:
+    """Fringes per pixel under 1 N at 10 degrees on every tactel, where they are densest.
+
+    Intensity repeats when the phase advances by 2 pi, so a camera resolves up to half a fringe per
+    pixel (Nyquist).
+    """
+    return float(fringes_per_pixel(model, polar(1.0, angle=10, n=model.sensor.tactels.count)))
+
+
+def surface_strain(model: SensorModel) -> float:
+    """Strain of the cover under 1 N spread over one pitch, as a fraction (linear elasticity)."""
+    sensor = model.sensor
+    area = sensor.tactels.pitch * sensor.transducer.width
+    return 1.0 / area / sensor.transducer.compliant.youngs_modulus
+
+
+def summary(model: SensorModel) -> list[tuple[str, str]]:
+    """Names and values, in the order of a person's questions.
+
+    Parameters
+    ----------
+    model : SensorModel
+        The characterised sensor.
+
+    Returns
+    -------
+    list of (str, str)
+        Each a quantity and its value with unit.
+    """
+    sensor = model.sensor
+    strip, camera = sensor.transducer, sensor.camera
+    constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
+    peaks = np.abs(model.pixel_influence).max(axis=0)
+    psi = model.pixel_influence.reshape(camera.pixels, -1)
+    density = fringe_density(model)
+    strain = surface_strain(model)
+    pixel = _mm(strip.length / camera.pixels)
+    return [
+        (
+            "strip",
+            f"{_mm(strip.length)} x {_mm(strip.width)}, {strip.edges} edges, plane {strip.plane}",
+        ),
+        ("compliant layer", _layer(strip.compliant)),
+        ("photoelastic layer", _layer(strip.photoelastic)),
+        ("tactels", f"{sensor.tactels.count} at a pitch of {_mm(sensor.tactels.pitch)}"),
+        ("camera", f"{camera.pixels} pixels of {pixel}, {camera.bits} bits"),
+        ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
+        (
+            "peak phase per newton",
+            f"{peaks[0].max():.3g} rad normal, {peaks[1].max():.3g} rad tangential",
+        ),
+        ("condition number of psi", f"{np.linalg.cond(psi):.4g} at the pixels"),
+        (
+            "fringe density at 1 N, 10 degrees on all",
+            f"{density:.3g} fringes per pixel; Nyquist's 0.5 is reached at {0.5 / density:.3g} N",
+        ),
+        (
+            "strain of the cover at 1 N",
+            f"{strain:.2%} over one pitch; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
+        ),
+        ("elements", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
+    ]
+
+
+def pad_summary(model: PadModel) -> list[tuple[str, str]]:
+    """Names and values of a pad, as `summary` of a strip."""
+    pad = model.sensor
+    block, tactels, camera = pad.transducer, pad.tactels, pad.camera
+    middle = np.zeros((3, tactels.total, 3))
+    middle[range(3), tactels.total // 2, range(3)] = 1.0
+    peaks = [np.hypot(*one).max() for one in model.retardance(middle)]
+    deviations = 1e3 * np.median(PadReader(model).bound(np.zeros((tactels.total, 3))), axis=0)
+    strain = 1.0 / tactels.side**2 / block.compliant.youngs_modulus
+    columns, rows = camera.pixels
+    constant = stress_optic_constant(block.photoelastic, pad.polariscope.wavelength)
+    return [
+        ("pad", f"{_mm(block.length)} x {_mm(block.width)}, {block.sides} sides"),
+        ("compliant layer", _layer(block.compliant)),
+        ("photoelastic layer", _layer(block.photoelastic)),
+        ("tactels", f"{tactels.count[0]} x {tactels.count[1]} at a pitch of {_mm(tactels.pitch)}"),
+        ("camera", f"{columns} x {rows} pixels, {camera.kind}, {camera.bits} bits"),
+        ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
+        (
+            "peak retardance per newton",
+            f"{peaks[0]:.3g} rad normal, {peaks[1]:.3g} rad tangential, both passes",
+        ),
+        (
+            "deviation of a force from one frame",
+            f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest",
+        ),
+        (
+            "strain of the cover at 1 N",
+            f"{strain:.2%} over one tactel; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
+        ),
+        ("influence", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
+    ]
+
+
+def calibration_summary(model: SensorModel) -> list[str]:
+    """What a calibration found, in lines: every unknown before and after, then the findings."""
+    found = model.calibration
+    if found is None:
+        return ["not calibrated"]
+    width = max(map(len, found.names))
+    unknowns = zip(found.names, found.drawing, found.values, found.std, strict=True)
+    lines = [f"  {name:<{width}}  {_change(model, name, *numbers)}" for name, *numbers in unknowns]
+    return [*lines, f"  reduced chi-square {found.chi2:.4g}", *found.findings]
+
+
+def plan_summary(plan: Plan) -> list[str]:
+    """What planned presses are expected to achieve, in lines."""
+    width = max(map(len, plan.names))
+    lines = [f"  {'unknown':<{width}}  {'value':>10}  {'std before':>10}  {'std after':>10}"]
+    lines += [
+        f"  {name:<{width}}  {value:>10.4g}  {before:>10.2g}  {after:>10.2g}"
+        for name, value, before, after in zip(
+            plan.names, plan.values, plan.std[0], plan.std[-1], strict=True
+        )
+    ]
+    lines.append("  error of readings, over that of a perfectly known sensor")
+    count = len(plan.loads)
+    shown = sorted({0, *(k for k in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500) if k < count), count})
+    lines += [f"  after {k:>4} presses  {plan.ratio[k]:>10.4g}" for k in shown]
+    if plan.enough < count:
+        lines.append(f"  presses after number {plan.enough} gain less than {GAIN:.0%} all together")
+    return lines
+
+
+def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
+    """An unknown before and after, to the second digit of its deviation."""
+    place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
+    unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
+    factor, symbol = UNITS[unit]
+    digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6
+    found = f"{after * factor:.{digits}f} +- {std * factor:.{digits}f} {symbol}".rstrip()
+    return f"{before * factor:.6g} -> {found}"
+
+
+def _mm(value: float) -> str:
+    return f"{value * 1e3:.4g} mm"
+
+
+def _layer(layer: Layer) -> str:
+    return (
+        f"{_mm(layer.thickness)}, E = {layer.youngs_modulus / 1e6:.4g} MPa, "
+        f"nu = {layer.poissons_ratio:.4g}"
+    )
