@@ -25,12 +25,14 @@ from fringeforce.errors import FileFormatError
 from fringeforce.model import SensorModel
 from fringeforce.pads.files import DATASET, PAD, load_pad
 from fringeforce.storage import (
+    FORCE_AXES,
     HDF5,
     existing_file,
     format_of,
     load_array,
     new_file,
     read,
+    read_by_tactel,
     text,
     write,
     write_forces,
@@ -53,7 +55,7 @@ def save_model(model: SensorModel, path: PathLike) -> None:
         write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
         write(file, "tactel", sensor.tactels.positions, ("tactel",), "m", "places of the tactels")
         write(file, "breaks", model.breaks, ("breaks",), "m", "boundaries of the elements")
-        write(file, "psi", model.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
+        write(file, "psi", model.psi, ("x", *FORCE_AXES), "rad/N", "influence matrix")
         if model.imaging is not None:
             write_imaging(file, model.imaging)
         if model.calibration is not None:
@@ -92,12 +94,12 @@ def load_strip_model(path: PathLike) -> SensorModel:
         model = SensorModel(
             sensor=parse_sensor(text(file, "design"), source=f"The design inside {path}"),
             breaks=read(file, "breaks"),
-            psi=read(file, "psi"),
+            psi=read_by_tactel(file, "psi"),
             provenance=json.loads(text(file, "provenance")),
             imaging=read_imaging(file),
             calibration=read_calibration(file),
         )
-    expected = (2, model.sensor.tactels.count)
+    expected = (model.sensor.tactels.count, 2)
     columns = len(model.breaks) - 1
     imaging = model.imaging
     if imaging is not None and len(imaging.positions) != model.sensor.camera.pixels:
@@ -108,7 +110,7 @@ def load_strip_model(path: PathLike) -> SensorModel:
     if model.psi.shape[1:] != expected or columns < 1 or len(model.psi) % columns:
         raise FileFormatError(
             f"{path} is damaged: an influence matrix of shape {model.psi.shape} does not fit "
-            f"{columns} elements and {expected[1]} tactels. Characterise the design again."
+            f"{columns} elements and {expected[0]} tactels. Characterise the design again."
         )
     return model
 
@@ -126,13 +128,13 @@ def save_frames(
         Grey levels.
     x : array_like, shape (n_pixels,)
         Places of the pixels [m].
-    forces : array_like, shape (k, 2, n), optional
+    forces : array_like, shape (k, n, 2), optional
         Normal and tangential forces [N].
     """
     with new_file(path, "frames") as file:
         write_frames(file, np.asarray(frames), {"x": (x, "places of the pixels")})
         if forces is not None:
-            write_forces(file, forces, COMPONENTS, ("component", "tactel"))
+            write_forces(file, forces, COMPONENTS)
 
 
 def load_frames(path: PathLike) -> NDArray[Any]:

@@ -43,8 +43,8 @@ class SensorModel:
         The design it belongs to.
     breaks : ndarray, shape (e + 1,)
         Boundaries of the elements along the strip [m].
-    psi : ndarray, shape (M, 2, n)
-        Influence matrix at the stations [rad/N]: [:, 0] for normal, [:, 1] for tangential forces.
+    psi : ndarray, shape (M, n, 2)
+        Influence matrix at the stations [rad/N]: [..., 0] of normal, [..., 1] of tangential forces.
     provenance : mapping
         How it came about, in words and numbers.
     imaging : Imaging, optional
@@ -84,7 +84,7 @@ class SensorModel:
 
         Returns
         -------
-        ndarray, shape (m, 2, n)
+        ndarray, shape (m, n, 2)
             Phase lead per force [rad/N].
 
         Raises
@@ -105,7 +105,7 @@ class SensorModel:
 
     @cached_property
     def pixel_influence(self) -> Array:
-        """Influence matrix at the pixels, shape (n_pixels, 2, n) [rad/N]; 0 beside the strip."""
+        """Influence matrix at the pixels, shape (n_pixels, n, 2) [rad/N]; 0 beside the strip."""
         x, half = self.pixel_positions, self.sensor.transducer.length / 2
         return self.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
 
@@ -149,7 +149,7 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Normal (pressing) and tangential (towards +x) force of every tactel [N].
         x : array_like, shape (m,), optional
             Positions along the strip [m]; the camera's pixels if not given.
@@ -168,7 +168,7 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Normal and tangential force of every tactel [N].
 
         Returns
@@ -187,7 +187,7 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Normal and tangential force of every tactel [N].
         rng : int, numpy.random.Generator or None
             Source of the noise.
@@ -207,7 +207,7 @@ class SensorModel:
         ----------
         frames : array_like, shape (..., *frame_shape)
             Grey levels.
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Forces that acted [N].
 
         Returns
