@@ -28,7 +28,7 @@ from reading import misshapen, random_loads
 
 Array = np.ndarray
 FRAMES, LARGEST, ERROR = 64, 2.0, 0.03
-WEAK, STRONG = np.array([[0.4], [0.2]]), np.array([[3.0], [1.5]])
+WEAK, STRONG = np.array([0.4, 0.2]), np.array([3.0, 1.5])
 SMOOTHED = 41
 """Pixels, half a tactel's pitch, whose mean the paper's procedure may take [pixels]."""
 
@@ -75,7 +75,7 @@ def bench(error: float) -> Bench:
 
 def single(n: int, sizes: Array, count: int) -> Array:
     """The first so many of all single presses in turn."""
-    unit = np.eye(2 * n).reshape(2 * n, 2, n) * sizes
+    unit = np.eye(2 * n).reshape(2 * n, n, 2) * sizes
     return np.concatenate([unit] * (count // (2 * n) + 1))[:count]
 
 
@@ -147,7 +147,7 @@ def noise_alone(bench: Bench) -> str:
     presses = round(FRAMES / (2 * bench.drawing.tactels.count))
     noise = rng.uniform(-camera.noise, camera.noise, (presses, 100_000)).mean(axis=0)
     phase = 2 * np.arcsin(np.sqrt(np.clip(noise / 150, 0, 1)))
-    strength = np.sqrt((bench.true.psi**2).mean(axis=(0, 2)))
+    strength = np.sqrt((bench.true.psi**2).mean(axis=(0, 1)))
     return (
         f"Why the paper's procedure errs: where nothing shows, noise of +-{camera.noise:g} levels "
         f"alone reads {phase.mean():.3f} rad, that is {phase.mean() / 0.4:.2f} rad/N for a normal "

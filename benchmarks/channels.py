@@ -28,7 +28,7 @@ ARRANGEMENTS: dict[str, list[dict[str, object]]] = {
 
 
 def bound(model: ff.SensorModel, forces: np.ndarray) -> np.ndarray:
-    """Smallest deviations of one frame, shape (2, n) [N]."""
+    """Smallest deviations of one frame, shape (n, 2) [N]."""
     psi = model.frame_influence
     return cramer_rao_bound(psi @ forces.ravel(), psi, model.response).reshape(forces.shape)
 
@@ -50,7 +50,7 @@ def main() -> None:
             reading = ff.Reader(model).search(model.expose(load, rng=rng))
             done += reading.status is ff.Status.OK
             off.append((reading.forces - load) / bound(model, load))
-        normal, tangential = 1e3 * bound(model, paper).mean(axis=1)
+        normal, tangential = 1e3 * bound(model, paper).mean(axis=0)
         efficiency = np.sqrt(np.mean(np.square(off)))
         table.add_row(
             name, f"{normal:.1f}", f"{tangential:.1f}", f"{efficiency:.3f}", f"{done / count:.1%}"

@@ -60,13 +60,13 @@ def scikit_fem(scale: int) -> tuple[np.ndarray, int]:
     sides, bottom = np.isclose(np.abs(px), half), np.isclose(pz, z[0])
     fixed = np.unique(np.concatenate([nodes[0, sides | bottom], nodes[1, bottom]]))
     grid_u, grid_w = nodes[:, np.lexsort((pz, px))].reshape(2, len(x), len(z))
-    loads = np.zeros((basis.N, 2, len(TACTELS)))
+    loads = np.zeros((basis.N, len(TACTELS), 2))
     for i, place in enumerate(TACTELS):
         left = np.clip(np.searchsorted(x, place) - 1, 0, len(x) - 2)
         share = (place - x[left]) / (x[left + 1] - x[left])
         for node, weight in ((left, 1 - share), (left + 1, share)):
-            loads[grid_w[node, -1], 0, i] -= weight / STRIP.width
-            loads[grid_u[node, -1], 1, i] += weight / STRIP.width
+            loads[grid_w[node, -1], i, 0] -= weight / STRIP.width
+            loads[grid_u[node, -1], i, 1] += weight / STRIP.width
     matrix, _, _, free = condense(sum(parts), np.zeros(basis.N), D=fixed)
     solution = np.zeros((basis.N, 2 * len(TACTELS)))
     solution[free] = _factorised(matrix).solve(loads.reshape(basis.N, -1)[free])
@@ -82,7 +82,7 @@ def scikit_fem(scale: int) -> tuple[np.ndarray, int]:
         + c11 * poisson * np.interp(pixels, x, sinking[:, i])
         for i in range(slope.shape[1])
     ]
-    psi = phase_lead(np.stack(integral, axis=1), CONSTANT).reshape(-1, 2, len(TACTELS))
+    psi = phase_lead(np.stack(integral, axis=1), CONSTANT).reshape(-1, len(TACTELS), 2)
     return psi, int(basis.N)
 
 
@@ -149,8 +149,8 @@ def ngsolve(scale: int) -> tuple[np.ndarray, int]:
         *(part.ravel() for part in np.meshgrid(graded.stations * 1e3, heights, indexing="ij"))
     )
     columns = []
-    for component in (1, 0):
-        for place in TACTELS * 1e3:
+    for place in TACTELS * 1e3:
+        for component in (1, 0):
             load = ng.LinearForm(space)
             sign = -1.0 if component == 1 else 1.0
             test = (du, dw)[component]
@@ -168,7 +168,7 @@ def ngsolve(scale: int) -> tuple[np.ndarray, int]:
             columns.append(np.reshape(stress(grid), (-1, len(depth))) @ depth * 1e3)
     to_pixels = gauss_interpolation(graded.order, graded.x, SENSOR.pixel_positions)
     psi = to_pixels @ phase_lead(np.stack(columns, axis=1), CONSTANT)
-    return psi.reshape(-1, 2, len(TACTELS)), int(space.ndof)
+    return psi.reshape(-1, len(TACTELS), 2), int(space.ndof)
 
 
 SOLVERS: dict[str, Solver] = {

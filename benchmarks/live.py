@@ -44,7 +44,7 @@ class Scene:
         start = np.random.default_rng(0).random((2, n))
         turns = 2 * np.pi * (SPEED * np.arange(frames)[:, None, None] + start)
         size, angle = 2 + np.sin(turns[:, 0]), np.radians(15 * np.sin(turns[:, 1]))
-        forces = 11 / n * np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+        forces = 11 / n * np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
         return cls(model, forces, model.expose(forces, rng=1))
 
 

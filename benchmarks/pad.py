@@ -207,7 +207,7 @@ def accuracy(model: PadModel) -> Rows:
         solid = stress_influence(block_of(pad), patches, x[::4], y[::4], slices)
         found[slices] = constant * np.stack(
             [
-                np.einsum("xyscn,nc,s->syx", stress, forces[pressed], solid.weights)
+                np.einsum("xysnc,nc,s->syx", stress, forces[pressed], solid.weights)
                 for stress in (solid.difference, 2 * solid.shear)
             ],
             axis=1,

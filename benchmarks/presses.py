@@ -34,7 +34,7 @@ contacts: many tactels at a time, beyond the limits of this plan, which presses 
 
 def singles(budget: int, n: int, tangential: float) -> np.ndarray:
     """Each tactel pressed alone, normally and tangentially, strong and then weak, spread evenly."""
-    unit = np.eye(2 * n).reshape(2 * n, 2, n) * np.array([[FORCE], [tangential]])
+    unit = np.eye(2 * n).reshape(2 * n, n, 2) * [FORCE, tangential]
     both = np.concatenate([unit, 0.6 * unit])
     return both[np.linspace(0, len(both) - 1, budget).round().astype(int)]
 

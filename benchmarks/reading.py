@@ -36,8 +36,8 @@ def random_loads(rng: np.random.Generator, n: int, largest: float) -> Array:
 
 
 def single(rng: np.random.Generator, n: int, largest: float) -> Array:
-    forces = np.zeros((2, n))
-    forces[:, [rng.integers(n)]] = ff.polar(rng.uniform(0.05, largest), rng.uniform(-20, 20), n=1)
+    forces = np.zeros((n, 2))
+    forces[[rng.integers(n)]] = ff.polar(rng.uniform(0.05, largest), rng.uniform(-20, 20), n=1)
     return forces
 
 
@@ -46,16 +46,16 @@ def uniform(rng: np.random.Generator, n: int, largest: float) -> Array:
 
 
 def shear(rng: np.random.Generator, n: int, largest: float) -> Array:
-    return np.stack([np.zeros(n), np.full(n, rng.uniform(0.05, largest))])
+    return np.tile([0.0, rng.uniform(0.05, largest)], (n, 1))
 
 
 def nothing(rng: np.random.Generator, n: int, largest: float) -> Array:
-    return np.zeros((2, n))
+    return np.zeros((n, 2))
 
 
 def ends(rng: np.random.Generator, n: int, largest: float) -> Array:
-    forces = np.zeros((2, n))
-    forces[:, [0, -1]] = ff.polar(rng.uniform(0.05, largest, 2), rng.uniform(-20, 20, 2))
+    forces = np.zeros((n, 2))
+    forces[[0, -1]] = ff.polar(rng.uniform(0.05, largest, 2), rng.uniform(-20, 20, 2))
     return forces
 
 
@@ -136,8 +136,8 @@ def misshapen(model: ff.SensorModel, error: float, rng: np.random.Generator) -> 
     x = model.x / model.sensor.tactels.pitch
     turns = 2 * np.pi / np.array([12.0, 6.0, 3.0])[:, None] * x
     waves = rng.normal(size=(2, 3, *model.psi.shape[1:]))
-    factor = np.einsum("kx,kcn->xcn", np.cos(turns), waves[0])
-    factor += np.einsum("kx,kcn->xcn", np.sin(turns), waves[1])
+    factor = np.einsum("kx,knc->xnc", np.cos(turns), waves[0])
+    factor += np.einsum("kx,knc->xnc", np.sin(turns), waves[1])
     weight = np.gradient(model.x)[:, None, None] * model.psi**2
     factor -= (factor * weight).sum(axis=0) / weight.sum(axis=0)
     size = np.sqrt((factor**2 * weight).sum(axis=0) / weight.sum(axis=0))

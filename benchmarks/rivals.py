@@ -98,7 +98,7 @@ def ours(scene: Scene) -> Array:
 
 def flat_start(scene: Scene) -> Array:
     n = scene.reader.influence.shape[1] // 2
-    return pushing(scene.descended(np.repeat([FLAT, 0.0], n)))
+    return pushing(scene.descended(np.tile([FLAT, 0.0], n)))
 
 
 def random_starts(scene: Scene) -> Array:
@@ -128,7 +128,7 @@ def fringe_by_fringe_descended(scene: Scene) -> Array:
 
 def pushing(loads: Array) -> Array:
     """The loads or their negative, which has the same intensity: whichever pushes."""
-    return -loads if loads[: len(loads) // 2].sum() < 0 else loads
+    return -loads if loads[::2].sum() < 0 else loads
 
 
 METHODS: dict[str, Callable[[Scene], Array]] = {

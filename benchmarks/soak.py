@@ -75,7 +75,7 @@ def checked(reader: ff.Reader, block: Block) -> Readings:
     ):
         raise SystemExit(f"block {block.first} is not what the camera showed")
     k = len(block.lines)
-    forces = np.zeros((k, 2, TACTELS))
+    forces = np.zeros((k, TACTELS, 2))
     status = (Status.OK,) * k
     return Readings(block.first, block.timestamps, forces, forces, np.ones(k), status, block.lines)
 

@@ -51,9 +51,9 @@ REFINED: list[tuple[Sides, float]] = [("free", 0.49), ("free", 0.499), ("bonded"
 
 
 def integrals(found: SolidInfluence) -> Array:
-    """Over the depth, of sigma_x - sigma_y and 2 tau_xy, shape (2, nx, ny, 3, n)."""
+    """Over the depth, of sigma_x - sigma_y and 2 tau_xy, shape (2, nx, ny, n, 3)."""
     both = (found.difference, 1.0), (found.shear, 2.0)
-    return np.stack([scale * np.einsum("xyzcn,z->xycn", f, found.weights) for f, scale in both])
+    return np.stack([scale * np.einsum("xyznc,z->xync", f, found.weights) for f, scale in both])
 
 
 def errors(found: Array, reference: Array) -> tuple[float, float]:
@@ -64,12 +64,12 @@ def errors(found: Array, reference: Array) -> tuple[float, float]:
 
 
 def psi(model: PadModel) -> Array:
-    """Retardance per force at every fourth pixel, shape (2, pixels, 1, 3, n) [rad/N]."""
+    """Retardance per force at every fourth pixel, shape (2, pixels, 1, n, 3) [rad/N]."""
     columns, rows = (places[1::4] for places in model.sensor.pixel_positions)
     x, y = (grid.ravel() for grid in np.meshgrid(columns, rows))
     total = 2 * model.influence.profile.sum(axis=0)
     matrix = np.einsum("m,fmpn->fpn", total, model.influence.matrix(x, y))
-    return matrix.reshape(2, len(x), 1, -1, 3).swapaxes(-1, -2)
+    return matrix.reshape(2, len(x), 1, -1, 3)
 
 
 def measure(sides: Sides) -> None:

@@ -85,6 +85,6 @@ def test_case_2_has_its_published_phase(roller_model: ff.SensorModel) -> None:
 
 def test_figure_7_has_its_peaks(model: ff.SensorModel) -> None:
     x = np.linspace(-12.5e-3, 12.5e-3, 5001)
-    first = model.influence(x)[:, :, 0] * [0.4, 0.2]  # N on the leftmost tactel
+    first = model.influence(x)[:, 0] * [0.4, 0.2]  # N on the leftmost tactel
     np.testing.assert_allclose(np.abs(first).max(axis=0), [0.48, 0.48], atol=0.005)
     assert np.abs(x[np.abs(first).argmax(axis=0)] + 5e-3).max() < 2e-3

@@ -64,8 +64,8 @@ def test_simulated_frames_are_those_of_the_library(place: Path) -> None:
     result = run("simulate", "m.h5", "f.csv", "-o", "f.h5", "--seed", "3", cwd=place)
     assert result.returncode == 0, result.stderr
     model = ff.load_model(place / "m.h5")
-    forces = np.zeros((1, 2, 11))
-    forces[0, :, 5] = ff.polar(1.0, 10, n=1)[:, 0]
+    forces = np.zeros((1, 11, 2))
+    forces[0, 5] = ff.polar(1.0, 10, n=1)[0]
     np.testing.assert_array_equal(load_frames(place / "f.h5"), model.expose(forces, rng=3))
 
 
@@ -133,11 +133,11 @@ def test_a_calibrated_file_passes_the_check_that_the_drawing_fails(place: Path) 
     rng = np.random.default_rng(2)
     coefficient = "transducer.photoelastic.strain_optic_coefficient"
     true = ff.characterize(ff.load_sensor("saad").replace(**{coefficient: 0.053}))
-    forces = rng.uniform(0, 0.7, (10, 2, 11)) * np.array([[1.0], [0.2]])
+    forces = rng.uniform(0, 0.7, (10, 11, 2)) * [1.0, 0.2]
     save_forces(place / "loads.csv", forces)
     np.save(place / "bench.npy", true.expose(forces, rng=rng))
     np.save(place / "unseen.npy", true.expose(forces, rng=rng))
-    np.save(place / "idle.npy", true.expose(np.zeros((4, 2, 11)), rng=rng))
+    np.save(place / "idle.npy", true.expose(np.zeros((4, 11, 2)), rng=rng))
     options = ["--frames", "bench.npy", "--loads", "loads.csv", "-o", "c.h5"]
     options += ["--unloaded", "idle.npy"]
     result = run("calibrate", "s.toml", *options, "--parameter", coefficient, cwd=place)

@@ -1,5 +1,6 @@
 """Files are whole or absent, and other programs can read them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -12,6 +13,7 @@ from PIL import Image
 import fringeforce as ff
 from fringeforce.io import frames as files
 from fringeforce.models import strip
+from fringeforce.models.imaging import Imaging
 
 
 @pytest.fixture
@@ -31,7 +33,7 @@ def test_a_model_comes_back_as_it_was(model: ff.SensorModel, saved: Path) -> Non
 
 def test_xarray_shows_a_model_with_labels_and_units(model: ff.SensorModel, saved: Path) -> None:
     with xarray.open_dataset(saved, engine="h5netcdf") as dataset:
-        assert dataset["psi"].dims == ("x", "component", "tactel")
+        assert dataset["psi"].dims == ("x", "tactel", "component")
         assert dataset["psi"].attrs["units"] == "rad/N"
         assert list(dataset["component"].values) == ["normal", "tangential"]
         np.testing.assert_allclose(dataset["tactel"], model.sensor.tactels.positions)
@@ -90,6 +92,24 @@ def test_a_file_of_a_newer_format_asks_for_an_update(saved: Path) -> None:
         file.attrs["format_version"] = 99
     with pytest.raises(ff.FringeforceError, match=r"99.*Update"):
         ff.load_model(saved)
+
+
+def test_a_model_of_the_first_format_is_read_with_its_components_turned(
+    model: ff.SensorModel, tmp_path: Path
+) -> None:
+    modes = np.random.default_rng(1).normal(size=(2, *model.pixel_influence.shape))
+    known = Imaging.known(model.sensor.pixel_positions, np.ones(2048), np.zeros(2048))
+    calibrated = replace(model, imaging=replace(known, influence_modes=modes))
+    calibrated.save(tmp_path / "m.h5")
+    with h5py.File(tmp_path / "m.h5", "a") as file:
+        # as version 1 wrote them: (x, component, tactel) and (modes, pixels, components, tactels)
+        for name, values in (("psi", model.psi), ("imaging/influence_modes", modes)):
+            del file[name]
+            file[name] = np.swapaxes(values, -1, -2)
+        file.attrs["format_version"] = 1
+    back = ff.load_model(tmp_path / "m.h5")
+    np.testing.assert_array_equal(back.psi, model.psi)
+    np.testing.assert_array_equal(back.imaging.influence_modes, modes)
 
 
 def test_frames_are_not_taken_for_a_model(model: ff.SensorModel, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ TACTELS = 11
 
 
 def _random_forces(seed: int) -> np.ndarray:
-    return np.random.default_rng(seed).normal(size=(2, TACTELS))
+    return np.random.default_rng(seed).normal(size=(TACTELS, 2))
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-3, 3), st.floats(-3, 3))
@@ -36,7 +36,7 @@ def test_the_stations_and_every_other_place_agree(model: ff.SensorModel) -> None
 
 def test_a_push_to_the_right_is_the_mirror_of_a_push_to_the_left(model: ff.SensorModel) -> None:
     forces = _random_forces(5)
-    mirrored = forces[:, ::-1] * np.array([[1.0], [-1.0]])
+    mirrored = forces[::-1] * [1.0, -1.0]
     np.testing.assert_allclose(model.phase(forces), model.phase(mirrored)[::-1], atol=1e-6)
 
 
@@ -52,15 +52,16 @@ def test_a_seed_makes_a_frame_repeatable(model: ff.SensorModel) -> None:
 
 
 def test_polar_forces_have_their_magnitude_and_angle() -> None:
-    normal, tangential = ff.polar([1.0, 2.0], [10.0, -30.0])
-    np.testing.assert_allclose(np.hypot(normal, tangential), [1, 2])
-    np.testing.assert_allclose(np.degrees(np.arctan2(tangential, normal)), [10, -30])
+    normal, tangential = ff.polar([1.0, 2.0, 3.0], [10.0, -30.0, 0.0]).T
+    np.testing.assert_allclose(np.hypot(normal, tangential), [1, 2, 3])
+    np.testing.assert_allclose(np.degrees(np.arctan2(tangential, normal)), [10, -30, 0])
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda m: m.phase(np.zeros((2, 5))), ["(2, 5)", "(..., 2, 11)"]),
+        (lambda m: m.phase(np.zeros((5, 2))), ["(5, 2)", "(..., 11, 2)"]),
+        (lambda m: m.expose(np.zeros((3, 2, 11))), ["(3, 2, 11)", "(..., 11, 2)", "np.swapaxes"]),
         (lambda m: m.influence([0.02]), ["0.02", "0.0125"]),
         (lambda m: ff.characterize(m.sensor, "fine"), ["'fine'", "'paper'"]),
         (lambda m: ff.polar(1.0, 10), ["give n"]),

@@ -58,8 +58,8 @@ def test_shear_turns_nothing_in_mid_width_and_something_beside_it(across: StripW
 
 def test_mirrored_loads_have_mirrored_phases(across: StripWidth) -> None:
     x = np.linspace(-11.93e-3, 11.87e-3, 31)  # between the elements' boundaries
-    forces = np.random.default_rng(1).uniform(-1, 1, (2, 11))
-    mirrored = forces[:, ::-1] * [[1], [-1]]
+    forces = np.random.default_rng(1).uniform(-1, 1, (11, 2))
+    mirrored = forces[::-1] * [1, -1]
     lead, cross = across.phases(forces, x)
     other_lead, other_cross = across.phases(mirrored, -x)
     np.testing.assert_allclose(lead, other_lead, atol=1e-9 * np.abs(lead).max())

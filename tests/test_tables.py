@@ -12,7 +12,7 @@ import fringeforce as ff
 from fringeforce.io.tables import load_forces, save_forces
 
 
-@given(arrays(np.float64, (3, 2, 4), elements=floats(-100, 100)))
+@given(arrays(np.float64, (3, 4, 2), elements=floats(-100, 100)))
 def test_forces_come_back_bit_by_bit(tmp_path_factory: pytest.TempPathFactory, forces) -> None:
     path = tmp_path_factory.mktemp("t") / "f.csv"
     save_forces(path, forces)
@@ -23,9 +23,9 @@ def test_polar_columns_and_absent_tactels_are_understood(tmp_path: Path) -> None
     path = tmp_path / "f.csv"
     path.write_text("frame, tactel, magnitude_N, angle_deg\n0, 2, 2, 30\n2, 1, 1, 0\n")
     forces = load_forces(path, 3)
-    assert forces.shape == (3, 2, 3)
-    np.testing.assert_allclose(forces[0, :, 1], [np.sqrt(3), 1.0])
-    np.testing.assert_allclose(forces[2, :, 0], [1, 0])
+    assert forces.shape == (3, 3, 2)
+    np.testing.assert_allclose(forces[0, 1], [np.sqrt(3), 1.0])
+    np.testing.assert_allclose(forces[2, 0], [1, 0])
     assert np.count_nonzero(forces) == 3
 
 
@@ -51,7 +51,7 @@ def test_a_wrong_row_is_named_by_its_line(tmp_path: Path, text: str, words: list
 
 def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:
     path = tmp_path / "f.csv"
-    save_forces(path, np.ones((1, 2, 3)))
+    save_forces(path, np.ones((1, 3, 2)))
     old = path.read_bytes()
     with pytest.raises(ValueError, match="unpack"):
         save_forces(path, np.ones((2, 3, 3)))
@@ -61,4 +61,4 @@ def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:
 
 def test_a_table_for_no_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ff.FringeforceError, match="no folder"):
-        save_forces(tmp_path / "no" / "f.csv", np.ones((1, 2, 3)))
+        save_forces(tmp_path / "no" / "f.csv", np.ones((1, 3, 2)))

@@ -21,7 +21,7 @@ def test_a_file_read_back_balances_its_load_and_integrates_to_what_light_sees(
     strip, places = sensor.transducer, np.array([-1e-3, 2e-3])
     block, loads = strip_block(strip), strip_loads(strip, places)
     mesh = box_mesh(block, places, [], COARSE)
-    forces = np.array([[1.0, 0.5], [0.1, -0.2]])
+    forces = np.array([[1.0, 0.1], [0.5, -0.2]])
     write_vtu(tmp_path / "field.vtu", block, loads, mesh, forces)
 
     grid = meshio.read(tmp_path / "field.vtu")
@@ -65,4 +65,4 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_solved(
     block, loads = strip_block(strip), strip_loads(strip, [0.0])
     mesh = box_mesh(block, [0.0], [], COARSE)
     with pytest.raises(ff.FringeforceError, match=text):
-        write_vtu(tmp_path / name, block, loads, mesh, np.ones((2, 1)))
+        write_vtu(tmp_path / name, block, loads, mesh, np.ones((1, 2)))

@@ -42,7 +42,10 @@ def sensor_on_the_bench() -> ff.SensorModel:
 
 def single_presses(tactels: int) -> np.ndarray:
     """Every tactel pressed with 3 N and 1.8 N, and dragged with half of that, one at a time."""
-    unit = np.eye(2 * tactels).reshape(-1, 2, tactels) * np.array([[3.0], [1.5]])
+    unit = np.zeros((2, tactels, tactels, 2))
+    for kind, size in enumerate((3.0, 1.5)):
+        unit[kind, :, :, kind] = size * np.eye(tactels)
+    unit = unit.reshape(-1, tactels, 2)
     return np.concatenate([unit, 0.6 * unit])
 
 
@@ -50,7 +53,7 @@ def combined_presses(rng: np.random.Generator, count: int, tactels: int) -> np.n
     """Loads on some seven tactels in ten, up to 2 N and 20 degrees."""
     size = rng.uniform(0, 2, (count, tactels)) * (rng.random((count, tactels)) < 0.7)
     angle = np.radians(rng.uniform(-20, 20, (count, tactels)))
-    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
 
 
 def make(folder: Path) -> None:
@@ -70,7 +73,7 @@ def make(folder: Path) -> None:
         save_frames(folder / f"{name}.h5", frames, real.sensor.pixel_positions)
         written = forces.round(3)
         if name == "calibration":
-            written[WRONG] = np.roll(written[WRONG], 1, axis=-1)
+            written[WRONG] = np.roll(written[WRONG], 1, axis=0)
         save_forces(folder / f"{name}.csv", written)
 
 

@@ -77,7 +77,7 @@ assert abs(np.log(proof.error / proof.stated)) < np.log(1.25)
 read = np.array([ff.Reader(model).read(frame).forces for frame in unseen])
 fig, ax = plt.subplots(figsize=(5, 4.6))
 for part, name in enumerate(("normal", "tangential")):
-    ax.plot(known[:, part].ravel(), read[:, part].ravel(), "o", markersize=4, label=name)
+    ax.plot(known[..., part].ravel(), read[..., part].ravel(), "o", markersize=4, label=name)
 ax.axline((0, 0), slope=1, color="#555555", linewidth=0.8)
 ax.set(xlabel="load cell [N]", ylabel="read from the fringes [N]", aspect="equal")
 ax.legend()

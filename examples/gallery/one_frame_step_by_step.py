@@ -45,8 +45,8 @@ x = model.pixel_positions
 phase = model.phase(forces)
 assert np.allclose(model.phase(2 * forces), 2 * phase)
 parts = {
-    "pushes": model.phase(forces * [[1], [0]]),
-    "drags": model.phase(forces * [[0], [1]]),
+    "pushes": model.phase(forces * [1, 0]),
+    "drags": model.phase(forces * [0, 1]),
     "together": phase,
 }
 assert np.allclose(parts["pushes"] + parts["drags"], phase)

@@ -98,7 +98,8 @@ rng = np.random.default_rng(4)
 errors = {}
 for label, sensor in (("as drawn", small), ("best", best.sensor)):
     model = ff.characterize(sensor)
-    loads = np.array([[n, 0.2 * n] for n in rng.uniform(0.2, 1, (60, 5))])
+    normal = rng.uniform(0.2, 1, (60, 5))
+    loads = np.stack([normal, 0.2 * normal], axis=2)
     readings = [ff.Reader(model).read(frame) for frame in model.expose(loads, rng)]
     sure = np.array([reading.status is ff.Status.OK for reading in readings])
     off = np.array([reading.forces for reading in readings]) - loads

@@ -51,7 +51,7 @@ assert (np.abs(off) < 4.5 * reading.std).all()
 
 fig, ax = plt.subplots(figsize=(8, 3.6))
 plot.forces(ax, reading.forces, reading.std)
-for level, shade in zip(forces[:, 0], ("C0", "C1"), strict=True):
+for level, shade in zip(forces[0], ("C0", "C1"), strict=True):
     ax.axhline(level, color=shade, linestyle=":")
 ax.set_title("One noisy line: forces read, two deviations, and the truth (dotted)")
 plt.show()

@@ -29,7 +29,7 @@ bright = np.minimum(1.6 * good.astype(float), 255).astype(np.uint8)
 covered = good.copy()
 covered[700:1300] = 90
 shifted = np.roll(good, 60)
-unloaded = model.expose(np.zeros((2, 11)), rng)
+unloaded = model.expose(np.zeros((11, 2)), rng)
 frames = {
     "good": good,
     "12 dead pixels": dead,
@@ -102,6 +102,6 @@ line.axvspan(*1e3 * model.pixel_positions[[1000, 1049]], color="C4", alpha=0.5, 
 line.set(xlabel="x [mm]", ylabel="grey level", xlim=(-12.5, 12.5))
 line.set_title("A hair hides a part of the strip; forces with the hair masked, truth dotted")
 plot.forces(bars, masked.forces, masked.std)
-for level, shade in zip(forces[:, 0], ("C0", "C1"), strict=True):
+for level, shade in zip(forces[0], ("C0", "C1"), strict=True):
     bars.axhline(level, color=shade, linestyle=":")
 plt.show()

@@ -26,7 +26,7 @@ FRICTION = 0.4
 # While the finger slides every tactel pulls with as much as friction allows.  Each frame gives an
 # estimate, weighted with its own covariance.
 
-sliding = np.stack([normal, FRICTION * normal])
+sliding = np.stack([normal, FRICTION * normal], axis=1)
 contact = ff.Contact.none(model.sensor.tactels.count)
 history = []
 for frame in model.expose([sliding] * 20, rng):
@@ -56,7 +56,7 @@ ax.set_title("What one stroke teaches; the band is two deviations")
 # frame, and the contact says what happens at every tactel.
 
 pull = np.linspace(0, 0.99 * FRICTION, 160)
-loads = np.stack([np.broadcast_to(normal, (160, 11)), pull[:, None] * normal], axis=1)
+loads = np.stack([np.broadcast_to(normal, (160, 11)), pull[:, None] * normal], axis=2)
 reader = ff.Reader(model)
 resting = ff.Contact.none(11, learned)
 margin, warned, shares = [], [], []
@@ -64,7 +64,8 @@ for number, frame in enumerate(model.expose(loads, rng)):
     reading = reader.read(frame)
     resting, events = resting.follow(reading)
     warned += [(event.tactel, number) for event in events if event.kind is Kind.SLIP]
-    shares.append(reading.forces[1].sum() / reading.forces[0].sum())
+    push, drag = reading.forces.sum(axis=0)
+    shares.append(drag / push)
 
 # %%
 # The warning comes while there is still some way to go: earlier where a tactel carries little and

@@ -23,7 +23,7 @@ rng = np.random.default_rng(12)
 # Random forces at random angles, one noisy frame each, read without any earlier state.
 
 normal = rng.uniform(0.2, 2, (300, 11))
-forces = np.stack([normal, normal * np.tan(np.radians(rng.uniform(-20, 20, (300, 11))))], axis=1)
+forces = np.stack([normal, normal * np.tan(np.radians(rng.uniform(-20, 20, (300, 11))))], axis=2)
 readings = [ff.Reader(model).read(frame) for frame in model.expose(forces, rng)]
 sure = [reading.status is ff.Status.OK for reading in readings]
 off = np.array([reading.forces for reading in readings]) - forces

@@ -66,7 +66,7 @@ shades = plt.get_cmap("viridis")(np.linspace(0, 0.9, sensor.tactels.count))
 fig, axes = plt.subplots(2, 1, figsize=(8, 5), sharex=True)
 for ax, part, name in zip(axes, (0, 1), ("push", "drag"), strict=True):
     for tactel, shade in enumerate(shades):
-        ax.plot(1e3 * x, psi[:, part, tactel], color=shade)
+        ax.plot(1e3 * x, psi[:, tactel, part], color=shade)
     ax.set_ylabel(f"{name} [rad/N]")
 axes[-1].set_xlabel("x [mm]")
 axes[0].set_title("Phase lead per newton, tactel by tactel from left (dark) to right (light)")
@@ -75,8 +75,8 @@ axes[0].set_title("Phase lead per newton, tactel by tactel from left (dark) to r
 # The strip is its own mirror image, and so is the matrix: a push at one end looks like one at the
 # other end, seen in a mirror.
 
-mirrored = psi[::-1, 0, ::-1]
-asymmetry = np.abs(psi[:, 0] - mirrored).max() / np.abs(psi[:, 0]).max()
+pushes = psi[..., 0]
+asymmetry = np.abs(pushes - pushes[::-1, ::-1]).max() / np.abs(pushes).max()
 print(f"asymmetry of the pushes: {asymmetry:.1e} of their peak")
 assert asymmetry < 1e-6
 
@@ -97,15 +97,15 @@ else:
 
 place = sensor.tactels.positions
 normal = 1.2 * np.exp(-((place - 1e-3) ** 2) / (2 * 2.5e-3**2))
-forces = np.stack([normal, 0.15 * normal])
+forces = np.stack([normal, 0.15 * normal], axis=1)
 reading = ff.Reader(model).read(model.expose(forces, rng=3))
 assert reading.status is ff.Status.OK
 assert (np.abs(reading.forces - forces) < 4.5 * reading.std).all()
-print(f"a push is known to {1e3 * reading.std[0].mean():.0f} mN from one frame")
+print(f"a push is known to {1e3 * reading.std[:, 0].mean():.0f} mN from one frame")
 
 fig, ax = plt.subplots(figsize=(8, 3.6))
 plot.forces(ax, reading.forces, reading.std)
-ax.plot(np.arange(1, 9), forces[0], ":", color="C0")
-ax.plot(np.arange(1, 9), forces[1], ":", color="C1")
+ax.plot(np.arange(1, 9), forces[:, 0], ":", color="C0")
+ax.plot(np.arange(1, 9), forces[:, 1], ":", color="C1")
 ax.set_title("Read (dots, two deviations) and applied (dotted)")
 plt.show()

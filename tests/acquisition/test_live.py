@@ -31,7 +31,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _nothing_read(reader: ff.Reader, block: Block) -> Readings:
     k = len(block.lines)
-    forces = np.zeros((k, 2, 11))
+    forces = np.zeros((k, 11, 2))
     status = (ff.Status.OK,) * k
     return Readings(
         block.first, block.timestamps, forces, forces, np.ones(k), status, block.lines

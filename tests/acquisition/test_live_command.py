@@ -38,9 +38,9 @@ def saved(model: ff.SensorModel, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 
 def _readings(normal: float, tangential: float, status: ff.Status) -> Readings:
-    forces = np.zeros((1, 2, 3))
-    forces[0, :, 1] = normal, tangential
-    std = np.full((1, 2, 3), 0.01)
+    forces = np.zeros((1, 3, 2))
+    forces[0, 1] = normal, tangential
+    std = np.full((1, 3, 2), 0.01)
     return Readings(0, np.zeros(1), forces, std, np.ones(1), (status,), np.zeros((1, 8)))
 
 

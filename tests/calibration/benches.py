@@ -38,14 +38,14 @@ def lit(model: ff.SensorModel, rng: np.random.Generator, pattern: float = 0.0) -
 
 def presses(rng: np.random.Generator, count: int) -> np.ndarray:
     """Every single load once, then some combined ones."""
-    unit = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[3.0], [1.5]])
+    unit = np.eye(2 * N).reshape(2 * N, N, 2) * [3.0, 1.5]
     return np.concatenate([unit, combined(rng, count)])
 
 
 def combined(rng: np.random.Generator, count: int, largest: float = 2.0) -> np.ndarray:
     size = rng.uniform(0, largest, (count, N)) * (rng.random((count, N)) < 0.7)
     angle = np.radians(rng.uniform(-20, 20, (count, N)))
-    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
 
 
 def shots(

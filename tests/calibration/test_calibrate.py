@@ -24,14 +24,14 @@ BASE = "transducer.photoelastic.youngs_modulus"
 
 def single_presses() -> np.ndarray:
     """Two frames at each of 22 single loads."""
-    unit = np.eye(2 * N).reshape(2 * N, 2, N)
-    return np.concatenate([scale * unit * np.array([[3.0], [1.5]]) for scale in (1, 0.6)])
+    unit = np.eye(2 * N).reshape(2 * N, N, 2)
+    return np.concatenate([scale * unit * [3.0, 1.5] for scale in (1, 0.6)])
 
 
 def combined(rng: np.random.Generator, count: int, largest: float = 2.0) -> np.ndarray:
     size = rng.uniform(0, largest, (count, N)) * (rng.random((count, N)) < 0.7)
     angle = np.radians(rng.uniform(-20, 20, (count, N)))
-    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def calibrated(sensor: ff.Sensor, true: ff.SensorModel, dead: dict[int, int]) ->
     rng = np.random.default_rng(11)
     forces = np.concatenate([single_presses(), combined(rng, 20)])
     frames = exposed(true, forces, rng, dead)
-    forces[WRONG] = np.roll(forces[WRONG], 1, axis=-1)
+    forces[WRONG] = np.roll(forces[WRONG], 1, axis=0)
     return ff.calibrate(sensor, frames, forces)
 
 
@@ -97,7 +97,7 @@ def test_the_true_design_and_camera_are_found_within_their_deviations(calibrated
 def test_a_wrong_press_is_found_and_named(calibrated) -> None:
     assert findings(calibrated).outliers == (WRONG,)
     said = next(text for text in findings(calibrated).findings if f"Frame {WRONG}" in text)
-    kind, tactel = divmod(WRONG, N)
+    tactel, kind = divmod(WRONG, 2)
     recorded = f"{('normal', 'tangential')[kind]} on tactel {(tactel + 1) % N + 1},"
     assert recorded in said
     assert f"{('normal', 'tangential')[kind]} on tactel {tactel + 1}" in said.split("looks like")[1]
@@ -236,7 +236,7 @@ def test_imaging_as_designed_changes_no_frame_and_no_reading(model, sensor) -> N
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda f, p: (f[:-1], p), ["(8, 2, 11)", "7 frames"]),
+        (lambda f, p: (f[:-1], p), ["(8, 11, 2)", "7 frames"]),
         (lambda f, p: (f[:, :100], p), ["(8, 100)", "2048"]),
         (lambda f, p: (f, p * np.nan), ["not finite", "0, 1, 2"]),
         (lambda f, p: (f, p * 1e3), ["1000 N", "newtons"]),
@@ -246,7 +246,7 @@ def test_imaging_as_designed_changes_no_frame_and_no_reading(model, sensor) -> N
     ],
 )
 def test_a_bench_that_does_not_fit_is_named_with_its_remedy(sensor, change, words) -> None:
-    frames, forces = np.zeros((8, PIXELS)), np.ones((8, 2, N))
+    frames, forces = np.zeros((8, PIXELS)), np.ones((8, N, 2))
     with pytest.raises(ff.FringeforceError) as caught:
         ff.calibrate(sensor, *change(frames, forces))
     assert all(word in str(caught.value) for word in words)
@@ -255,12 +255,12 @@ def test_a_bench_that_does_not_fit_is_named_with_its_remedy(sensor, change, word
 @pytest.mark.parametrize("path", ["camera.noise", "transducer.length", "transducer.cover", "name"])
 def test_a_value_that_cannot_be_calibrated_is_named(sensor, path) -> None:
     with pytest.raises(ff.FringeforceError, match=path):
-        ff.calibrate(sensor, np.zeros((8, PIXELS)), np.ones((8, 2, N)), [path])
+        ff.calibrate(sensor, np.zeros((8, PIXELS)), np.ones((8, N, 2)), [path])
 
 
 def test_a_tactel_that_was_never_pressed_is_named(sensor, model) -> None:
     forces = combined(np.random.default_rng(18), 6, largest=1.0)
-    forces[:, 0, 4] = 0
+    forces[:, 4, 0] = 0
     frames = model.expose(forces, rng=2)
     said = findings(ff.calibrate(sensor, frames, forces, [STRAIN_OPTIC])).findings
     assert any("Never loaded normally: tactel 5;" in text for text in said)
@@ -268,7 +268,7 @@ def test_a_tactel_that_was_never_pressed_is_named(sensor, model) -> None:
 
 def test_presses_below_half_a_fringe_are_told_to_be_too_weak(sensor, true) -> None:
     shape = true.sensor.replace(**{STRAIN_OPTIC: 0.05})
-    weak = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[0.4], [0.2]])
+    weak = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
     found = findings(ff.calibrate(shape, true.expose(weak, rng=4), weak, [STRAIN_OPTIC]))
     assert found.std[0] > 0.02 * found.values[0]
     assert any(STRAIN_OPTIC in text and "Press so hard" in text for text in found.findings)

@@ -29,7 +29,7 @@ def true() -> ff.SensorModel:
     rng, x = np.random.default_rng(61), made.x / made.sensor.transducer.length
     waves = rng.normal(size=(4, *made.psi.shape[1:])) * 0.03 / np.sqrt(2)
     bends = np.array([np.cos(7 * x), np.sin(7 * x), np.cos(16 * x), np.sin(16 * x)])
-    wrong = replace(made, psi=made.psi * (1 + np.einsum("kx,kcn->xcn", bends, waves)))
+    wrong = replace(made, psi=made.psi * (1 + np.einsum("kx,knc->xnc", bends, waves)))
     return lit(wrong, rng, pattern=1.0)
 
 

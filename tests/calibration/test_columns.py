@@ -42,18 +42,18 @@ def distorted(made: ff.SensorModel, rng: np.random.Generator) -> ff.SensorModel:
     x = made.x / made.sensor.transducer.length
     waves = rng.normal(size=(4, *made.psi.shape[1:])) * 0.03 / np.sqrt(2)
     bends = np.array([np.cos(7 * x), np.sin(7 * x), np.cos(16 * x), np.sin(16 * x)])
-    return replace(made, psi=made.psi * (1 + np.einsum("kx,kcn->xcn", bends, waves)))
+    return replace(made, psi=made.psi * (1 + np.einsum("kx,knc->xnc", bends, waves)))
 
 
 def known_loads(rng: np.random.Generator, count: int) -> np.ndarray:
     size = rng.uniform(0, 2.5, (count, N)) * (rng.random((count, N)) < 0.7)
     size[:, 2] += 0.1 * (size == 0).all(axis=1)
     angle = np.radians(rng.uniform(-20, 20, (count, N)))
-    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
 
 
 def presses(rng: np.random.Generator) -> np.ndarray:
-    single = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[3.0], [1.5]])
+    single = np.eye(2 * N).reshape(2 * N, N, 2) * [3.0, 1.5]
     return np.concatenate([single, 0.6 * single, known_loads(rng, 12)])
 
 
@@ -250,7 +250,7 @@ def test_few_modes_state_what_all_of_them_would(small, bench) -> None:
 def test_single_presses_measure_the_matrix_of_a_bench_without_noise(small, made) -> None:
     still = small.replace(**{"camera.noise": 0.0, "camera.bits": 16, "camera.amplitude": 6e4})
     quiet = replace(made, sensor=still)
-    loads = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[0.4], [0.2]])
+    loads = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
     model = single_press_matrix(still, quiet.expose(loads), loads)
     found, truth = model.pixel_influence, made.pixel_influence
     np.testing.assert_allclose(np.abs(found), np.abs(truth), atol=0.03)
@@ -262,12 +262,12 @@ def test_single_presses_measure_the_matrix_of_a_bench_without_noise(small, made)
     ("change", "words"),
     [
         (lambda p: p + 0.1, ["Frame 0", "several loads"]),
-        (lambda p: p * (np.arange(2 * N) != 3)[:, None, None], ["Tactel 4", "both ways"]),
+        (lambda p: p * (np.arange(2 * N) != 3)[:, None, None], ["Tactel 2", "both ways"]),
         (lambda p: p * 40, ["folds", "stay below"]),
     ],
 )
 def test_presses_that_the_arcsine_cannot_use_are_named(small, change, words) -> None:
-    loads = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[0.4], [0.2]])
+    loads = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
     with pytest.raises(ff.FringeforceError) as caught:
         single_press_matrix(small, np.full((2 * N, PIXELS), 9.0), change(loads))
     assert all(word in str(caught.value) for word in words)
@@ -275,7 +275,7 @@ def test_presses_that_the_arcsine_cannot_use_are_named(small, change, words) -> 
 
 def test_weak_presses_measure_more_bias_than_signal_far_from_the_tactel(small, made) -> None:
     """The arcsine of an intensity that noise has spread is not zero where the phase is."""
-    loads = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[0.4], [0.2]])
+    loads = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
     forces = np.repeat(loads, 4, axis=0)
     model = single_press_matrix(small, made.expose(forces, rng=5), forces)
     assert isinstance(model.imaging, Imaging)

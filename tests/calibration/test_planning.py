@@ -58,8 +58,8 @@ def plan(small: ff.Sensor, typical: np.ndarray) -> ff.Plan:
 @pytest.fixture(scope="module")
 def timid(small: ff.Sensor, small_model: ff.SensorModel) -> tuple[ff.SensorModel, np.ndarray]:
     """A sensor that was calibrated with too little, and what it was calibrated with."""
-    forces = np.zeros((6, 2, N))
-    forces[np.arange(6), 0, np.arange(6)] = 1.0
+    forces = np.zeros((6, N, 2))
+    forces[np.arange(6), np.arange(6), 0] = 1.0
     return ff.calibrate(small, small_model.expose(forces, rng=1), forces, TWO), forces
 
 
@@ -80,7 +80,7 @@ def moved(small, small_model):
 
 def even_singles() -> np.ndarray:
     """As many single presses, 3 N normally and 1.5 N tangentially, spread evenly."""
-    unit = np.eye(2 * N).reshape(2 * N, 2, N) * np.array([[3.0], [1.5]])
+    unit = np.eye(2 * N).reshape(2 * N, N, 2) * [3.0, 1.5]
     return unit[np.linspace(0, 2 * N - 1, BUDGET).round().astype(int)]
 
 
@@ -165,12 +165,12 @@ def test_exchange_finds_the_best_of_all_small_plans() -> None:
 )
 def test_no_press_is_beyond_the_limits(few, limits) -> None:
     loads = ff.plan_presses(few.sensor, 3, [STRAIN_OPTIC], limits).loads
-    assert np.hypot(*loads.sum(axis=2).T).max() <= limits.force * (1 + 1e-9)
-    assert (np.abs(loads).max(axis=1) > 0).sum(axis=1).max() <= limits.together
+    assert np.hypot(*loads.sum(axis=1).T).max() <= limits.force * (1 + 1e-9)
+    assert (np.abs(loads).max(axis=2) > 0).sum(axis=1).max() <= limits.together
     assert fringes_per_pixel(few, loads).max() <= limits.fringe_density
-    assert (loads[:, 0] >= 0).all()
+    assert (loads[..., 0] >= 0).all()
     if limits.friction is not None:
-        assert (np.abs(loads[:, 1]) <= limits.friction * loads[:, 0] + 1e-12).all()
+        assert (np.abs(loads[..., 1]) <= limits.friction * loads[..., 0] + 1e-12).all()
 
 
 def test_a_calibration_is_the_prior_of_the_next(timid, small, small_model) -> None:
@@ -191,7 +191,7 @@ def test_a_calibration_gives_back_its_derivatives_and_deviations(moved) -> None:
     slope = (model.influence(x + 1e-7) - model.influence(x - 1e-7)).reshape(len(x), -1) / 2e-7
     off = known.tangent.matrix(np.zeros(2 + N), x, slope=True) - slope
     assert np.abs(off).max() < 0.01 * np.abs(slope).max()
-    said = ff.assess_presses(model, np.ones((1, 2, N)), typical=np.ones((1, 2, N)))
+    said = ff.assess_presses(model, np.ones((1, N, 2)), typical=np.ones((1, N, 2)))
     np.testing.assert_allclose(said.std[0], model.calibration.std, rtol=1e-6)
     np.testing.assert_allclose(said.values, model.calibration.values, rtol=1e-12)
     assert said.names == model.calibration.names
@@ -252,8 +252,8 @@ def test_a_calibration_says_what_to_press_next_or_that_it_is_enough(timid, small
         ({"limits": {"fringe_density": 0.7}}, "0.7"),
         ({"limits": {"together": 3}}, "3 tactels"),
         ({"limits": {"force": 400.0}}, "more than 0.2 fringes"),
-        ({"typical": np.ones((2, 11))}, "(2, 11)"),
-        ({"typical": np.full((1, 2, 11), np.inf)}, "finite"),
+        ({"typical": np.ones((11, 2))}, "(11, 2)"),
+        ({"typical": np.full((1, 11, 2), np.inf)}, "finite"),
     ],
 )
 def test_what_cannot_be_planned_is_named(small, arguments, words) -> None:

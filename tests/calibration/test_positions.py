@@ -24,7 +24,7 @@ def test_all_places_are_differentiated_at_once_as_one_by_one() -> None:
         )
         alone = (ahead.influence(x) - behind.influence(x)).reshape(len(x), -1) / (2 * step)
         assert np.abs(alone - together[j]).max() < 0.01 * size
-        elsewhere = np.delete(together[j].reshape(-1, 2, N), j, axis=2)
+        elsewhere = np.delete(together[j].reshape(-1, N, 2), j, axis=1)
         assert not elsewhere.any()
 
 
@@ -79,5 +79,5 @@ def test_units_are_derivatives_of_values() -> None:
 def test_a_pitch_beside_single_places_is_refused() -> None:
     with pytest.raises(ff.FringeforceError, match="pitch"):
         ff.calibrate(
-            drawing(), np.zeros((8, 512)), np.ones((8, 2, N)), [POSITIONS, "tactels.pitch"]
+            drawing(), np.zeros((8, 512)), np.ones((8, N, 2)), [POSITIONS, "tactels.pitch"]
         )

@@ -168,7 +168,7 @@ def test_references_that_do_not_fit_are_named_with_their_remedy(given, words) ->
         ff.calibrate(
             drawing(),
             np.zeros((8, PIXELS)),
-            np.ones((8, 2, 11)),
+            np.ones((8, 11, 2)),
             references=ff.References(**given),
         )
     assert all(word in str(caught.value) for word in words), str(caught.value)

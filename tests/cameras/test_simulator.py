@@ -57,9 +57,9 @@ def test_a_touch_is_smooth_and_obeys_friction(sensor: ff.Sensor) -> None:
     forces = touch(t, sensor.tactels.positions, force=2.0, friction=0.3)
     np.testing.assert_allclose(forces[0], 0, atol=1e-12)
     np.testing.assert_allclose(forces[-1], 0, atol=1e-12)
-    assert forces[:, 0].sum(axis=1).max() == pytest.approx(2.0)
-    assert (np.abs(forces[:, 1]) <= 0.3 * forces[:, 0] + 1e-12).all()
+    assert forces[..., 0].sum(axis=1).max() == pytest.approx(2.0)
+    assert (np.abs(forces[..., 1]) <= 0.3 * forces[..., 0] + 1e-12).all()
     # no jump: a thousandth of the period moves no tactel by more than 2 % of the force
     assert np.abs(np.diff(forces, axis=0)).max() < 0.02
-    places = (forces[:, 0] @ sensor.tactels.positions)[[1200, 2800]]
+    places = (forces[..., 0] @ sensor.tactels.positions)[[1200, 2800]]
     assert places[0] < 0 < places[1]

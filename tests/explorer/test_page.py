@@ -48,19 +48,19 @@ def expect_force(page: Page, tactel: int, newtons: str, direction: str = "normal
 
 
 def read_forces(page: Page) -> np.ndarray:
-    """Forces read, as the page tells them to a screen reader, shape (2, n)."""
+    """Forces read, as the page tells them to a screen reader, shape (n, 2)."""
     label = page.locator(".readings").get_attribute("aria-label") or ""
     pairs = re.findall(r"normal (-?[\d.]+) of \S+, tangential (-?[\d.]+) of", label)
-    return np.array(pairs, dtype=float).T
+    return np.array(pairs, dtype=float)
 
 
 def settled(page: Page, tactel: int, value: float) -> None:
     """Wait until the reading of a tactel has come near a value."""
     for _ in range(200):
-        if abs(read_forces(page)[0, tactel - 1] - value) < 0.15:
+        if abs(read_forces(page)[tactel - 1, 0] - value) < 0.15:
             return
         page.wait_for_timeout(50)
-    raise AssertionError(f"tactel {tactel} reads {read_forces(page)[0, tactel - 1]}, not {value}")
+    raise AssertionError(f"tactel {tactel} reads {read_forces(page)[tactel - 1, 0]}, not {value}")
 
 
 def fringes(page: Page) -> str:
@@ -89,8 +89,8 @@ def test_dragging_an_arrow_moves_phase_fringes_and_forces_read(
     expect(page.locator("#fringe-count")).not_to_have_text(before)
     assert canvas.screenshot() != picture
     settled(page, 6, pushed)
-    forces = np.zeros((2, 11))
-    forces[:, 5] = pushed, dragged
+    forces = np.zeros((11, 2))
+    forces[5] = pushed, dragged
     phase = model.phase(forces)
     low, high = re.findall(r"from (\S+) to (\S+) rad", fringes(page))[0]
     shown = [float(text.replace("\u2212", "-")) for text in (low, high)]

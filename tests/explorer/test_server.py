@@ -157,7 +157,7 @@ def test_a_reading_is_the_library_s_of_the_same_frame(ask: Ask, model: ff.Sensor
     loads = np.random.default_rng(0).multivariate_normal(
         reading.forces.ravel(), reading.covariance, 4000
     )
-    spread = model.phase(loads.reshape(-1, 2, 11)).std(axis=0)
+    spread = model.phase(loads.reshape(-1, 11, 2)).std(axis=0)
     np.testing.assert_allclose(blocks["phase_std"], spread, rtol=0.1, atol=1e-4)
 
 
@@ -189,9 +189,9 @@ def test_bad_values_are_refused_in_the_library_s_words(
 
 def test_forces_that_do_not_fit_and_designs_that_are_gone_are_refused(ask: Ask) -> None:
     ask(type="design", id=1)
-    header, _ = ask(type="read", id=2, design=1, forces=[[1.0], [0.0]])
+    header, _ = ask(type="read", id=2, design=1, forces=[[1.0, 0.0]])
     assert "do not fit this sensor" in header["text"]
-    header, _ = ask(type="read", id=3, design=9, forces=[[1.0] * 11] * 2)
+    header, _ = ask(type="read", id=3, design=9, forces=[[1.0, 1.0]] * 11)
     assert header["stale"]
     assert ask(type="inside", id=4, design=9)[0]["stale"]
 
@@ -214,7 +214,7 @@ def test_designs_that_stand_side_by_side_are_both_looked_into(socket: WebSocketT
 
 def test_downloads_read_back_to_what_was_shown(ask: Ask, tmp_path: Any) -> None:
     ask(type="design", id=1, changes={"transducer.edges": "roller"})
-    load = {"design": 1, "forces": [[1.0] * 11, [0.1] * 11], "seed": 3}
+    load = {"design": 1, "forces": [[1.0, 0.1]] * 11, "seed": 3}
     for kind, name in {"design": "d.toml", "model": "m.h5", "forces": "f.csv"}.items():
         header, blocks = ask(type="download", id=2, kind=kind, **load)
         assert header["name"].startswith(kind)
@@ -250,7 +250,7 @@ def test_a_worker_that_dies_is_replaced(client: TestClient, ask: Ask) -> None:
         child.join()
     changes = {"transducer.compliant.thickness": "0.77 mm"}
     assert ask(type="design", id=2, changes=changes)[0]["type"] == "model"
-    forces = [[1.0] * 11, [0.0] * 11]
+    forces = [[1.0, 0.0]] * 11
     assert ask(type="read", id=3, design=2, forces=forces)[0]["status"] == "OK"
 
 

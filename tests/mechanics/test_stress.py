@@ -96,14 +96,14 @@ def test_plane_strain_is_plane_stress_of_a_stiffer_material(sensor: ff.Sensor) -
 
 def test_superposed_unit_forces_are_the_load(sensor: ff.Sensor) -> None:
     displacement = _solved(sensor, "free", "stress")
-    forces = np.random.default_rng(3).normal(size=(2, 11))
+    forces = np.random.default_rng(3).normal(size=(11, 2))
     unit = stress_field(displacement, X, CLEAR)
-    assert unit.shape == (3, len(X), len(CLEAR), 2, 11)
+    assert unit.shape == (3, len(X), len(CLEAR), 11, 2)
     found = stress_field(displacement.superposed(forces), X, CLEAR)
-    expected = np.einsum("smqdn,dn->smq", unit, forces)
+    expected = np.einsum("smqnd,nd->smq", unit, forces)
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
 
 
 def test_under_a_push_the_clear_layer_is_compressed(sensor: ff.Sensor) -> None:
     sigma_z = stress_field(_solved(sensor, "free", "stress"), [0.0], CLEAR)[1]
-    assert (sigma_z[0, :, 0, 5] < 0).all()
+    assert (sigma_z[0, :, 5, 0] < 0).all()

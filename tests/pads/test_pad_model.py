@@ -37,7 +37,7 @@ def test_slices_are_those_of_the_mechanics(
     constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
     expected = constant * np.stack(
         [
-            np.einsum("xyscn,nc,s->syx", stress, forces, exact.weights)
+            np.einsum("xysnc,nc,s->syx", stress, forces, exact.weights)
             for stress in (exact.difference, 2 * exact.shear)
         ],
         axis=1,

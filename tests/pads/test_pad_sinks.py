@@ -56,9 +56,9 @@ def test_the_wrench_is_the_resultant_and_its_moment_by_hand() -> None:
 
 def test_the_wrench_of_a_pad_pressed_on_a_line_is_that_of_a_strip() -> None:
     x = np.linspace(-5e-3, 5e-3, 11)
-    loads = np.random.default_rng(0).random((3, 2, 11))
+    loads = np.random.default_rng(0).random((3, 11, 2))
     flat = np.zeros((3, 11, 3))
-    flat[:, :, :2] = loads.swapaxes(1, 2)
+    flat[..., :2] = loads
     places = np.column_stack([x, np.zeros(11)])
     for one, other in zip(wrenches(loads, x), wrenches(flat, places), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-15)

@@ -31,12 +31,12 @@ def models(sensor: ff.Sensor) -> dict[str, ff.SensorModel]:
 
 def contacts(rng: np.random.Generator, count: int) -> np.ndarray:
     size, angle = rng.uniform(0, 3, (count, N)), np.radians(rng.uniform(-20, 20, (count, N)))
-    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
 
 
 def bound(model: ff.SensorModel, forces: np.ndarray) -> np.ndarray:
     psi = model.frame_influence
-    return cramer_rao_bound(psi @ forces.ravel(), psi, model.response).reshape(2, N)
+    return cramer_rao_bound(psi @ forces.ravel(), psi, model.response).reshape(N, 2)
 
 
 @pytest.mark.parametrize("name", ARRANGEMENTS)
@@ -69,8 +69,8 @@ def test_two_pictures_in_quadrature_do_not_care_where_the_phase_is(models) -> No
 
 @pytest.mark.parametrize("name", ["quarter-wave bias", "quadrature", "four orientations"])
 def test_a_bias_tells_pure_shear_from_its_negative(models, name) -> None:
-    model, shear = models[name], np.zeros((2, N))
-    shear[1, 4] = -0.5
+    model, shear = models[name], np.zeros((N, 2))
+    shear[4, 1] = -0.5
     reading = ff.Reader(model).search(model.expose(shear, rng=3))
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - shear) < 5 * reading.std).all()

@@ -34,14 +34,14 @@ def test_random_loads_come_back_from_one_frame(model, roller_model, edges, large
 def test_the_phase_of_a_reading_is_that_of_its_forces(model: ff.SensorModel) -> None:
     reading = ff.Reader(model).search(model.expose(ff.polar(2.0, -10, n=N), rng=0))
     np.testing.assert_allclose(reading.phase, model.phase(reading.forces), atol=1e-9)
-    assert reading.std == pytest.approx(np.sqrt(np.diag(reading.covariance)).reshape(2, N))
+    assert reading.std == pytest.approx(np.sqrt(np.diag(reading.covariance)).reshape(N, 2))
 
 
 def test_deviations_of_magnitude_and_angle_are_those_of_scattered_forces(model) -> None:
     reading = ff.Reader(model).search(model.expose(ff.polar(2.0, -10, n=N), rng=0))
     rng = np.random.default_rng(0)
     drawn = rng.multivariate_normal(reading.forces.ravel(), reading.covariance, 4000)
-    normal, tangential = drawn.reshape(-1, 2, N).transpose(1, 0, 2)
+    normal, tangential = drawn.reshape(-1, N, 2).transpose(2, 0, 1)
     found = np.hypot(normal, tangential).std(axis=0)
     np.testing.assert_allclose(reading.magnitude_std, found, rtol=0.08)
     found = np.degrees(np.arctan2(tangential, normal)).std(axis=0)
@@ -50,7 +50,7 @@ def test_deviations_of_magnitude_and_angle_are_those_of_scattered_forces(model) 
 
 def test_silence_is_no_contact(model: ff.SensorModel) -> None:
     for seed in range(10):
-        reading = ff.Reader(model).search(model.expose(np.zeros((2, N)), rng=seed))
+        reading = ff.Reader(model).search(model.expose(np.zeros((N, 2)), rng=seed))
         assert reading.status is ff.Status.NO_CONTACT
         assert (np.abs(reading.forces) < 4 * reading.std).all()
         assert (reading.magnitude_std > 0).all()
@@ -58,7 +58,7 @@ def test_silence_is_no_contact(model: ff.SensorModel) -> None:
 
 
 def test_pure_shear_has_two_explanations_and_both_are_given(model: ff.SensorModel) -> None:
-    forces = np.stack([np.zeros(N), np.full(N, 0.8)])
+    forces = np.tile([0.0, 0.8], (N, 1))
     reading = ff.Reader(model).search(model.expose(forces, rng=0))
     assert reading.status is ff.Status.AMBIGUOUS
     both = np.concatenate([reading.forces[None], reading.alternatives])

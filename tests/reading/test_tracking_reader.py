@@ -18,11 +18,11 @@ N = 11
 
 
 def slow_touch(frames: int, speed: float = 1e-4) -> Array:
-    """Forces (frames, 2, N) that sway around 2 N, by `speed` turns a frame."""
+    """Forces (frames, N, 2) that sway around 2 N, by `speed` turns a frame."""
     start = np.random.default_rng(1).random((2, N))
     turns = 2 * np.pi * (speed * np.arange(frames)[:, None, None] + start)
     magnitude, angle = 2 + np.sin(turns[:, 0]), np.radians(15 * np.sin(turns[:, 1]))
-    return np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=1)
+    return np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=2)
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def test_what_one_frame_leaves_open_many_together_settle(model) -> None:
     place = model.sensor.tactels.positions
     for seed in (1, 2):
         weak = 0.1 * np.exp(-0.5 * ((place - 1e-3 * seed) / 1.5e-3) ** 2)
-        forces = np.stack([weak, 0.1 * weak])
+        forces = np.stack([weak, 0.1 * weak], axis=1)
         frames = model.expose(np.tile(forces, (400, 1, 1)), rng=seed)
         assert ff.Status.AMBIGUOUS in [
             ff.Reader(model).search(frame).status for frame in frames[:12]
@@ -165,7 +165,7 @@ def test_few_pixels_are_followed_and_are_no_mismatch(sensor) -> None:
 
 
 def test_a_mirror_image_that_a_search_left_open_stays_in_the_reading(model) -> None:
-    forces = np.stack([np.zeros(N), np.full(N, 0.8)])
+    forces = np.tile([0.0, 0.8], (N, 1))
     reader = ff.Reader(model)
     readings = [reader.read(model.expose(forces, rng=seed)) for seed in range(12)]
     assert all(reading.status is ff.Status.AMBIGUOUS for reading in readings)
@@ -225,9 +225,9 @@ def test_model_errors_and_friction_reach_followed_readings(model) -> None:
     last = [list(reader.stream(frames))[-1] for reader in (plain, unsure, limited)]
     assert all(reading.tracked for reading in last)
     assert (last[1].std > last[0].std).all()
-    assert (np.abs(last[2].forces[1]) <= 0.05 * last[2].forces[0] + 1e-9).all()
+    assert (np.abs(last[2].forces[:, 1]) <= 0.05 * last[2].forces[:, 0] + 1e-9).all()
     batch = ff.Reader(model, friction=0.05, model_error=0.03).read_batch(frames)
     assert (batch.std[1:] > last[0].std * 1.01).any()
-    assert (np.abs(batch.forces[:, 1]) <= 0.05 * batch.forces[:, 0] + 1e-9).all()
+    assert (np.abs(batch.forces[..., 1]) <= 0.05 * batch.forces[..., 0] + 1e-9).all()
     plain.reset()
     assert not plain.read(frames[0]).tracked

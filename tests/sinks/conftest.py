@@ -13,7 +13,7 @@ def make_readings(first: int, count: int, tactels: int = 11, pixels: int = 2048)
     """Every number of the line can be told from its values; line 3 is a bad frame."""
     numbers = np.arange(first, first + count)
     forces = np.multiply.outer(numbers / 1024, np.arange(1.0, 2 * tactels + 1)).reshape(
-        -1, 2, tactels
+        -1, tactels, 2
     )
     std = np.full_like(forces, 0.125)
     chi2 = np.ones(count)

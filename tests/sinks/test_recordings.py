@@ -38,7 +38,7 @@ def test_a_csv_holds_a_row_for_each_tactel(
     assert len(rows) == 20 * 11
     for row, (line, tactel) in zip(rows, np.ndindex(20, 11), strict=True):
         assert (int(row["frame"]), int(row["tactel"])) == (line, tactel + 1)
-        normal, tangential = whole.forces[line, :, tactel]
+        normal, tangential = whole.forces[line, tactel]
         assert float(row["normal_N"]) == pytest.approx(normal, rel=1e-5, nan_ok=True)
         assert float(row["tangential_N"]) == pytest.approx(tangential, rel=1e-5, nan_ok=True)
         size = np.hypot(normal, tangential)
@@ -53,7 +53,7 @@ def test_xarray_opens_a_recording_with_labels(
     path = tmp_path / "r.h5"
     _written(f"record:{path}", model, blocks)
     with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-        assert dataset["forces"].dims == ("frame", "component", "tactel")
+        assert dataset["forces"].dims == ("frame", "tactel", "component")
         assert dataset["grey"].dims == ("frame", "x")
         np.testing.assert_array_equal(dataset["frame"], np.arange(20))
         np.testing.assert_array_equal(dataset["forces"], whole.forces)
@@ -156,7 +156,7 @@ def test_the_mcap_library_reads_every_line(
     assert [one["line"] for _, _, one in messages] == list(range(20))
     for (_, time, one), forces, stamp in zip(messages, whole.forces, whole.timestamps, strict=True):
         assert time == pytest.approx(stamp * 1e9, abs=1e3)
-        got = np.array([one["normal"], one["tangential"]], dtype=float)
+        got = np.array([one["normal"], one["tangential"]], dtype=float).T
         np.testing.assert_allclose(got, forces, atol=1e-6)
     assert messages[3][2]["normal"] == [None] * 11
 
@@ -175,9 +175,9 @@ def test_ros_tools_read_a_bag_and_find_the_resultant(
         "/fringeforce/wrench": 20, "/fringeforce/forces": 20, "/fringeforce/std": 20,
     }  # fmt: skip
     array, wrench = found["/fringeforce/forces"][7], found["/fringeforce/wrench"][7]
-    assert [dimension.size for dimension in array.layout.dim] == [2, 11]
-    np.testing.assert_array_equal(array.data.reshape(2, 11), whole.forces[7])
-    normal, tangential = whole.forces[7]
+    assert [dimension.size for dimension in array.layout.dim] == [11, 2]
+    np.testing.assert_array_equal(array.data.reshape(11, 2), whole.forces[7])
+    normal, tangential = whole.forces[7].T
     assert wrench.wrench.force.z == pytest.approx(-normal.sum())
     assert wrench.wrench.force.x == pytest.approx(tangential.sum())
     # moment of forces (T, 0, -N) at (x, 0, 0), from the cross product

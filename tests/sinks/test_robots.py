@@ -34,7 +34,7 @@ def test_a_lab_streaming_layer_inlet_gets_every_line(
         stamps += times
     sink.close()
     inlet.close_stream()
-    np.testing.assert_array_equal(np.reshape(samples, (20, 2, 11)), whole.forces)
+    np.testing.assert_array_equal(np.reshape(samples, (20, 11, 2)), whole.forces)
     np.testing.assert_allclose(np.diff(stamps), np.diff(whole.timestamps), atol=0.01)
 
 
@@ -94,7 +94,7 @@ def test_ros_gets_the_newest_reading_of_a_block(
     assert ros.down
     (wrench,) = ros.published["skin~/wrench"]
     (forces,) = ros.published["skin~/forces"]
-    assert wrench.wrench.force.z == pytest.approx(-whole.forces[7, 0].sum())
+    assert wrench.wrench.force.z == pytest.approx(-whole.forces[7, :, 0].sum())
     assert wrench.header.stamp.sec == int(whole.timestamps[7])
-    assert np.reshape(forces.data, (2, 11)).tolist() == whole.forces[7].tolist()
-    assert [dimension.size for dimension in forces.layout.dim] == [2, 11]
+    assert np.reshape(forces.data, (11, 2)).tolist() == whole.forces[7].tolist()
+    assert [dimension.size for dimension in forces.layout.dim] == [11, 2]

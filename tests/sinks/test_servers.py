@@ -166,7 +166,7 @@ def test_foxglove_is_told_what_is_sent(
     # operation 1, subscription 7, time, then the message
     assert data[0][:5] == b"\x01\x07\x00\x00\x00"
     reading = json.loads(data[0][13:])
-    np.testing.assert_allclose(reading["normal"], whole.forces[reading["line"], 0], atol=1e-6)
+    np.testing.assert_allclose(reading["normal"], whole.forces[reading["line"], :, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize("token", [None, "secret"])

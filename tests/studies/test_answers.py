@@ -31,7 +31,7 @@ def test_deviations_are_those_of_many_readings(model: ff.SensorModel) -> None:
     assert ratio == pytest.approx(1, abs=0.1)
     correlation = np.abs(np.corrcoef(forces.reshape(150, -1).T))
     assert np.abs(correlation - found.crosstalk).max() < 0.3
-    assert found.bound.mean(axis=2)[0] == pytest.approx([0.0147, 0.0234], rel=0.03)
+    assert found.bound.mean(axis=1)[0] == pytest.approx([0.0147, 0.0234], rel=0.03)
     assert found.condition == pytest.approx(120, rel=0.03)
 
 
@@ -86,7 +86,7 @@ def test_slopes_predict_what_the_wrong_drawing_reads(sensor: ff.Sensor) -> None:
             other = ff.characterize(sensor.replace(**{path: value * (1 + sign * 0.002)}))
             frame = model.response.level(other.phase(load))
             ends.append(maximum_likelihood(frame, psi, model.response, load.ravel()).loads)
-        moved = (ends[0] - ends[1]).reshape(2, -1) / 0.004
+        moved = (ends[0] - ends[1]).reshape(-1, 2) / 0.004
         assert np.abs(moved - predicted).max() < 0.03 * np.abs(predicted).max()
     # the phase is proportional to the strain-optic coefficient, and so is what is read
     assert found.forces[1] == pytest.approx(load, rel=1e-4)

@@ -23,9 +23,9 @@ from fringeforce.studies.range import steepest_angle
 
 
 def corners(n: int, friction: float) -> np.ndarray:
-    """Every corner of the set of admissible loads up to 1 N, shape (3^n, 2, n)."""
+    """Every corner of the set of admissible loads up to 1 N, shape (3^n, n, 2)."""
     single = [(0.0, 0.0), (1.0, friction), (1.0, -friction)]
-    return np.array([np.transpose(loads) for loads in itertools.product(single, repeat=n)])
+    return np.array(list(itertools.product(single, repeat=n)))
 
 
 @pytest.mark.parametrize("interval", [PAPER_START, SIGN_BY_CONTACT, (-2.0, 0.5)])
@@ -36,8 +36,8 @@ def test_the_edge_limit_is_that_of_all_corners(
     rng = np.random.default_rng(1)
     finite = 0
     for _ in range(5):
-        border = rng.normal(-0.5, 0.3, (2, 2, 4))
-        phases = np.einsum("bcn,kcn->kb", border, corners(4, friction))
+        border = rng.normal(-0.5, 0.3, (2, 4, 2))
+        phases = np.einsum("bnc,knc->kb", border, corners(4, friction))
         below = interval[0] / min(phases.min(), -1e-300)
         above = interval[1] / phases.max() if phases.max() > 1e-12 else np.inf
         found = edge_limit(border, interval=interval, friction=friction)
@@ -47,8 +47,8 @@ def test_the_edge_limit_is_that_of_all_corners(
 
 
 def test_uniform_loads_are_the_same_program_on_summed_columns() -> None:
-    border = np.random.default_rng(2).normal(-0.5, 0.3, (2, 2, 4))
-    sums = border.sum(axis=2)
+    border = np.random.default_rng(2).normal(-0.5, 0.3, (2, 4, 2))
+    sums = border.sum(axis=1)
     steepest = np.abs(sums[:, 1]) * FRICTION
     closed = np.pi / max((steepest - sums[:, 0]).max(), (sums[:, 0] + steepest).max())
     assert edge_limit(border, uniform=True, interval=SIGN_BY_CONTACT) == pytest.approx(closed)
@@ -74,14 +74,14 @@ def test_free_edges_allow_any_load_and_roller_edges_do_not(
 
 
 def test_the_largest_phase_is_that_of_a_linear_program() -> None:
-    rows = np.random.default_rng(3).normal(size=(6, 2, 3))
+    rows = np.random.default_rng(3).normal(size=(6, 3, 2))
     unit, none = np.eye(3), np.zeros((3, 3))
     limits = np.block([[-FRICTION * unit, unit], [-FRICTION * unit, -unit], [unit, none]])
     right = np.concatenate([np.zeros(6), np.ones(3)])
     bounds = [(0, None)] * 3 + [(None, None)] * 3
     for row, found in zip(rows, largest_phase(rows), strict=True):
         best = max(
-            -linprog(sign * row.ravel(), A_ub=limits, b_ub=right, bounds=bounds).fun
+            -linprog(sign * row.T.ravel(), A_ub=limits, b_ub=right, bounds=bounds).fun
             for sign in (1, -1)
         )
         assert found == pytest.approx(best)

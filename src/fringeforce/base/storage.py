@@ -21,9 +21,12 @@ from fringeforce.base.errors import FileFormatError, FringeforceError, InputErro
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Since version 2 the axes of forces end in (tactel, component), of strips too."""
 HDF5 = (".h5", ".hdf5", ".nc")
 """Endings of these files."""
+FORCE_AXES = ("tactel", "component")
+"""Last dimensions of forces and of what belongs to them."""
 LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
@@ -157,27 +160,23 @@ def write_frames(
     write(file, "grey", images, axes, None, "grey levels")
 
 
-def write_forces(
-    file: h5py.File, forces: ArrayLike, components: tuple[str, ...], axes: tuple[str, str]
-) -> None:
+def write_forces(file: h5py.File, forces: ArrayLike, components: tuple[str, ...]) -> None:
     """Write the forces behind frames that were written, and the names of their dimensions.
 
     Parameters
     ----------
     file : h5py.File
         To write to.
-    forces : array_like, shape (k, ...)
+    forces : array_like, shape (k, n, components)
         Forces [N].
     components : tuple of str
         Names of the components.
-    axes : (str, str)
-        "component" and "tactel" in the order of the forces' last two dimensions.
     """
     loads = np.asarray(forces, dtype=float)
-    tactels = np.arange(1, loads.shape[1 + axes.index("tactel")] + 1)
+    tactels = np.arange(1, loads.shape[1] + 1)
     write(file, "component", components, ("component",), None, "direction of the force")
     write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
-    write(file, "forces", loads, ("frame", *axes), "N", "applied forces")
+    write(file, "forces", loads, ("frame", *FORCE_AXES), "N", "applied forces")
 
 
 def read(file: h5py.File, name: str) -> NDArray[Any]:
@@ -185,6 +184,14 @@ def read(file: h5py.File, name: str) -> NDArray[Any]:
     dataset = file[name]
     assert isinstance(dataset, h5py.Dataset)
     return dataset[()]
+
+
+def read_by_tactel(file: h5py.File, name: str) -> NDArray[Any]:
+    """Read an array of a strip, shape (..., n, 2); version 1 wrote it as (..., 2, n)."""
+    values = read(file, name)
+    if int(text(file, "format_version")) > 1:
+        return values
+    return np.ascontiguousarray(np.swapaxes(values, -1, -2))
 
 
 def text(file: h5py.File, name: str) -> str:

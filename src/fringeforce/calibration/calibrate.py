@@ -80,7 +80,7 @@ def calibrate(
         The drawing; its camera's noise is taken as known.
     frames : array_like, shape (F, n_pixels)
         Grey levels; unloaded frames have zero forces and determine the offset.
-    forces : array_like, shape (F, 2, n)
+    forces : array_like, shape (F, n, 2)
         Known normal and tangential forces [N].
     parameters : sequence of str
         Dotted paths of the design values to estimate; "tactels.positions" means the place of every
@@ -112,7 +112,7 @@ def calibrate(
     >>> drawing = ff.load_sensor("saad")
     >>> path = "transducer.photoelastic.strain_optic_coefficient"
     >>> made = ff.characterize(drawing.replace(**{path: 0.054}))
-    >>> presses = np.random.default_rng(0).uniform(0.1, 1.5, (6, 2, 11)) * [[[1.0], [0.2]]]
+    >>> presses = np.random.default_rng(0).uniform(0.1, 1.5, (6, 11, 2)) * [1.0, 0.2]
     >>> model = ff.calibrate(drawing, made.expose(presses, rng=0), presses, [path])
     >>> round(model.sensor.transducer.photoelastic.strain_optic_coefficient, 3)
     0.054

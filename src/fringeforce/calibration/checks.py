@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import median_filter
 
 from fringeforce.base.errors import InputError
+from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Camera, Sensor
 from fringeforce.estimation.chi_square import group_sums
 
@@ -34,7 +35,7 @@ def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple
         The drawing.
     frames : array_like, shape (F, P)
         Grey levels.
-    forces : array_like, shape (F, 2, n)
+    forces : array_like, shape (F, n, 2)
         Known forces [N].
 
     Raises
@@ -42,8 +43,8 @@ def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple
     InputError
         If they do not fit each other or the sensor; rows are named, counted from 0.
     """
-    levels, loads = np.asarray(frames, dtype=float), np.asarray(forces, dtype=float)
-    pixels, tactels, camera = sensor.camera.pixels, sensor.tactels.count, sensor.camera
+    levels, camera = np.asarray(frames, dtype=float), sensor.camera
+    pixels, tactels = camera.pixels, sensor.tactels.count
     if sensor.polariscope.channels or sensor.polariscope.plates:
         raise InputError(
             "Known loads are compared in one dark field with perfect plates; give a design without "
@@ -53,10 +54,11 @@ def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple
         raise InputError(
             f"Frames of shape {levels.shape} do not fit this sensor; give (frames, {pixels})."
         )
-    if loads.shape != (len(levels), 2, tactels):
+    loads = checked_loads(forces, tactels)
+    if loads.shape != (len(levels), tactels, 2):
         raise InputError(
             f"Forces of shape {loads.shape} do not fit {len(levels)} frames of {tactels} tactels; "
-            f"give ({len(levels)}, 2, {tactels}), one row for every frame."
+            f"give ({len(levels)}, {tactels}, 2), one entry for every frame."
         )
     if bad := _rows(~np.isfinite(loads).all(axis=(1, 2))):
         raise InputError(f"Forces of frames {bad} are not finite; give numbers or drop the rows.")
@@ -90,8 +92,7 @@ def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple
 def remarks(levels: Array, loads: Array, camera: Camera) -> list[str]:
     """What a person should know of frames that can be used all the same."""
     found = []
-    n = loads.shape[1] // 2
-    for kind, forces in {"normally": loads[:, :n], "tangentially": loads[:, n:]}.items():
+    for kind, forces in {"normally": loads[:, ::2], "tangentially": loads[:, 1::2]}.items():
         if never := ", ".join(str(j + 1) for j in np.flatnonzero(~forces.any(axis=0))):
             found.append(
                 f"Never loaded {kind}: tactel {never}; what is said of it rests on the elements."

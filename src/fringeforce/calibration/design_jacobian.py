@@ -116,7 +116,7 @@ def design_tangent(
             values.append(change)
             continue
         # a tactel's place moves nothing but its own columns: all are differentiated at once
-        values += [change * own for own in np.eye(change.shape[2])]
+        values += [change * own[:, None] for own in np.eye(change.shape[1])]
     stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
     return DesignTangent(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
 

@@ -144,7 +144,7 @@ def _light(bench: Bench, references: Mask) -> list[str]:
 
 def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
-    recorded = bench.loads[row].reshape(2, -1)
+    recorded = bench.loads[row].reshape(-1, 2)
     said = f"Frame {row}, recorded as {named(recorded)}, contradicts the others and was left out"
     reading = Reader(model).search(bench.levels[row])
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
@@ -160,9 +160,9 @@ def named(forces: Array) -> str:
     if largest == 0:
         return "no load"
     words = [
-        f"{forces[kind, j]:.3g} N {('normal', 'tangential')[kind]} on tactel {j + 1}"
-        for kind, j in zip(*np.unravel_index(np.argsort(-np.abs(forces), axis=None), forces.shape),
+        f"{forces[j, kind]:.3g} N {('normal', 'tangential')[kind]} on tactel {j + 1}"
+        for j, kind in zip(*np.unravel_index(np.argsort(-np.abs(forces), axis=None), forces.shape),
                            strict=True)
-        if abs(forces[kind, j]) > NAMED * largest
+        if abs(forces[j, kind]) > NAMED * largest
     ]  # fmt: skip
     return ", ".join(words[:3]) + (" and more" if words[3:] else "")

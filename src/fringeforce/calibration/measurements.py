@@ -35,7 +35,7 @@ class Bench:
     levels : ndarray, shape (F, P)
         Grey levels.
     loads : ndarray, shape (F, 2n)
-        Known loads, normal ones first [N].
+        Known loads, each ordered like `forces.ravel()` [N].
     basis : ndarray, shape (P, k)
         Smooth functions along the frame, which sum to one, for the lighting.
     turned : ndarray, shape (F,)

@@ -44,7 +44,7 @@ def single_press_matrix(
         The drawing.
     frames : array_like, shape (F, n_pixels)
         Grey levels; unloaded frames have zero forces and give the offset pixel by pixel.
-    forces : array_like, shape (F, 2, n)
+    forces : array_like, shape (F, n, 2)
         Known forces, at most one of a frame not zero [N].
     window : int
         Neighbouring pixels that are averaged before the arcsine; one for the procedure as it is.
@@ -69,7 +69,7 @@ def single_press_matrix(
             f"Frame {several[0]} has several loads; press one tactel in one direction at a time, "
             "or use calibrate, which takes any known loads."
         )
-    if never := ", ".join(map(str, np.flatnonzero(~loads.any(axis=0)) % (loads.shape[1] // 2) + 1)):
+    if never := ", ".join(map(str, np.flatnonzero(~loads.any(axis=0)) // 2 + 1)):
         raise InputError(f"Tactel {never} was not pressed both ways; every column needs a press.")
     if window < 1:
         raise InputError(f"window = {window}: must be at least 1 pixel.")
@@ -90,7 +90,7 @@ def single_press_matrix(
     return SensorModel(
         sensor=sensor,
         breaks=edges,
-        psi=np.stack(columns, axis=1).reshape(camera.pixels, 2, -1),
+        psi=np.stack(columns, axis=1).reshape(camera.pixels, -1, 2),
         provenance={"method": "single presses", "calibration frames": len(levels)},
         imaging=Imaging(
             sensor.pixel_positions,

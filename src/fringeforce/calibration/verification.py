@@ -60,7 +60,7 @@ def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verifica
         The model to check.
     frames : array_like, shape (F, n_pixels)
         Grey levels.
-    forces : array_like, shape (F, 2, n)
+    forces : array_like, shape (F, n, 2)
         Known forces [N].
 
     Raises

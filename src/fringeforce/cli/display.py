@@ -133,14 +133,13 @@ def _forces(readings: Readings, scale: float) -> Table:
     heads = "tactel", f"normal, to {scale:g} N", "N", f"tangential, to {scale:g} N", "N"
     table.add_row(*(Text(head, style=QUIET) for head in heads))
     forces, std = readings.forces[-1], readings.std[-1]
-    for tactel in range(forces.shape[1]):
-        normal, tangential = forces[:, tactel]
+    for tactel, ((normal, tangential), spread) in enumerate(zip(forces, std, strict=True), 1):
         table.add_row(
-            Text(str(tactel + 1), style=QUIET),
+            Text(str(tactel), style=QUIET),
             Text(_bar(normal, scale, BAR), style=NORMAL),
-            _value(normal, std[0, tactel]),
+            _value(normal, spread[0]),
             Text(_both_ways(tangential, scale), style=TANGENTIAL),
-            _value(tangential, std[1, tactel]),
+            _value(tangential, spread[1]),
         )
     return table
 

@@ -84,7 +84,7 @@ class Friction:
         """
         if not reading.ok or not tactels.any():
             return self
-        normal, tangential = reading.forces[:, tactels]
+        normal, tangential = reading.forces[tactels].T
         start = float(np.abs(tangential).sum() / normal.sum())
         spread = _margin_covariance(reading, start)[np.ix_(tactels, tactels)]
         weight = np.linalg.solve(spread, normal)
@@ -112,8 +112,8 @@ class Contact:
     Examples
     --------
     >>> model = ff.characterize(ff.load_sensor("saad"))
-    >>> forces = np.zeros((2, 11))
-    >>> forces[0, 5] = 1.0
+    >>> forces = np.zeros((11, 2))
+    >>> forces[5, 0] = 1.0
     >>> reading = ff.Reader(model).read(model.expose(forces, rng=0))
     >>> contact, events = ff.Contact.none(11).follow(reading)
     >>> [(event.kind.value, event.tactel) for event in events]
@@ -137,7 +137,7 @@ class Contact:
         """
         if not reading.trusted:
             return self, ()
-        pressed = reading.forces[0] / reading.std[0]
+        pressed = reading.forces[:, 0] / reading.std[:, 0]
         touching = _latched(self.touching, pressed > TOUCH, pressed < RELEASE)
         margin = self._margin(reading)
         slipping = touching & _latched(self.slipping, margin < SLIP, margin > STICK)
@@ -153,7 +153,7 @@ class Contact:
 
     def _margin(self, reading: ForceEstimate) -> Array:
         """How far each tactel is from slipping, in deviations, shape (n,)."""
-        normal, tangential = reading.forces
+        normal, tangential = reading.forces.T
         if not np.isfinite(self.friction.variance):
             return np.full(len(normal), np.inf)
         coefficient = self.friction.coefficient
@@ -164,9 +164,13 @@ class Contact:
 
 def _margin_covariance(reading: ForceEstimate, coefficient: float) -> Array:
     """Covariance of coefficient N - |T|, shape (n, n) [N^2]."""
-    signs = np.diag(np.where(reading.forces[1] < 0, 1.0, -1.0))
-    gradient = np.hstack([coefficient * np.eye(len(signs)), signs])
-    return gradient @ reading.covariance @ gradient.T
+    n = len(reading.forces)
+    gradient = np.zeros((n, n, 2))
+    each = np.arange(n)
+    gradient[each, each, 0] = coefficient
+    gradient[each, each, 1] = np.where(reading.forces[:, 1] < 0, 1.0, -1.0)
+    rows = gradient.reshape(n, -1)
+    return rows @ reading.covariance @ rows.T
 
 
 def _latched(before: Mask, begins: Mask, ends: Mask) -> Mask:

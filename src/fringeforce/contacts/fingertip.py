@@ -27,7 +27,7 @@ def touch(
 
     Returns
     -------
-    ndarray, shape (k, 2, n)
+    ndarray, shape (k, n, 2)
         Normal and tangential forces [N], smooth in time.
     """
     x = np.asarray(positions, dtype=float)
@@ -40,7 +40,7 @@ def touch(
     width = max(0.1 * span, 1e-9)
     shape = np.exp(-0.5 * ((x - place) / width) ** 2)
     normal = force * pressed * shape / shape.sum(axis=1, keepdims=True)
-    return np.stack([normal, friction * sliding * normal], axis=1)
+    return np.stack([normal, friction * sliding * normal], axis=2)
 
 
 def pad_touch(

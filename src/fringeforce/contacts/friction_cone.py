@@ -18,7 +18,7 @@ def admissible(loads: Array, covariance: Array, friction: float) -> tuple[Array,
     Parameters
     ----------
     loads : ndarray, shape (2n,)
-        Most likely loads without limits, normal ones first [N].
+        Most likely loads without limits, normal and tangential by turns [N].
     covariance : ndarray, shape (2n, 2n)
         Their covariance [N^2].
     friction : float
@@ -31,13 +31,11 @@ def admissible(loads: Array, covariance: Array, friction: float) -> tuple[Array,
     active : ndarray of bool, shape (n,)
         Tactels whose loads the limits have changed.
     """
-    n = len(loads) // 2
-    unit = np.eye(n)
-    edges = np.block([[unit, unit], [friction * unit, -friction * unit]])
+    edges = np.kron(np.eye(len(loads) // 2), [[1.0, 1.0], [friction, -friction]])
     root = np.linalg.cholesky(np.linalg.inv(covariance)).T
     amounts, _ = nnls(root @ edges, root @ loads)
     limited = edges @ amounts
-    normal, tangential = loads.reshape(2, n)
+    normal, tangential = loads.reshape(-1, 2).T
     slack = 1e-9 * max(np.abs(loads).max(), 1e-12)
     active = (normal < -slack) | (np.abs(tangential) > friction * normal + slack)
     return limited, active

@@ -22,38 +22,41 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArr
 
     Returns
     -------
-    ndarray, shape (2, n)
-        Normal and tangential forces [N].
+    ndarray, shape (n, 2)
+        Normal and tangential force of every tactel [N].
 
     Examples
     --------
     >>> ff.polar(2.0, angle=30, n=3).round(3)
-    array([[1.732, 1.732, 1.732],
-           [1.   , 1.   , 1.   ]])
+    array([[1.732, 1.   ],
+           [1.732, 1.   ],
+           [1.732, 1.   ]])
     """
     size, alpha = np.broadcast_arrays(np.asarray(magnitude, float), np.radians(angle))
-    forces = np.stack([size * np.cos(alpha), size * np.sin(alpha)])
+    forces = np.stack([size * np.cos(alpha), size * np.sin(alpha)], axis=-1)
     if forces.ndim == 1:
         if n is None:
             raise InputError("One magnitude and one angle say nothing of how many tactels; give n.")
-        return np.repeat(forces[:, None], n, axis=1)
-    if n not in (None, forces.shape[1]):
-        raise InputError(f"n = {n}, but magnitude and angle are given for {forces.shape[1]}.")
+        return np.repeat(forces[None], n, axis=0)
+    if n not in (None, forces.shape[-2]):
+        raise InputError(f"n = {n}, but magnitude and angle are given for {forces.shape[-2]}.")
     return forces
 
 
 def checked_loads(forces: ArrayLike, tactels: int) -> NDArray[np.float64]:
-    """Forces as floats of shape (..., 2, tactels) [N].
+    """Forces of a strip as floats of shape (..., tactels, 2) [N].
 
     Raises
     ------
     InputError
-        If they are those of another number of tactels.
+        If they are those of another number of tactels, or have the components before the tactels.
     """
     loads = np.asarray(forces, dtype=float)
-    if loads.shape[-2:] != (2, tactels):
+    if loads.shape[-2:] != (tactels, 2):
+        turned = loads.shape[-2:] == (2, tactels)
+        remedy = " Components come last: pass np.swapaxes(forces, -1, -2)." if turned else ""
         raise InputError(
             f"Forces of shape {loads.shape} do not fit this sensor; its {tactels} tactels "
-            f"need (..., 2, {tactels}): normal forces first, then tangential ones."
+            f"need (..., {tactels}, 2): the normal and the tangential force of each.{remedy}"
         )
     return loads

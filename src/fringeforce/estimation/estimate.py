@@ -42,12 +42,12 @@ def least_squares(phase: ArrayLike, influence: ArrayLike) -> Array:
     ----------
     phase : array_like, shape (P,)
         Recovered phase [rad]; pixels that are not finite are left out.
-    influence : array_like, shape (P, m) or (P, 2, n)
+    influence : array_like, shape (P, m) or (P, n, 2)
         Influence matrix [rad/N].
 
     Returns
     -------
-    ndarray, shape (m,) or (2, n)
+    ndarray, shape (m,) or (n, 2)
         Loads [N].
 
     Raises

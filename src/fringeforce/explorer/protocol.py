@@ -30,7 +30,7 @@ File = Literal["design", "model", "forces", "reading"]
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 Force = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
 Forces = Annotated[
-    list[Annotated[list[Force], Field(max_length=64)]], Field(min_length=2, max_length=2)
+    list[Annotated[list[Force], Field(min_length=2, max_length=2)]], Field(max_length=64)
 ]
 
 

@@ -61,7 +61,7 @@ def shoot(reader: SingleFrameReader, forces: list[list[float]], seed: int) -> Sh
     ----------
     reader : SingleFrameReader
         Of the sensor.
-    forces : nested list, shape (2, n)
+    forces : nested list, shape (n, 2)
         Normal and tangential forces [N].
     seed : int
         Of the camera's noise.

@@ -150,5 +150,5 @@ def _movement(displacement: Displacement) -> dict[str, Array]:
 
 
 def _loads_first(values: Array) -> Array:
-    """From (..., 2, n) to (2n, ...)."""
+    """From (..., n, 2) to (2n, ...)."""
     return np.moveaxis(values.reshape(*values.shape[:-2], -1), -1, 0)

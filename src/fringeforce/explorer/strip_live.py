@@ -32,7 +32,7 @@ class Glimpse:
         Since the first line of the run [s].
     frame : ndarray, shape (P,)
         Grey levels; of a sensor with several pictures the first.
-    std : ndarray, shape (2, n)
+    std : ndarray, shape (n, 2)
         Standard deviations that the reader gave [N].
     reading : Reading
         With a covariance that has those deviations.
@@ -69,7 +69,7 @@ class StripLatest(Latest):
             status=status,
             detail="",
             alternatives=np.empty((0, *forces.shape)),
-            limited=np.zeros(forces.shape[1], dtype=bool),
+            limited=np.zeros(len(forces), dtype=bool),
         )
         frame = np.atleast_2d(readings.lines[-1])[0]
         return Glimpse(readings.first + len(readings) - 1, elapsed, frame, std, reading)

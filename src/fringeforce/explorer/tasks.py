@@ -79,7 +79,7 @@ def shoot(model: bytes, forces: Loads, seed: int) -> Answer:
     ----------
     model : bytes
         A pickled SensorModel.
-    forces : nested list, shape (2, n)
+    forces : nested list, shape (n, 2)
         Normal and tangential forces [N].
     seed : int
         Of the camera's noise.

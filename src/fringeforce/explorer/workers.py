@@ -191,5 +191,5 @@ class StripWorkers(Workers):
 
     async def warm(self, solved: tasks.Solved) -> None:
         """Let all workers load their libraries before anybody waits for them."""
-        nothing = [[0.0] * len(solved.blocks["tactels"])] * 2
+        nothing = [[0.0, 0.0]] * len(solved.blocks["tactels"])
         await asyncio.gather(self.inside(solved), self.shoot(solved, nothing, 0))

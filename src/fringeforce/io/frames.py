@@ -44,13 +44,13 @@ def save_frames(
         Grey levels.
     x : array_like, shape (n_pixels,)
         Places of the pixels [m].
-    forces : array_like, shape (k, 2, n), optional
+    forces : array_like, shape (k, n, 2), optional
         Normal and tangential forces [N].
     """
     with new_file(path, "frames") as file:
         write_frames(file, np.asarray(frames), {"x": (x, "places of the pixels")})
         if forces is not None:
-            write_forces(file, forces, COMPONENTS, ("component", "tactel"))
+            write_forces(file, forces, COMPONENTS)
 
 
 def load_frames(path: PathLike) -> NDArray[Any]:

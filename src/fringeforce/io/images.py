@@ -51,7 +51,7 @@ def save_images(
     with new_file(path, IMAGES) as file:
         write_frames(file, np.asarray(images), places)
         if forces is not None:
-            write_forces(file, forces, COMPONENTS, ("tactel", "component"))
+            write_forces(file, forces, COMPONENTS)
 
 
 def load_images(path: PathLike) -> NDArray[Any]:

@@ -43,7 +43,7 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> Array:
 
     Returns
     -------
-    ndarray, shape (k, 2, tactels)
+    ndarray, shape (k, tactels, 2)
         Normal and tangential forces [N].
 
     Raises
@@ -55,7 +55,7 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> Array:
     if columns == POLAR:
         size, angle = forces[..., 0], np.radians(forces[..., 1])
         forces = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=-1)
-    return forces.swapaxes(1, 2)
+    return forces
 
 
 def load_pad_forces(path: str | os.PathLike[str], tactels: int) -> Array:
@@ -67,12 +67,12 @@ def load_pad_forces(path: str | os.PathLike[str], tactels: int) -> Array:
 
 
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
-    """Write loads as `load_forces` reads them; forces have the shape (k, 2, n) [N]."""
+    """Write loads as `load_forces` reads them; forces have the shape (k, n, 2) [N]."""
     with _new_table(path) as file:
         writer = csv.writer(file)
         writer.writerow(["frame", "tactel", *CARTESIAN])
         for frame, load in enumerate(np.asarray(forces, dtype=float)):
-            for tactel, (normal, tangential) in enumerate(load.T, start=1):
+            for tactel, (normal, tangential) in enumerate(load, start=1):
                 writer.writerow([frame, tactel, repr(float(normal)), repr(float(tangential))])
 
 
@@ -105,11 +105,12 @@ def save_pad_readings(path: str | os.PathLike[str], readings: Iterable[PadReadin
 
 
 def _strip_columns(reading: Reading) -> Array:
-    columns = (
-        *reading.forces, reading.magnitude, reading.angle,
-        *reading.std, reading.magnitude_std, reading.angle_std,
+    return np.column_stack(
+        [
+            reading.forces, reading.magnitude, reading.angle,
+            reading.std, reading.magnitude_std, reading.angle_std,
+        ]
     )  # fmt: skip
-    return np.transpose(columns)
 
 
 def _save_readings(

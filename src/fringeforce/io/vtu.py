@@ -47,7 +47,7 @@ def write_vtu(
         File to write, ending in .vtu.
     block, loads, mesh
         What is loaded, where, and its bricks.
-    forces : array_like, shape (components, n)
+    forces : array_like, shape (n, components)
         N, T_x and T_y on every tactel [N].
     progress : callable, optional
         Told words, the steps done and their count.
@@ -70,7 +70,7 @@ def write_strip_vtu(
     forces: ArrayLike,
     progress: Progress | None = None,
 ) -> None:
-    """The same for the strip of a design in three dimensions, forces of shape (2, n) [N]."""
+    """The same for the strip of a design in three dimensions, forces of shape (n, 2) [N]."""
     strip, tactels = sensor.transducer, sensor.tactels
     block, loads = strip_block(strip), strip_loads(strip, tactels.positions)
     mesh = box_mesh(block, tactels.positions, [], STRIP)

@@ -26,7 +26,7 @@ class Displacement:
         The strip.
     mesh : Mesh
         Where the shape functions live.
-    coefficients : ndarray, shape (2, order * columns + 1, order * rows + 1, 2, n)
+    coefficients : ndarray, shape (2, order * columns + 1, order * rows + 1, n, 2)
         Of u and w [m/N], for normal and tangential unit forces on each of the n tactels; without
         the last two axes [m] for one load.
     """
@@ -40,7 +40,7 @@ class Displacement:
         return plane_moduli(layer, self.transducer.plane)
 
     def superposed(self, forces: ArrayLike) -> Displacement:
-        """Displacement under one load, forces of shape (2, n) [N]."""
+        """Displacement under one load, forces of shape (n, 2) [N]."""
         coefficients = np.tensordot(self.coefficients, np.asarray(forces, dtype=float), axes=2)
         return Displacement(self.transducer, self.mesh, coefficients)
 
@@ -74,7 +74,7 @@ def _mirrored(places: Array) -> bool:
 
 
 def _as_a_whole(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
-    """Coefficients of all unit loads, shape (2, along x, along z, 2, n)."""
+    """Coefficients of all unit loads, shape (2, along x, along z, n, 2)."""
     held = _held(transducer, mesh)
     return _coefficients(_factorised(transducer, mesh, held), transducer, positions, mesh)
 
@@ -97,15 +97,15 @@ def _by_halves(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
         for system in (even, replace(even, lines=lines))
     ]
     near, far = (both[0] + both[1]) / 2, (both[0] - both[1]) / 2
-    upright = np.array([[1.0], [-1.0]])
+    upright = np.array([1.0, -1.0])
     image, sign = _mirror_image(mesh.order, middle)
     turned = np.array([-1.0, 1.0])[:, None, None, None, None] * upright * sign[:, None, None, None]
     columns, right = near.shape[1], np.arange(n // 2)[::-1]
-    whole = np.empty((2, 2 * columns - 1, *near.shape[2:4], n))
-    whole[:, :columns, ..., : len(left)] = near
-    whole[:, columns - 1 :, ..., : len(left)] = turned * upright * far[:, image]
-    whole[:, :columns, ..., len(left) :] = upright * far[..., right]
-    whole[:, columns - 1 :, ..., len(left) :] = (turned * near[:, image])[..., right]
+    whole = np.empty((2, 2 * columns - 1, near.shape[2], n, 2))
+    whole[:, :columns, :, : len(left)] = near
+    whole[:, columns - 1 :, :, : len(left)] = turned * upright * far[:, image]
+    whole[:, :columns, :, len(left) :] = upright * far[..., right, :]
+    whole[:, columns - 1 :, :, len(left) :] = (turned * near[:, image])[..., right, :]
     return whole
 
 
@@ -149,11 +149,11 @@ def _coefficients(
 ) -> Array:
     loads = _unit_loads(mesh, positions) / transducer.width
     solved = system.solve(loads.reshape(*loads.shape[:3], -1))
-    return solved.reshape(*solved.shape[:3], 2, -1)
+    return solved.reshape(*solved.shape[:3], -1, 2)
 
 
 def _unit_loads(mesh: Mesh, positions: Array) -> Array:
-    """Nodal forces on the surface, shape (lines, 2, unknowns along z, 2, n)."""
+    """Nodal forces on the surface, shape (lines, 2, unknowns along z, n, 2)."""
     nearest = np.abs(mesh.x[:, None] - positions).argmin(axis=0)
     astray = np.abs(mesh.x[nearest] - positions)
     if astray.max(initial=0.0) > 1e-9 * np.ptp(mesh.x):
@@ -163,7 +163,7 @@ def _unit_loads(mesh: Mesh, positions: Array) -> Array:
             "boundary under each tactel. Build it with strip_mesh."
         )
     tactels = np.arange(len(positions))
-    loads = np.zeros((len(mesh.x), 2, mesh.order * (len(mesh.z) - 1), 2, len(positions)))
-    loads[nearest, 1, -1, 0, tactels] = -1.0
-    loads[nearest, 0, -1, 1, tactels] = 1.0
+    loads = np.zeros((len(mesh.x), 2, mesh.order * (len(mesh.z) - 1), len(positions), 2))
+    loads[nearest, 1, -1, tactels, 0] = -1.0
+    loads[nearest, 0, -1, tactels, 1] = 1.0
     return loads

@@ -121,11 +121,11 @@ def harmonic_displacement(
 
 
 def _harmonics(transducer: Transducer, positions: ArrayLike, terms: int) -> tuple[Array, Array]:
-    """Wave numbers, shape (terms,), and line-load amplitudes per newton, shape (terms, 2, n)."""
+    """Wave numbers, shape (terms,), and line-load amplitudes per newton, shape (terms, n, 2)."""
     length, width = transducer.length, transducer.width
     alpha = np.arange(1, terms + 1, dtype=np.float64) * np.pi / length
     phase = np.outer(alpha, np.asarray(positions) + length / 2)
-    return alpha, 2 / (length * width) * np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    return alpha, 2 / (length * width) * np.stack([np.cos(phase), np.sin(phase)], axis=2)
 
 
 def integrated_stress(
@@ -146,7 +146,7 @@ def integrated_stress(
 
     Returns
     -------
-    ndarray, shape (m, 2, n)
+    ndarray, shape (m, n, 2)
         Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N], for normal and
         tangential unit forces.
     """
@@ -164,9 +164,9 @@ def integrated_stress(
         stress, mean = 2 * clear.shear * strain, 0.0
     x_edge = np.asarray(x, dtype=float) + transducer.length / 2
     cosines = np.cos(np.outer(x_edge, alpha))
-    spectrum = stress[:, :, None] * amplitude
+    spectrum = stress[:, None, :] * amplitude
     result = np.tensordot(cosines, spectrum, axes=1)
-    result[:, 0] += mean
+    result[..., 0] += mean
     return result
 
 
@@ -187,7 +187,7 @@ def stress_field(
 
     Returns
     -------
-    ndarray, shape (3, m, q, 2, n)
+    ndarray, shape (3, m, q, n, 2)
         sigma_x, sigma_z and tau_xz [Pa/N] for normal and tangential unit forces.
     """
     layers = _strip_layers(transducer)
@@ -215,7 +215,7 @@ def stress_field(
             (state[:, :, _TAU], sines, 0.0),
         )
         for index, (profile, waves, mean) in enumerate(components):
-            values = np.einsum("mk,kqd,kdn->mqdn", waves, profile, amplitude, optimize=True)
-            values[:, :, 0] += mean
+            values = np.einsum("mk,kqd,knd->mqnd", waves, profile, amplitude, optimize=True)
+            values[..., 0] += mean
             field[index][:, used] = values
     return field

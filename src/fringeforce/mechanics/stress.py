@@ -29,7 +29,7 @@ def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
 
     Returns
     -------
-    ndarray, shape (m, 2, n)
+    ndarray, shape (m, n, 2)
         Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N].
     """
     mesh, transducer = displacement.mesh, displacement.transducer
@@ -60,7 +60,7 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
 
     Returns
     -------
-    ndarray, shape (3, m, q, 2, n)
+    ndarray, shape (3, m, q, n, 2)
         sigma_x, sigma_z and tau_xz [Pa/N] for normal and tangential unit forces; (3, m, q) [Pa] for
         a superposed displacement.
     """

@@ -52,7 +52,7 @@ def characterize(
     Examples
     --------
     >>> ff.characterize(ff.load_sensor("saad")).psi.shape[1:]
-    (2, 11)
+    (11, 2)
     """
     if not isinstance(sensor, Pad):
         return strips.characterize(sensor, mesh, progress)

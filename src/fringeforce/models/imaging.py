@@ -35,7 +35,7 @@ class Imaging:
         A and I_o of equation (13) at every pixel, grey levels.
     usable : ndarray of bool, shape (P,)
         False for pixels that are dead, stuck or see no strip.
-    influence_modes : ndarray, shape (d, P, 2, n)
+    influence_modes : ndarray, shape (d, P, n, 2)
         Modes of the influence matrix [rad/N].
     amplitude_modes, offset_modes : ndarray, shape (k, P), k >= d
         Modes of the lighting, grey levels; the first d belong to the modes of the matrix.
@@ -63,7 +63,7 @@ class Imaging:
         pixels = len(positions)
         none = np.empty((0, pixels))
         usable = np.ones(pixels, dtype=bool)
-        return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 2, 0)), none, none)
+        return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 0, 2)), none, none)
 
     def at(self, pixels: NDArray[Any] | slice) -> Imaging:
         """Imaging of some pixels only, chosen by a mask, by numbers or by a slice."""
@@ -84,7 +84,7 @@ class Imaging:
         Parameters
         ----------
         loads : ndarray, shape (2n,)
-            Loads, normal ones first [N].
+            Normal and tangential force of tactel after tactel [N].
         phase : ndarray, shape (P,)
             Their phase [rad].
 

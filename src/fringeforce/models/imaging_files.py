@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fringeforce.base.storage import read, read_by_tactel
 from fringeforce.models.imaging import Calibration, Imaging
 
 if TYPE_CHECKING:
@@ -48,8 +49,9 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         return None
     attributes = file["imaging"].attrs
     gain, offset = np.asarray(attributes["drift"]).tolist()
+    read_as = {"influence_modes": read_by_tactel}
     imaging = Imaging(
-        **{name: np.asarray(file[f"imaging/{name}"]) for name in ARRAYS},
+        **{name: read_as.get(name, read)(file, f"imaging/{name}") for name in ARRAYS},
         light_variance=float(np.asarray(attributes["light_variance"])),
         drift=(gain, offset),
     )

@@ -167,7 +167,7 @@ def compressed(
     for field, stress in enumerate((solid.difference, 2 * solid.shear)):
         for mode, weights in enumerate(reduction):
             # to (y, x, n, 3), as rows of images and columns of forces are
-            samples = stress_optic_constant * np.einsum("xyscn,s->yxnc", stress, weights)
+            samples = stress_optic_constant * np.einsum("xysnc,s->yxnc", stress, weights)
             for parity, basis, part in zip(PARITIES, bases, parts, strict=True):
                 shown = np.moveaxis(samples.reshape(ny, nx, -1) @ basis.T, -1, 0)
                 quarter = fold(shown, _signs(parity, FIELDS[field])) / 4
@@ -194,7 +194,7 @@ def _depth_profiles(solid: SolidInfluence, tolerance: float) -> tuple[Array, Arr
     """Profiles (slices, modes), what reduces stresses to them (modes, slices), what is left."""
     root = np.sqrt(solid.weights)
     gram = sum(
-        scale * np.einsum("xyscn,xytcn->st", stress, stress, optimize=True)
+        scale * np.einsum("xysnc,xytnc->st", stress, stress, optimize=True)
         for stress, scale in ((solid.difference, 1.0), (solid.shear, 4.0))
     )
     values, vectors = np.linalg.eigh(root[:, None] * np.asarray(gram, dtype=float) * root)

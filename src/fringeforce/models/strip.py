@@ -13,7 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.progress import Progress
-from fringeforce.base.storage import existing_file, new_file, read, text, write
+from fringeforce.base.storage import (
+    FORCE_AXES,
+    existing_file,
+    new_file,
+    read,
+    read_by_tactel,
+    text,
+    write,
+)
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.strip import Sensor
@@ -52,8 +60,8 @@ class SensorModel:
         The design it belongs to.
     breaks : ndarray, shape (e + 1,)
         Boundaries of the elements along the strip [m].
-    psi : ndarray, shape (M, 2, n)
-        Influence matrix at the stations [rad/N]: [:, 0] for normal, [:, 1] for tangential forces.
+    psi : ndarray, shape (M, n, 2)
+        Influence matrix at the stations [rad/N]: [..., 0] of normal, [..., 1] of tangential forces.
     provenance : mapping
         How it came about, in words and numbers.
     imaging : Imaging, optional
@@ -93,7 +101,7 @@ class SensorModel:
 
         Returns
         -------
-        ndarray, shape (m, 2, n)
+        ndarray, shape (m, n, 2)
             Phase lead per force [rad/N].
 
         Raises
@@ -114,7 +122,7 @@ class SensorModel:
 
     @cached_property
     def pixel_influence(self) -> Array:
-        """Influence matrix at the pixels, shape (n_pixels, 2, n) [rad/N]; 0 beside the strip."""
+        """Influence matrix at the pixels, shape (n_pixels, n, 2) [rad/N]; 0 beside the strip."""
         x, half = self.pixel_positions, self.sensor.transducer.length / 2
         return self.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
 
@@ -158,7 +166,7 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Normal (pressing) and tangential (towards +x) force of every tactel [N].
         x : array_like, shape (m,), optional
             Positions along the strip [m]; the camera's pixels if not given.
@@ -177,7 +185,7 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Normal and tangential force of every tactel [N].
 
         Returns
@@ -196,7 +204,7 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Normal and tangential force of every tactel [N].
         rng : int, numpy.random.Generator or None
             Source of the noise.
@@ -216,7 +224,7 @@ class SensorModel:
         ----------
         frames : array_like, shape (..., *frame_shape)
             Grey levels.
-        forces : array_like, shape (..., 2, n)
+        forces : array_like, shape (..., n, 2)
             Forces that acted [N].
 
         Returns
@@ -245,7 +253,7 @@ class SensorModel:
             write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
             write(file, "tactel", places, ("tactel",), "m", "places of the tactels")
             write(file, "breaks", self.breaks, ("breaks",), "m", "boundaries of the elements")
-            write(file, "psi", self.psi, ("x", "component", "tactel"), "rad/N", "influence matrix")
+            write(file, "psi", self.psi, ("x", *FORCE_AXES), "rad/N", "influence matrix")
             if self.imaging is not None:
                 write_imaging(file, self.imaging)
             if self.calibration is not None:
@@ -264,12 +272,12 @@ class SensorModel:
             model = cls(
                 sensor=parse_sensor(text(file, "design"), source=f"The design inside {path}"),
                 breaks=read(file, "breaks"),
-                psi=read(file, "psi"),
+                psi=read_by_tactel(file, "psi"),
                 provenance=json.loads(text(file, "provenance")),
                 imaging=read_imaging(file),
                 calibration=read_calibration(file),
             )
-        expected = (2, model.sensor.tactels.count)
+        expected = (model.sensor.tactels.count, 2)
         columns = len(model.breaks) - 1
         imaging = model.imaging
         if imaging is not None and len(imaging.positions) != model.sensor.camera.pixels:
@@ -280,7 +288,7 @@ class SensorModel:
         if model.psi.shape[1:] != expected or columns < 1 or len(model.psi) % columns:
             raise FileFormatError(
                 f"{path} is damaged: an influence matrix of shape {model.psi.shape} does not fit "
-                f"{columns} elements and {expected[1]} tactels. Characterise the design again."
+                f"{columns} elements and {expected[0]} tactels. Characterise the design again."
             )
         return model
 

@@ -45,9 +45,9 @@ class StripWidth:
         Boundaries of the elements along the strip [m].
     y, weights : ndarray, shape (ny,)
         Places across the strip [m], and their shares of the light, which sum up to one.
-    lead : ndarray, shape (ny, M, 2, n)
+    lead : ndarray, shape (ny, M, n, 2)
         2 K_t times the depth integral of sigma_x - sigma_y, at the stations [rad/N].
-    cross : ndarray, shape (ny, M, 2, n)
+    cross : ndarray, shape (ny, M, n, 2)
         2 K_t times the depth integral of 2 tau_xy [rad/N].
     unknowns, order : int
         Of the elements.
@@ -64,7 +64,7 @@ class StripWidth:
 
     @property
     def psi(self) -> Array:
-        """Influence matrix of the mean lead over the line, shape (M, 2, n) [rad/N]."""
+        """Influence matrix of the mean lead over the line, shape (M, n, 2) [rad/N]."""
         return np.tensordot(self.weights, self.lead, axes=1)
 
     def phases(self, forces: ArrayLike, x: ArrayLike) -> tuple[Array, Array]:
@@ -72,7 +72,7 @@ class StripWidth:
 
         Parameters
         ----------
-        forces : array_like, shape (2, n)
+        forces : array_like, shape (n, 2)
             Normal and tangential force of every tactel [N].
         x : array_like, shape (m,)
             Positions along the strip [m].
@@ -87,7 +87,7 @@ class StripWidth:
 
     @staticmethod
     def _at(stations: Array, influence: Array, forces: ArrayLike) -> Array:
-        loads = checked_loads(forces, influence.shape[-1]).ravel()
+        loads = checked_loads(forces, influence.shape[-2]).ravel()
         return (influence.reshape(*influence.shape[:2], -1) @ loads) @ stations.T
 
     @cached_property
@@ -99,7 +99,7 @@ class StripWidth:
 
         Parameters
         ----------
-        forces : array_like, shape (2, n)
+        forces : array_like, shape (n, 2)
             Normal and tangential force of every tactel [N].
 
         Returns

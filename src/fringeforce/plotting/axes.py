@@ -106,7 +106,7 @@ def strip(ax: Axes, transducer: Transducer, tactels: ArrayLike, forces: ArrayLik
         The strip.
     tactels : array_like, shape (n,)
         Where the forces act [m].
-    forces : array_like, shape (2, n)
+    forces : array_like, shape (n, 2)
         Normal and tangential forces [N].
     """
     half = transducer.length / 2 * MILLI
@@ -114,7 +114,7 @@ def strip(ax: Axes, transducer: Transducer, tactels: ArrayLike, forces: ArrayLik
     ax.axhspan(-top, 0, color="#f3e6d8")
     ax.axhspan(-top - bottom, -top, color="#e3eef7")
     ax.axhspan(-top - bottom - 0.4, -top - bottom, color="#777777")
-    normal, tangential = np.asarray(forces, dtype=float)
+    normal, tangential = np.asarray(forces, dtype=float).T
     longest = max(np.hypot(normal, tangential).max(initial=0.0), 1e-12)
     arrows = np.array([tangential, -normal]) / longest * 2.2
     place = np.asarray(tactels) * MILLI
@@ -136,13 +136,13 @@ def forces(ax: Axes, values: ArrayLike, deviations: ArrayLike) -> None:
     ----------
     ax : Axes
         Where to draw.
-    values, deviations : array_like, shape (2, n)
+    values, deviations : array_like, shape (n, 2)
         Normal and tangential forces and their standard deviations [N].
     """
     read, spread = np.asarray(values), np.asarray(deviations)
-    tactel = np.arange(1, read.shape[1] + 1)
+    tactel = np.arange(1, len(read) + 1)
     for shift, name, force, std in zip(
-        (-0.12, 0.12), ("normal", "tangential"), read, spread, strict=True
+        (-0.12, 0.12), ("normal", "tangential"), read.T, spread.T, strict=True
     ):
         ax.errorbar(tactel + shift, force, 2 * std, fmt="o", capsize=3, label=name)
     ax.axhline(0, color="#888888", linewidth=0.8)

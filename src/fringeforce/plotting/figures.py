@@ -38,7 +38,7 @@ def draw_readings(readings: Sequence[Reading], path: Path) -> None:
         if len(readings) == 1:
             forces(ax, readings[0].forces, readings[0].std)
         else:
-            force_history(ax, np.array([reading.forces[0] for reading in readings]))
+            force_history(ax, np.array([reading.forces[:, 0] for reading in readings]))
 
 
 def draw_pad_readings(pad: Pad, readings: Sequence[PadReading], path: Path) -> None:
@@ -68,7 +68,7 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
         Calibrated.
     frames : array_like, shape (F, n_pixels)
         Grey levels.
-    loads : array_like, shape (F, 2, n)
+    loads : array_like, shape (F, n, 2)
         Known forces [N].
     path : Path
         Of the picture.

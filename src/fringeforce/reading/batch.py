@@ -23,9 +23,9 @@ class Batch:
 
     Attributes
     ----------
-    forces : ndarray, shape (k, 2, n) or, of a pad, (k, n, 3)
-        Forces of n tactels as in a single reading [N]: normal and tangential ones, or N, T_x, T_y;
-        not a number for bad frames.
+    forces : ndarray, shape (k, n, components)
+        Forces of n tactels as in a single reading [N]: normal and tangential ones of a strip, N,
+        T_x, T_y of a pad; not a number for bad frames.
     std : ndarray, shape of the forces
         Their standard deviations [N].
     chi2 : ndarray, shape (k,)
@@ -34,7 +34,7 @@ class Batch:
         The verdicts.
     tracked : ndarray of bool, shape (k,)
         Whether a frame was followed from the last one rather than searched.
-    covariance : ndarray, shape (k, 2n, 2n) or, of a pad, (k, 3n, 3n), or None
+    covariance : ndarray, shape (k, n * components, n * components), or None
         Of each frame's forces in the order of `forces[i].ravel()` [N^2], if it was asked for.
 
     Examples
@@ -43,7 +43,7 @@ class Batch:
     >>> frames = model.expose([ff.polar(1.0, angle=10, n=11)] * 3, rng=0)
     >>> batch = ff.Reader(model).read_batch(frames)
     >>> len(batch), batch.forces.shape, batch.covariance.shape
-    (3, (3, 2, 11), (3, 22, 22))
+    (3, (3, 11, 2), (3, 22, 22))
     """
 
     forces: Array

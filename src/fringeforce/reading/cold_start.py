@@ -56,7 +56,7 @@ def interpret(
     used : ndarray of bool, shape (P,)
         Pixels to use.
     influence : ndarray, shape (P, 2n)
-        Influence matrix, normal forces first [rad/N].
+        Influence matrix, ordered like `forces.ravel()` [rad/N].
     response : Response
         Of the camera.
     strip : Strip

@@ -169,5 +169,5 @@ class Scene:
 
     def pushing(self, loads: Array) -> Array:
         """The one of a load and its negative that pushes, where both give the same frame."""
-        pushes = loads[: len(loads) // 2].sum() >= 0
+        pushes = loads[::2].sum() >= 0
         return loads if pushes or not self.response.even else -loads

@@ -41,7 +41,7 @@ class Interpretation:
     Attributes
     ----------
     loads : ndarray, shape (2n,)
-        The likeliest loads, normal ones first [N].
+        The likeliest loads, ordered like `forces.ravel()` [N].
     covariance : ndarray, shape (2n, 2n)
         Of the loads [N^2].
     noise : ndarray, shape (2n, 2n)
@@ -115,7 +115,7 @@ def _rivals(scene: Scene, tops: list[Top], spread: Array) -> tuple[Array, Array]
     order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
     loads = np.array([tops[i].loads for i in order])
     chance = np.exp((losses.min() - losses[order]) / 2)
-    pushes = np.repeat([1.0, 0.0], len(deviations) // 2)
+    pushes = np.tile([1.0, 0.0], len(deviations) // 2)
     weak = loads[0] @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes)
     if weak and scene.response.even:
         # the pushes are too weak to tell a load from its negative
@@ -158,5 +158,4 @@ def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:
 
 def _pull(loads: Array, deviations: Array) -> float:
     """Loss of an explanation for normal forces that pull, which no contact does."""
-    n = len(loads) // 2
-    return float((np.minimum(loads[:n] / deviations[:n], 0) ** 2).sum())
+    return float((np.minimum(loads[::2] / deviations[::2], 0) ** 2).sum())

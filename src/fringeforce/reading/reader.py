@@ -77,7 +77,7 @@ class Reader:
     def prepare(self) -> None:
         """Compile or load the compiled loops, which the first frame would wait for otherwise."""
         n = self.model.sensor.tactels.count
-        frame = self.model.expose(np.stack([np.ones(n), np.zeros(n)]), rng=0)
+        frame = self.model.expose(np.tile([1.0, 0.0], (n, 1)), rng=0)
         trial = Reader(self.model)
         for _ in range(2):
             trial.read(frame).std  # noqa: B018, for the deviations are computed when asked for
@@ -190,14 +190,14 @@ class Reader:
             "chi2": float(tracker.chi2(self._track.reports[0])),
             "status": STATUSES[verdict],
             "detail": "",
-            "alternatives": rivals.reshape(-1, 2, len(loads) // 2),
+            "alternatives": rivals.reshape(-1, len(loads) // 2, 2),
             "tracked": True,
         }
         if single.friction is not None:
             covariance = spread()
             loads, limited = admissible(loads, covariance, single.friction)
             spread = partial(np.asarray, covariance)
-        known |= {"forces": loads.reshape(2, -1), "limited": limited}
+        known |= {"forces": loads.reshape(-1, 2), "limited": limited}
         phase = partial(self.model.phase, known["forces"])
         return Reading.deferred(known, {"covariance": spread, "phase": phase})
 

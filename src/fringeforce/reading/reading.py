@@ -57,10 +57,10 @@ class Reading:
 
     Attributes
     ----------
-    forces : ndarray, shape (2, n)
+    forces : ndarray, shape (n, 2)
         Normal and tangential force of every tactel [N]; not a number for a bad frame.
     covariance : ndarray, shape (2n, 2n)
-        Of the forces, normal ones first [N^2].
+        Of the forces in the order of `forces.ravel()` [N^2].
     phase : ndarray, shape (n_pixels,)
         Phase lead that the forces cause [rad].
     chi2 : float
@@ -69,7 +69,7 @@ class Reading:
         The verdict.
     detail : str
         What exactly is the matter, where there is more to say than the advice.
-    alternatives : ndarray, shape (k, 2, n)
+    alternatives : ndarray, shape (k, n, 2)
         Other forces that explain an ambiguous frame as well [N].
     limited : ndarray of bool, shape (n,)
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
@@ -81,7 +81,7 @@ class Reading:
     >>> model = ff.characterize(ff.load_sensor("saad"))
     >>> reading = ff.Reader(model).read(model.expose(ff.polar(1.0, angle=10, n=11), rng=0))
     >>> reading.status.name, reading.forces.shape, reading.covariance.shape
-    ('OK', (2, 11), (22, 22))
+    ('OK', (11, 2), (22, 22))
     >>> bool((abs(reading.magnitude - 1) < 6 * reading.magnitude_std).all())
     True
     """
@@ -122,8 +122,8 @@ class Reading:
 
     @property
     def std(self) -> Array:
-        """Standard deviations of the forces, shape (2, n) [N]."""
-        return np.sqrt(np.diag(self.covariance)).reshape(2, -1)
+        """Standard deviations of the forces, shape (n, 2) [N]."""
+        return np.sqrt(np.diag(self.covariance)).reshape(-1, 2)
 
     @property
     def ok(self) -> bool:
@@ -143,12 +143,12 @@ class Reading:
     @property
     def magnitude(self) -> Array:
         """Magnitude of the force on every tactel, shape (n,) [N]."""
-        return np.hypot(*self.forces)
+        return np.hypot(*self.forces.T)
 
     @property
     def angle(self) -> Array:
         """Angle from the surface normal towards +x, shape (n,) [degrees]."""
-        return np.degrees(np.arctan2(self.forces[1], self.forces[0]))
+        return np.degrees(np.arctan2(self.forces[:, 1], self.forces[:, 0]))
 
     @property
     def magnitude_std(self) -> Array:
@@ -156,20 +156,20 @@ class Reading:
 
         At no force, where there is no direction, it is that of the mean direction.
         """
-        size = self.magnitude
+        size = self.magnitude[:, None]
         somewhere = np.full_like(self.forces, np.sqrt(0.5))
         return self._propagated(np.divide(self.forces, size, out=somewhere, where=size > 0))
 
     @property
     def angle_std(self) -> Array:
         """Standard deviation of the angle to first order, at most 180, shape (n,) [degrees]."""
-        normal, tangential = self.forces
-        turned, square = np.stack([-tangential, normal]), self.magnitude**2
+        turned, square = self.forces[:, ::-1] * [-1.0, 1.0], self.magnitude[:, None] ** 2
         anywhere = np.full_like(turned, np.inf)
         gradient = np.divide(turned, square, out=anywhere, where=square > 0)
-        return np.where(square > 0, np.minimum(np.degrees(self._propagated(gradient)), 180), 180.0)
+        found = np.minimum(np.degrees(self._propagated(gradient)), 180)
+        return np.where(square[:, 0] > 0, found, 180.0)
 
     def _propagated(self, gradient: Array) -> Array:
-        n = gradient.shape[1]
-        pairs = self.covariance.reshape(2, n, 2, n).diagonal(axis1=1, axis2=3)
-        return np.sqrt(np.einsum("in,ijn,jn->n", gradient, pairs, gradient))
+        n = len(gradient)
+        pairs = self.covariance.reshape(n, 2, n, 2).diagonal(axis1=0, axis2=2)
+        return np.sqrt(np.einsum("ni,ijn,nj->n", gradient, pairs, gradient))

@@ -61,7 +61,7 @@ def prepared(
         If the frames are none of this sensor.
     """
     levels = checked_recording(frames, single.model.frame_shape)
-    shape = 2, single.model.sensor.tactels.count
+    shape = single.model.sensor.tactels.count, 2
     return levels.reshape(len(levels), -1), Batch.of(len(levels), shape, covariance)
 
 

@@ -233,13 +233,13 @@ class SingleFrameReader:
         if self.friction is not None:
             loads, limited = admissible(loads, covariance, self.friction)
         return Reading(
-            forces=loads.reshape(2, n),
+            forces=loads.reshape(n, 2),
             covariance=covariance,
-            phase=self.model.phase(loads.reshape(2, n)),
+            phase=self.model.phase(loads.reshape(n, 2)),
             chi2=reduced_chi_square(found.residuals, len(loads)),
             status=found.status,
             detail="",
-            alternatives=np.reshape(found.rivals, (-1, 2, n)),
+            alternatives=np.reshape(found.rivals, (-1, n, 2)),
             limited=limited,
         )
 
@@ -262,13 +262,13 @@ class SingleFrameReader:
     def _bad(self, detail: str) -> Reading:
         pixels, unknowns = self.model.sensor.camera.pixels, self.influence.shape[1]
         return Reading(
-            forces=np.full((2, unknowns // 2), np.nan),
+            forces=np.full((unknowns // 2, 2), np.nan),
             covariance=np.full((unknowns, unknowns), np.nan),
             phase=np.full(pixels, np.nan),
             chi2=np.nan,
             status=Status.BAD_FRAME,
             detail=detail,
-            alternatives=np.empty((0, 2, unknowns // 2)),
+            alternatives=np.empty((0, unknowns // 2, 2)),
             limited=np.zeros(unknowns // 2, dtype=bool),
         )
 

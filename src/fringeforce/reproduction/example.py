@@ -41,7 +41,7 @@ class Example:
 
     @cached_property
     def forces(self) -> Array:
-        """The load of the paper's example, 1 N at 10 degrees on every tactel, shape (2, n)."""
+        """The load of the paper's example, 1 N at 10 degrees on every tactel, shape (n, 2)."""
         return polar(LOAD, ANGLE, self.sensor.tactels.count)
 
     @cached_property

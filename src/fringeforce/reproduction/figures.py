@@ -59,7 +59,7 @@ def _draw_columns(example: Example, ax: Axes) -> None:
     psi = example.models["free"].influence(example.x)
     columns = {
         r"$0.4\,\mathrm{N}\ \cdot\ ^N\psi_1$": 0.4 * psi[:, 0, 0],
-        r"$0.2\,\mathrm{N}\ \cdot\ ^T\psi_1$": 0.2 * psi[:, 1, 0],
+        r"$0.2\,\mathrm{N}\ \cdot\ ^T\psi_1$": 0.2 * psi[:, 0, 1],
     }
     plot.curves(ax, example.x, columns, "phase lead [rad]")
 

@@ -88,7 +88,7 @@ def _phase_statements(example: Example) -> Iterator[Finding]:
             "the peak",
         )
     psi = example.models["free"].influence(example.x)
-    peaks = 0.4 * np.abs(psi[:, 0, 0]).max(), 0.2 * np.abs(psi[:, 1, 0]).max()
+    peaks = 0.4 * np.abs(psi[:, 0, 0]).max(), 0.2 * np.abs(psi[:, 0, 1]).max()
     yield (
         "Fig. 7",
         "phase for 0.4 N normal and 0.2 N tangential on tactel 1 (peaks near 0.5 rad)",
@@ -127,8 +127,8 @@ def _recovery_statements(recovery: Recovery) -> Iterator[Finding]:
         "Sec. V",
         "and the angles within 7 %",
         f"largest of all tactels: {np.median(angle):.0%} in the median frame; the bound of one "
-        f"frame, {recovery.bound[1].mean():.3f} N of tangential force, allows no better. The mean "
-        f"of {AVERAGED} frames: {recovery.averaged_angle:.1%}",
+        f"frame, {recovery.bound[:, 1].mean():.3f} N of tangential force, allows no better. The "
+        f"mean of {AVERAGED} frames: {recovery.averaged_angle:.1%}",
     )
 
 

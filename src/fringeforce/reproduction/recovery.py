@@ -29,7 +29,7 @@ class Recovery:
     ----------
     reading : Reading
         Of the frame of Figure 9.
-    bound : ndarray, shape (2, n)
+    bound : ndarray, shape (n, 2)
         Smallest standard deviations that one frame allows [N].
     magnitude_error, angle_error : ndarray, shape (seeds,)
         Largest relative errors over the tactels, for every seed of the noise.
@@ -57,7 +57,7 @@ def recovered(example: Example) -> Recovery:
     mean_magnitude, mean_angle = worst_errors(groups.mean(axis=1))
     return Recovery(
         reading=readings[0],
-        bound=cramer_rao_bound(phase, reader.influence, reader.model.response).reshape(2, -1),
+        bound=cramer_rao_bound(phase, reader.influence, reader.model.response).reshape(-1, 2),
         magnitude_error=magnitude,
         angle_error=angle,
         averaged_magnitude=float(np.median(mean_magnitude)),
@@ -67,6 +67,6 @@ def recovered(example: Example) -> Recovery:
 
 def worst_errors(forces: Array) -> tuple[Array, Array]:
     """Largest relative errors of magnitude and angle over the tactels, shape (k,) each."""
-    magnitude = np.hypot(forces[:, 0], forces[:, 1])
-    angle = np.degrees(np.arctan2(forces[:, 1], forces[:, 0]))
+    magnitude = np.hypot(forces[..., 0], forces[..., 1])
+    angle = np.degrees(np.arctan2(forces[..., 1], forces[..., 0]))
     return np.abs(magnitude / LOAD - 1).max(axis=1), np.abs(angle / ANGLE - 1).max(axis=1)

@@ -93,13 +93,13 @@ def _force_rows(recovery: Recovery) -> list[tuple[str, ...]]:
     """Tactel, the paper's reading where it printed one, ours with deviations, the bound."""
     reading = recovery.reading
     rows = []
-    for i in range(reading.forces.shape[1]):
-        printed = reading.forces.shape[1] == len(PAPER_ANGLES)
+    for i in range(len(reading.forces)):
+        printed = len(reading.forces) == len(PAPER_ANGLES)
         paper = f"{PAPER_MAGNITUDES[i]:.3f} N, {PAPER_ANGLES[i]:.1f}°" if printed else "-"
         ours = (
             f"{reading.magnitude[i]:.3f} ± {reading.magnitude_std[i]:.3f} N, "
             f"{reading.angle[i]:.1f} ± {reading.angle_std[i]:.1f}°"
         )
-        bound = f"{recovery.bound[0, i]:.3f} N, {recovery.bound[1, i]:.3f} N"
+        bound = f"{recovery.bound[i, 0]:.3f} N, {recovery.bound[i, 1]:.3f} N"
         rows.append((str(i + 1), paper, ours, bound))
     return rows

@@ -24,7 +24,7 @@ TERMS = 1500
 
 
 def relative_error(found: Array, reference: Array) -> float:
-    """Largest relative L2 error over the columns of an influence matrix (m, 2, n)."""
+    """Largest relative L2 error over the columns of an influence matrix (m, n, 2)."""
     difference = np.linalg.norm(found - reference, axis=0)
     return float((difference / np.linalg.norm(reference, axis=0)).max())
 
@@ -39,7 +39,7 @@ def reference_influence(sensor: Sensor) -> Array:
 
     Returns
     -------
-    ndarray, shape (n_pixels, 2, n)
+    ndarray, shape (n_pixels, n, 2)
         Phase lead per force [rad/N].
     """
     strip, tactels, x = sensor.transducer, sensor.tactels.positions, sensor.pixel_positions

@@ -29,14 +29,14 @@ LARGEST_STRAIN = 0.1
 
 
 def border_influence(model: SensorModel) -> Array:
-    """Influence matrix at the strip's two ends, shape (2, 2, n) [rad/N].
+    """Influence matrix at the strip's two ends, shape (2, n, 2) [rad/N].
 
     A free end carries no stress, so its phase is zero by the boundary condition; the elements,
     which meet it weakly, come within about 1e-3 of their peak and are not asked.
     """
     half = model.sensor.transducer.length / 2
     if model.sensor.transducer.edges == "free":
-        return np.zeros((2, 2, model.sensor.tactels.count))
+        return np.zeros((2, model.sensor.tactels.count, 2))
     return model.influence([-half, half])
 
 
@@ -54,7 +54,7 @@ def edge_limit(
 
     Parameters
     ----------
-    border : ndarray, shape (k, 2, n)
+    border : ndarray, shape (k, n, 2)
         Influence matrix at the borders [rad/N].
     uniform : bool
         Whether all tactels carry the same force, instead of the worst distribution.
@@ -69,7 +69,7 @@ def edge_limit(
         Normal force [N]; zero if any load however small may leave, infinite if none does.
     """
     if uniform:
-        border = border.sum(axis=2, keepdims=True)
+        border = border.sum(axis=1, keepdims=True)
     lowest, highest = interval
     if not lowest <= 0 <= highest:
         raise InputError(f"interval = {interval}: must hold 0, the phase without a load.")
@@ -79,18 +79,11 @@ def edge_limit(
 
 def _smallest_leaving(psi: Array, distance: float, friction: float) -> float:
     """Smallest L at which some admissible load has psi F = distance, or beyond for distance 0."""
-    n = psi.shape[1]
-    unit, none = np.eye(n), np.zeros((n, n))
-    column = np.ones((n, 1))
-    # unknowns N, T, L: friction both ways, and N <= L
-    limits = np.block(
-        [
-            [-friction * unit, unit, 0 * column],
-            [-friction * unit, -unit, 0 * column],
-            [unit, none, -column],
-        ]
-    )
-    bounds = [(0, None)] * n + [(None, None)] * n + [(0, None)]
+    n = len(psi)
+    # unknowns N and T of every tactel, then L: friction both ways, and N <= L
+    each = [[-friction, 1.0], [-friction, -1.0], [1.0, 0.0]]
+    limits = np.hstack([np.kron(np.eye(n), each), np.tile([[0.0], [0.0], [-1.0]], (n, 1))])
+    bounds = [(0, None), (None, None)] * n + [(0, None)]
     # the set scales with L, so reaching one radian tells how far any other distance is
     reach = np.append(psi.ravel(), 0.0)[None]
     found = linprog(
@@ -112,7 +105,7 @@ def largest_phase(rows: Array, uniform: bool = False, friction: float = FRICTION
 
     Parameters
     ----------
-    rows : ndarray, shape (m, 2, n)
+    rows : ndarray, shape (m, n, 2)
         Of an influence matrix [rad/N].
     uniform, friction
         As for `edge_limit`.
@@ -123,8 +116,8 @@ def largest_phase(rows: Array, uniform: bool = False, friction: float = FRICTION
         Per newton of normal force [rad/N].
     """
     if uniform:
-        rows = rows.sum(axis=2, keepdims=True)
-    normal, tangential = rows[:, 0], friction * np.abs(rows[:, 1])
+        rows = rows.sum(axis=1, keepdims=True)
+    normal, tangential = rows[..., 0], friction * np.abs(rows[..., 1])
     upwards = np.maximum(normal + tangential, 0).sum(axis=1)
     downwards = np.maximum(tangential - normal, 0).sum(axis=1)
     return np.maximum(upwards, downwards)

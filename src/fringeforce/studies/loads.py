@@ -16,15 +16,16 @@ SCATTERED = 16
 
 
 def uniform_load(rng: np.random.Generator, n: int, normal: float) -> Array:
-    """The same force on all tactels at a random angle, shape (2, n) [N]."""
+    """The same force on all tactels at a random angle, shape (n, 2) [N]."""
     tangential = normal * np.tan(np.radians(rng.uniform(-ANGLE, ANGLE)))
-    return np.repeat([[normal], [tangential]], n, axis=1)
+    return np.tile([normal, tangential], (n, 1))
 
 
 def scattered_load(rng: np.random.Generator, n: int, largest: float) -> Array:
-    """Independent forces: normal ones from nothing to the largest, any angle, shape (2, n) [N]."""
+    """Independent forces: normal ones from nothing to the largest, any angle, shape (n, 2) [N]."""
     normal = rng.uniform(0, largest, n)
-    return np.stack([normal, normal * np.tan(np.radians(rng.uniform(-ANGLE, ANGLE, n)))])
+    angle = np.radians(rng.uniform(-ANGLE, ANGLE, n))
+    return np.stack([normal, normal * np.tan(angle)], axis=1)
 
 
 def load_maps(seed: np.random.SeedSequence, n: int, largest: float) -> Array:
@@ -44,12 +45,12 @@ def load_maps(seed: np.random.SeedSequence, n: int, largest: float) -> Array:
 
     Returns
     -------
-    ndarray, shape (k, 2, n)
+    ndarray, shape (k, n, 2)
         Normal and tangential forces [N].
     """
     rng = np.random.default_rng(seed)
     uniform = [
-        np.repeat([[share * largest], [share * largest * slope]], n, axis=1)
+        np.tile([share * largest, share * largest * slope], (n, 1))
         for share in (1 / 3, 2 / 3, 1.0)
         for slope in (-FRICTION, 0.0, FRICTION)
     ]

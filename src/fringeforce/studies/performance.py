@@ -126,13 +126,13 @@ def performance(
 
 
 def uncertainties(model: SensorModel, loads: np.ndarray) -> np.ndarray:
-    """Deviations of one frame's forces under loads (k, 2, n), shape (k, 2, n) [N]."""
+    """Deviations of one frame's forces under loads (k, n, 2), shape (k, n, 2) [N]."""
     spreads = covariances(model, loads)
     return np.sqrt(np.diagonal(spreads, axis1=1, axis2=2)).reshape(loads.shape)
 
 
 def covariances(model: SensorModel, loads: np.ndarray) -> np.ndarray:
-    """Covariances of one frame's forces under loads (k, 2, n), shape (k, 2n, 2n) [N^2]."""
+    """Covariances of one frame's forces under loads (k, n, 2), shape (k, 2n, 2n) [N^2]."""
     psi = model.frame_influence
     phases = loads.reshape(len(loads), -1) @ psi.T
     return np.array([covariance(phase, psi, model.response) for phase in phases])

@@ -129,7 +129,7 @@ def limits(model: SensorModel, loads: str, frames: int, seed: int = 0) -> Limits
 
 def steepest_angle(model: SensorModel) -> float:
     """Largest angle of a uniform load that turns no border's phase above zero [degrees]."""
-    normal, tangential = border_influence(model).sum(axis=2).T
+    normal, tangential = border_influence(model).sum(axis=1).T
     if not tangential.any():
         return 90.0
     return float(np.degrees(np.arctan(np.min(-normal / np.abs(tangential)))))
@@ -138,7 +138,7 @@ def steepest_angle(model: SensorModel) -> float:
 def _words(roller: SensorModel, found: dict[tuple[str, str], Limits]) -> str:
     one, two = (found[edges, "uniform"] for edges in CASES)
     angle = steepest_angle(roller)
-    border = border_influence(roller).sum(axis=2)[0]
+    border = border_influence(roller).sum(axis=1)[0]
     if one.sign_by_contact == two.sign_by_contact:
         verdict = "For the paper's algorithm both cases have the same range."
     else:

@@ -16,6 +16,8 @@ from fringeforce.studies.study_result import Statement
 
 Array = NDArray[np.float64]
 
+COMPONENTS = ("normal", "tangential")
+
 
 @dataclass(frozen=True, eq=False)
 class Resolution:
@@ -23,14 +25,15 @@ class Resolution:
 
     Attributes
     ----------
-    loads : ndarray, shape (k, 2, n)
+    loads : ndarray, shape (k, n, 2)
         The maps [N].
-    bound : ndarray, shape (k, 2, n)
+    bound : ndarray, shape (k, n, 2)
         Cramer-Rao bounds [N]; infinite where the intensity is flat to first order.
-    std : ndarray, shape (k, 2, n)
+    std : ndarray, shape (k, n, 2)
         Deviations that also count the curvature where the slope vanishes, as readings state [N].
     crosstalk : ndarray, shape (2n, 2n)
-        Correlation of the forces' errors, root mean square over the maps; normal forces first.
+        Correlation of the forces' errors, root mean square over the maps, ordered like
+        `loads[0].ravel()`.
     condition : float
         Condition number of the influence matrix at the pixels.
     """
@@ -43,7 +46,7 @@ class Resolution:
 
 
 def resolution(model: SensorModel, loads: Array) -> Resolution:
-    """Bounds, deviations and crosstalk of a model under given loads, shape (k, 2, n) [N]."""
+    """Bounds, deviations and crosstalk of a model under given loads, shape (k, n, 2) [N]."""
     psi = model.frame_influence
     phases = loads.reshape(len(loads), -1) @ psi.T
     spreads = covariances(model, loads)
@@ -66,12 +69,12 @@ def resolution_study(model: SensorModel, largest: float = 1.0, seed: int = 0) ->
     typical, worst = np.median(found.std, axis=0), found.std.max(axis=0)
     bound = np.median(found.bound, axis=0)
     rows = tuple(
-        (str(i + 1), *(f"{v[c, i] * 1e3:.3g}" for c in range(2) for v in (bound, typical, worst)))
+        (str(i + 1), *(f"{v[i, c] * 1e3:.3g}" for c in range(2) for v in (bound, typical, worst)))
         for i in range(n)
     )
     header = ("tactel", *(
         f"{name} {what} [mN]"
-        for name in ("normal", "tangential")
+        for name in COMPONENTS
         for what in ("Cramer-Rao, median", "deviation, median", "deviation, worst")
     ))  # fmt: skip
     return Statement(
@@ -82,38 +85,40 @@ def resolution_study(model: SensorModel, largest: float = 1.0, seed: int = 0) ->
 def _words(found: Resolution, largest: float) -> str:
     typical, worst = np.median(found.std, axis=0), found.std.max(axis=0)
     others = found.crosstalk - np.diag(np.diag(found.crosstalk))
-    n = found.std.shape[2]
     first, second = sorted(int(i) for i in np.unravel_index(np.argmax(others), others.shape))
     where = np.unravel_index(int(np.argmax(found.std)), found.std.shape)
-    component = ("normal", "tangential")[int(where[1])]
+    component = COMPONENTS[int(where[2])]
     return (
         f"Over {len(found.loads)} loads of up to {largest:g} N on a tactel, one frame tells normal "
-        f"forces to {typical[0].mean() * 1e3:.3g} mN and tangential ones to "
-        f"{typical[1].mean() * 1e3:.3g} mN (standard deviation, median load, mean over tactels); "
-        f"the worst is {worst.max() * 1e3:.3g} mN, the {component} force of tactel "
-        f"{int(where[2]) + 1}. Errors are most alike between {_name(first, n)} and "
-        f"{_name(second, n)} (correlation {others.max():.2f}). The influence matrix has a "
+        f"forces to {typical[:, 0].mean() * 1e3:.3g} mN and tangential ones to "
+        f"{typical[:, 1].mean() * 1e3:.3g} mN (standard deviation, median load, mean over "
+        f"tactels); the worst is {worst.max() * 1e3:.3g} mN, the {component} force of tactel "
+        f"{int(where[1]) + 1}. Errors are most alike between {_name(first)} and "
+        f"{_name(second)} (correlation {others.max():.2f}). The influence matrix has a "
         f"condition number of {found.condition:.3g}."
     )
 
 
-def _name(index: int, n: int) -> str:
-    return f"the {'normal' if index < n else 'tangential'} force of tactel {index % n + 1}"
+def _name(index: int) -> str:
+    return f"the {COMPONENTS[index % 2]} force of tactel {index // 2 + 1}"
 
 
 def _draw(ax: Axes, found: Resolution) -> None:
-    """Deviations of every tactel above, crosstalk below."""
-    n = found.std.shape[2]
+    """Deviations of every tactel above, crosstalk below, normal forces first."""
+    n = found.std.shape[1]
     ax.axis("off")
     above, below = ax.inset_axes((0, 0.6, 0.9, 0.4)), ax.inset_axes((0, 0, 0.9, 0.44))
     tactel = np.arange(1, n + 1)
-    for component, name in enumerate(("normal", "tangential")):
-        low, middle, high = np.percentile(found.std[:, component], [0, 50, 100], axis=0) * 1e3
+    for component, name in enumerate(COMPONENTS):
+        low, middle, high = np.percentile(found.std[..., component], [0, 50, 100], axis=0) * 1e3
         (line,) = above.plot(tactel, middle, "o-", label=f"{name}: median, least to worst")
         above.fill_between(tactel, low, high, alpha=0.2, color=line.get_color(), linewidth=0)
     above.set(xlabel="tactel", ylabel="deviation [mN]", xticks=tactel, ylim=(0, None))
     above.legend(fontsize=8)
-    image = below.imshow(found.crosstalk, vmin=0, vmax=1, cmap="magma", aspect="auto")
+    order = np.arange(2 * n).reshape(n, 2).T.ravel()
+    image = below.imshow(
+        found.crosstalk[np.ix_(order, order)], vmin=0, vmax=1, cmap="magma", aspect="auto"
+    )
     middles = [(n - 1) / 2, n + (n - 1) / 2]
     below.set(xticks=middles, yticks=middles)
     below.set_xticklabels(["normal 1 ... n", "tangential 1 ... n"])

@@ -57,9 +57,9 @@ class LocalSensitivity:
     ----------
     paths : tuple of str, length d
         Of the values.
-    psi : ndarray, shape (d, n_pixels, 2, n)
+    psi : ndarray, shape (d, n_pixels, n, 2)
         Derivative of the influence matrix by the logarithm of each value [rad/N].
-    forces : ndarray, shape (d, 2, n)
+    forces : ndarray, shape (d, n, 2)
         Change of the forces that the model of the drawing reads, per relative change of the true
         sensor's value, under the paper's load [N].
     """
@@ -164,7 +164,7 @@ def sensitivity_study(
 
     first, total = variance_indices(outputs, 1 - tolerance, 1 + tolerance, samples, seed)
     relative = found.relative_psi / size
-    moved = np.sqrt((found.forces**2).mean(axis=2)) / LOAD
+    moved = np.sqrt((found.forces**2).mean(axis=1)) / LOAD
     rows = tuple(
         (path, f"{tolerance[i]:.0%}", f"{relative[i]:.2f}", *(f"{v:.2f}" for v in moved[i]),
          *(f"{max(first[s, i], 0):.2f} / {total[s, i]:.2f}" for s in range(len(OUTPUTS))))

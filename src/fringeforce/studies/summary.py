@@ -51,7 +51,7 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     sensor = model.sensor
     strip, camera = sensor.transducer, sensor.camera
     constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
-    peaks = np.abs(model.pixel_influence).max(axis=0)
+    peaks = np.abs(model.pixel_influence).max(axis=(0, 1))
     psi = model.pixel_influence.reshape(camera.pixels, -1)
     density = fringe_density(model)
     strain = surface_strain(model)
@@ -68,7 +68,7 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
         ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
         (
             "peak phase per newton",
-            f"{peaks[0].max():.3g} rad normal, {peaks[1].max():.3g} rad tangential",
+            f"{peaks[0]:.3g} rad normal, {peaks[1]:.3g} rad tangential",
         ),
         ("condition number of psi", f"{np.linalg.cond(psi):.4g} at the pixels"),
         (

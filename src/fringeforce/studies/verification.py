@@ -91,7 +91,7 @@ def verified(
 def _read_all(
     pool: Executor, sensor: Sensor, loads: Array, seed: np.random.SeedSequence
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Errors (k, 2, n) [N] and whether each frame was read right, (k,)."""
+    """Errors (k, n, 2) [N] and whether each frame was read right, (k,)."""
     cuts = range(0, len(loads), BATCH)
     seeds = seed.spawn(len(cuts))
     batches = [

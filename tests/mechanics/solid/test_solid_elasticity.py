@@ -39,8 +39,8 @@ def _block(sides: str, across: str | None = None) -> Block:
 
 
 def _displacement(block: Block, loads: Loads, mesh: BoxMesh, points: Array) -> Array:
-    """At single points (3, m), for every load, shape (3, m, components, n)."""
-    total = np.zeros((3, points.shape[1], loads.components, len(loads.places)))
+    """At single points (3, m), for every load, shape (3, m, n, components)."""
+    total = np.zeros((3, points.shape[1], len(loads.places), loads.components))
     at_z = interpolation(mesh.order, mesh.z, points[2])[0].toarray()
     for part in symmetric_parts(block, loads, mesh):
         image, signs = loads.images(part.mirrors)
@@ -50,7 +50,7 @@ def _displacement(block: Block, loads: Loads, mesh: BoxMesh, points: Array) -> A
                 for b, m in zip((mesh.x, mesh.y), part.mirrors, strict=True)
             )
             values = np.einsum("mx,my,mz,xyz...->m...", at_x, at_y, at_z, part.coefficients[i])
-            total[i] += values[..., image] * signs
+            total[i] += values[..., image, :] * signs
     return total
 
 
@@ -69,16 +69,16 @@ def _by_scikit_fem(block: Block, mesh: BoxMesh, places: Array, points: Array) ->
         edge = basis.get_dofs(lambda p, a=axis: np.isclose(np.abs(p[a]), whole[a][-1]))
         held = {"free": [], "roller": [f"u^{axis + 1}"], "bonded": ["u^1", "u^2", "u^3"]}[side]
         fixed = np.union1d(fixed, edge.all(held)) if held else fixed
-    forces = np.zeros((basis.N, 3, len(places)))
+    forces = np.zeros((basis.N, len(places), 3))
     for n, place in enumerate(places):
         node = np.linalg.norm(hexes.p.T - [*place, 0], axis=1).argmin()
         u, v, w = basis.get_dofs(nodes=np.array([node])).all()
-        forces[w, 0, n], forces[u, 1, n], forces[v, 2, n] = -1, 1, 1
+        forces[w, n, 0], forces[u, n, 1], forces[v, n, 2] = -1, 1, 1
     free = np.setdiff1d(np.arange(basis.N), fixed)
     inner = condense(matrix, D=fixed, expand=False)
     solution = np.zeros((basis.N, 3 * len(places)))
     solution[free] = splu(inner.tocsc()).solve(forces[free].reshape(len(free), -1))
-    return (basis.probes(points) @ solution).reshape(3, points.shape[1], 3, -1)
+    return (basis.probes(points) @ solution).reshape(3, points.shape[1], -1, 3)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,8 @@ def test_line_loads_between_rollers_make_plane_strain(sensor: ff.Sensor) -> None
         image, signs = loads.images(part.mirrors)
         for c in (0, 1):
             difference, shear = light_stresses(block, part, mesh, places, depth, c)
-            found[:, :, c] += np.einsum("xyzr,z->yxr", difference, weights)[..., image] * signs[c]
+            lines = np.einsum("xyzr,z->yxr", difference, weights)
+            found[..., c] += lines[..., image] * signs[:, c]
             assert np.abs(shear).max() < 1e-6 * np.abs(difference).max()
     error = np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=0)
     assert error.max() < 2e-3
@@ -142,7 +143,7 @@ def test_line_loads_between_rollers_make_plane_strain(sensor: ff.Sensor) -> None
 def test_the_work_of_one_force_on_anothers_displacement_is_mutual() -> None:
     points = np.concatenate([PLACES.T, np.zeros((1, 3))])
     u, v, w = _displacement(_block("free"), Loads(PLACES, (0.0, 0.0)), MESH, points)
-    compliance = np.stack([-w, u, v]).reshape(9, 9)  # Betti's theorem
+    compliance = np.stack([-w, u, v], axis=1).reshape(9, 9)  # Betti's theorem
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-9 * np.abs(compliance).max())
     assert np.linalg.eigvalsh(compliance)[0] > 0
 

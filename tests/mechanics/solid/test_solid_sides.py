@@ -34,7 +34,7 @@ def _gauss(half: Array, order: int) -> tuple[Array, Array]:
 def test_a_layer_of_bricks_between_free_sides_carries_the_whole_load_and_its_moment() -> None:
     block, loads, sizes = _block("free"), patch_loads(PATCHES), SideGrading(order=3)
     mesh = side_mesh(block, loads, sizes)
-    forces = np.array([[2.0, 1.0], [0.3, 0.0], [0.0, -0.4]])
+    forces = np.array([[2.0, 0.3, 0.0], [1.0, 0.0, -0.4]])
     parts = superposed(block, loads, mesh, forces)
     (x, along), (y, across) = (_gauss(breaks, 4) for breaks in (mesh.x, mesh.y))
     # what lies above moves rigidly, what lies below rests: finite elements balance that exactly
@@ -46,7 +46,7 @@ def test_a_layer_of_bricks_between_free_sides_carries_the_whole_load_and_its_mom
     totals = [(found[i, 2] * volume).sum() for i in range(3)]
     np.testing.assert_allclose(totals, [0.3, -0.4, -3.0], atol=1e-7)
     moment = ((z * found[0, 2] - x[:, None, None] * found[2, 2]) * volume).sum()
-    assert moment == pytest.approx(forces[0] @ PATCHES.places[:, 0], rel=1e-6)
+    assert moment == pytest.approx(forces[:, 0] @ PATCHES.places[:, 0], rel=1e-6)
 
 
 def test_rollers_change_nothing_of_the_exact_series() -> None:

@@ -39,7 +39,7 @@ class SimulatedCamera(Interruptible):
     settings : Settings
         Rate (1000 lines or 20 images per second if not given) and block; exposure changes nothing.
     script : callable, optional
-        From times (k,) [s] to forces (k, 2, n), or (k, n, 3) of a pad [N]; a touch if not given.
+        From times (k,) [s] to forces (k, n, components) [N]; a touch if not given.
     period : float, optional
         After which the script repeats [s]; that of the touch if not given.  At most 4096 lines of
         it are exposed, or images of 2^23 pixels in all; what comes faster shows neighbours that

@@ -42,24 +42,12 @@ class Components:
         return self.places.ndim == 2
 
     @property
-    def axes(self) -> tuple[str, str]:
-        """Dimensions of the forces of one line or image."""
-        return ("tactel", "component") if self.pad else ("component", "tactel")
-
-    @property
     def shape(self) -> tuple[int, int]:
-        """Of the forces of one line or image."""
-        n, count = len(self.places), len(self.names)
-        return (n, count) if self.pad else (count, n)
+        """Of the forces of one line or image: tactels and components."""
+        return len(self.places), len(self.names)
 
     @property
     def labels(self) -> list[str]:
         """A name for every number of a line or image, in the order of memory."""
         numbers = range(1, len(self.places) + 1)
-        if self.pad:
-            return [f"{name}_{tactel}" for tactel in numbers for name in self.names]
-        return [f"{name}_{tactel}" for name in self.names for tactel in numbers]
-
-    def by_tactel(self, values: Array) -> Array:
-        """Forces or deviations as a table, shape (k, n, components)."""
-        return values if self.pad else values.swapaxes(1, 2)
+        return [f"{name}_{tactel}" for tactel in numbers for name in self.names]

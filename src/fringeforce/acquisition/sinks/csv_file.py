@@ -58,7 +58,7 @@ class CsvSink(Sink):
 
 def _rows(readings: Readings, components: Components) -> bytes:
     """All rows of a block."""
-    forces, std = map(components.by_tactel, (readings.forces, readings.std))
+    forces, std = readings.forces, readings.std
     chi2 = np.broadcast_to(readings.chi2[:, None, None], (*forces.shape[:2], 1))
     columns = [forces, std, chi2]
     if not components.pad:

@@ -115,10 +115,7 @@ def _schema(components: Components) -> dict[str, Any]:
 
 
 def _log(channel: Any, readings: Readings, components: Components) -> None:
-    forces, std = (
-        numbers(components.by_tactel(values).swapaxes(1, 2))
-        for values in (readings.forces, readings.std)
-    )
+    forces, std = (numbers(values.swapaxes(1, 2)) for values in (readings.forces, readings.std))
     force, torque = map(numbers, wrenches(readings.forces, components.places))
     chi2 = numbers(readings.chi2)
     for i, status in enumerate(readings.status):

@@ -17,7 +17,7 @@ from numpy.typing import DTypeLike
 from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError
-from fringeforce.base.storage import describe, stamp
+from fringeforce.base.storage import FORCE_AXES, describe, stamp
 from fringeforce.io.images import IMAGES
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -119,8 +119,8 @@ class Hdf5Sink(Sink):
             self._scale("tactel", components.places, "places of the tactels", "m")
         self._growing("frame", (), np.int64, f"running number of the {what}")
         self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
-        self._growing("forces", components.axes, float, "forces", "N")
-        self._growing("std", components.axes, float, "standard deviations of the forces", "N")
+        self._growing("forces", FORCE_AXES, float, "forces", "N")
+        self._growing("std", FORCE_AXES, float, "standard deviations of the forces", "N")
         self._growing("chi2", (), float, "reduced chi-square")
         status = self._growing("status", (), np.uint8, "verdict")
         status.attrs["flag_values"] = np.array(list(CODES.values()), dtype=np.uint8)

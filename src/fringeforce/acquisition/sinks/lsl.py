@@ -15,7 +15,7 @@ from fringeforce.base.optional_libraries import extra
 class LslSink(Sink):
     """An outlet with a channel for each component of each tactel, named after both [N].
 
-    A strip's normal forces come first, a pad's components tactel by tactel.
+    They come tactel by tactel: normal_1, tangential_1, normal_2, ...
 
     Lab Streaming Layer announces streams on the local network and knows no token.
 

@@ -1,8 +1,8 @@
 """A block of readings as JSON.
 
 An object: ``first`` (number of the first line), ``time`` (k,) [s since 1970], ``forces`` and
-``std`` (k, 2, n), or (k, n, 3) of a pad, [N], ``chi2`` (k,), ``status`` (k,); what is not a number
-is null.
+``std`` (k, n, components), a row for each tactel, (N, T) of a strip and (N, T_x, T_y) of a pad
+[N], ``chi2`` (k,), ``status`` (k,); what is not a number is null.
 """
 
 from __future__ import annotations

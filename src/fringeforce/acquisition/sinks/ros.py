@@ -11,6 +11,7 @@ from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.acquisition.sinks.wrench import FRAME_ID, wrenches
 from fringeforce.base.errors import InputError
+from fringeforce.base.storage import FORCE_AXES
 
 QUEUE = 10
 
@@ -76,7 +77,7 @@ class RosSink(Sink):
         self._rclpy.shutdown(context=self._context)
 
     def _array_message(self, values: np.ndarray) -> Any:
-        (outer, inner), (rows, columns) = self._components.axes, values.shape
+        (outer, inner), (rows, columns) = FORCE_AXES, values.shape
         array = self._array()
         array.layout.dim = [
             self._dimension(label=outer, size=rows, stride=rows * columns),

@@ -13,6 +13,7 @@ from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.acquisition.sinks.wrench import FRAME_ID, wrenches
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.optional_libraries import extra
+from fringeforce.base.storage import FORCE_AXES
 
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 ARRAY = "std_msgs/msg/Float64MultiArray"
@@ -22,7 +23,7 @@ TOPIC = "/fringeforce"
 class RosbagSink(Sink):
     """Writes the resultant as WrenchStamped and every tactel as Float64MultiArray.
 
-    The arrays have the shape (2, n), or (n, 3) of a pad.
+    The arrays have a row for each tactel: (n, 2) of a strip, (n, 3) of a pad.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ class RosbagSink(Sink):
 
     def _array_message(self, values: np.ndarray) -> Any:
         types, (rows, columns) = self._store.types, values.shape
-        outer, inner = self._components.axes
+        outer, inner = FORCE_AXES
         dimension = types["std_msgs/msg/MultiArrayDimension"]
         layout = types["std_msgs/msg/MultiArrayLayout"](
             dim=[

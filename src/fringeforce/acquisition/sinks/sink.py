@@ -25,8 +25,9 @@ class Readings:
         Running number of the first line.
     timestamps : ndarray, shape (k,)
         When every line was exposed [s since 1970].
-    forces, std : ndarray, shape (k, 2, n), or (k, n, 3) of a pad
-        Normal and tangential forces, or N, T_x, T_y, and their standard deviations [N].
+    forces, std : ndarray, shape (k, n, components)
+        Forces of n tactels and their standard deviations [N]: N and T of a strip, N, T_x and T_y of
+        a pad.
     chi2 : ndarray, shape (k,)
         Reduced chi-squares.
     status : sequence of Status, length k

@@ -17,7 +17,7 @@ def wrenches(forces: Array, places: Array) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    forces : ndarray, shape (k, 2, n), or (k, n, 3) of a pad
+    forces : ndarray, shape (k, n, 2), or (k, n, 3) of a pad
         Normal and tangential forces, or N, T_x, T_y [N].
     places : ndarray, shape (n,), or (n, 2) of a pad
         Of the tactels [m].
@@ -31,7 +31,7 @@ def wrenches(forces: Array, places: Array) -> tuple[Array, Array]:
     """
     nothing = np.zeros(len(forces))
     if places.ndim == 1:
-        normal, tangential = forces[:, 0], forces[:, 1]
+        normal, tangential = np.moveaxis(forces, 2, 0)
         force = np.stack([tangential.sum(axis=1), nothing, -normal.sum(axis=1)], axis=1)
         return force, np.stack([nothing, normal @ places, nothing], axis=1)
     normal, along, across = np.moveaxis(forces, 2, 0)

@@ -56,7 +56,7 @@ def fitted_imaging(
         amplitude=np.asarray(response.amplitude, dtype=float),
         offset=np.asarray(response.offset, dtype=float),
         usable=used[pixels],
-        influence_modes=influence.reshape(*influence.shape[:2], 2, -1),
+        influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
         amplitude_modes=bright.T @ basis.T + follow[0],
         offset_modes=dark.T @ basis.T + follow[1],
         light_variance=pattern_variance(bench, normal, used),

@@ -75,7 +75,7 @@ class Limits:
 
 
 def candidates(model: SensorModel, limits: Limits) -> Array:
-    """Loads within the limits, no load among them, shape (C, 2, n) [N].
+    """Loads within the limits, no load among them, shape (C, n, 2) [N].
 
     Raises
     ------
@@ -86,12 +86,12 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
     groups = [(j,) for j in range(n)]
     if limits.together == 2:
         groups += list(combinations(range(n), 2))
-    loads = [np.zeros((2, n))]
+    loads = [np.zeros((n, 2))]
     for group in groups:
         for direction in limits.directions:
             for share in SHARES:
-                load = np.zeros((2, n))
-                load[:, group] = (share * limits.force / len(group) * direction)[:, None]
+                load = np.zeros((n, 2))
+                load[group, :] = share * limits.force / len(group) * direction
                 loads.append(load)
     pressed = np.stack(loads)
     kept = pressed[fringes_per_pixel(model, pressed) <= limits.fringe_density]
@@ -104,19 +104,19 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
 
 
 def typical_loads(model: SensorModel, limits: Limits, count: int) -> Array:
-    """Random contacts of up to the largest force on every tactel, shape (count, 2, n) [N].
+    """Random contacts of up to the largest force on every tactel, shape (count, n, 2) [N].
 
     Those whose fringes the camera would not resolve are scaled down until it does.
     """
     rng, shape = np.random.default_rng(0), (count, model.sensor.tactels.count)
     size = rng.uniform(0, limits.force, shape) * (rng.random(shape) < TOUCHED)
     angle = np.radians(rng.uniform(-TILT, TILT, shape))
-    loads = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    loads = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
     density = fringes_per_pixel(model, loads)
     return loads * np.minimum(1, limits.fringe_density / density)[:, None, None]
 
 
 def fringes_per_pixel(model: SensorModel, loads: Array) -> Array:
-    """Fringe density of loads (..., 2, n) where it is largest, shape (...)."""
+    """Fringe density of loads (..., n, 2) where it is largest, shape (...)."""
     steps = np.abs(np.diff(model.phase(loads), axis=-1))
     return np.asarray(steps.max(axis=-1, initial=0.0) / (2 * np.pi), float)

@@ -89,7 +89,7 @@ class Knowledge:
         return np.concatenate([design, [1.0, 1.0]]) * _units(self.sensor, self.paths)
 
     def presses(self, loads: Array, truth: Unknowns) -> Bench:
-        """Presses of loads (F, 2, n) and the frames that are expected of them."""
+        """Presses of loads (F, n, 2) and the frames that are expected of them."""
         flat, turned, averaged = loads.reshape(len(loads), -1), np.zeros(1), np.ones(1)
         matrix = self.tangent.matrix(truth.design, truth.positions(self.sensor))
         levels = truth.response(self.bench).level(flat @ matrix.T)

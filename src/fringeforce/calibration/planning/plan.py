@@ -19,6 +19,7 @@ from fringeforce.calibration.normal_equations import level_jacobian
 from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
 from fringeforce.calibration.planning.selection import Stakes
+from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import covariance, systematic_errors
 from fringeforce.estimation.frame_illumination import own_light
@@ -46,7 +47,7 @@ class Plan:
 
     Attributes
     ----------
-    loads : ndarray, shape (k, 2, n)
+    loads : ndarray, shape (k, n, 2)
         Normal and tangential forces [N].
     names : tuple of str, length d
         Unknowns: dotted paths of the design, then "camera shift" [m] and "camera scale" [1].
@@ -61,7 +62,7 @@ class Plan:
     --------
     >>> plan = ff.plan_presses(ff.load_sensor("saad"), 3, ["transducer.compliant.youngs_modulus"])
     >>> plan.loads.shape, plan.std.shape
-    ((3, 2, 11), (4, 3))
+    ((3, 11, 2), (4, 3))
     """
 
     loads: Array
@@ -100,7 +101,7 @@ def plan_presses(
         Dotted paths of the design values to estimate, as in `calibrate`.
     limits : Limits, optional
         What can be applied; up to 3 N on one tactel if not given.
-    typical : array_like, shape (j, 2, n), optional
+    typical : array_like, shape (j, n, 2), optional
         Loads that the sensor is to read [N]; random contacts up to the largest force if not given.
 
     Returns
@@ -136,7 +137,7 @@ def assess_presses(
 
     Parameters
     ----------
-    forces : array_like, shape (k, 2, n)
+    forces : array_like, shape (k, n, 2)
         Normal and tangential forces [N].
     source, parameters, limits, typical
         As in `plan_presses`; of the limits only the size of typical loads matters.
@@ -159,11 +160,11 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     ----------
     model : SensorModel
         Calibrated.
-    forces : array_like, shape (F, 2, n)
+    forces : array_like, shape (F, n, 2)
         Loads that it was calibrated with: what was pressed before can be pressed again [N].
     """
     loads = np.asarray(forces, dtype=float)
-    strongest = float(np.hypot(loads[:, 0], loads[:, 1]).max())
+    strongest = float(np.hypot(loads[..., 0], loads[..., 1]).max())
     try:
         plan = _scene(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
     except InputError as reason:
@@ -254,9 +255,10 @@ def _scene(
 
 
 def _checked(forces: ArrayLike, sensor: Sensor) -> Array:
-    loads, n = np.asarray(forces, dtype=float), sensor.tactels.count
-    if loads.ndim != 3 or not len(loads) or loads.shape[1:] != (2, n):
-        raise InputError(f"Loads of shape {loads.shape} do not fit; give (k, 2, {n}) in newtons.")
+    n = sensor.tactels.count
+    loads = checked_loads(forces, n)
+    if loads.ndim != 3 or not len(loads):
+        raise InputError(f"Loads of shape {loads.shape} do not fit; give (k, {n}, 2) in newtons.")
     if not np.isfinite(loads).all():
         raise InputError("Loads are not all finite; give numbers in newtons.")
     return loads

@@ -79,7 +79,7 @@ class SolidInfluence:
         Places of the samples [m].
     z, weights : ndarray, shape (slices,)
         Heights of the samples and the weights of their depth integral [m], from the interface down.
-    difference, shear : ndarray, shape (nx, ny, slices, 3, n)
+    difference, shear : ndarray, shape (nx, ny, slices, n, 3)
         sigma_x - sigma_y and tau_xy [Pa/N] for a unit normal force, a tangential one along x and
         one along y, on each of n tactels.
     """

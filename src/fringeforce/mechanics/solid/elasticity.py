@@ -58,12 +58,12 @@ class Loads:
         return (EVEN,) if centred else (EVEN, ODD)
 
     def images(self, mirrors: tuple[Mirror, Mirror]) -> tuple[Index, Array]:
-        """Which load of the quarter each is an image of, (n,), and its signs, (components, n)."""
-        signs = np.ones((self.components, len(self.places)))
+        """Which load of the quarter each is an image of, (n,), and its signs, (n, components)."""
+        signs = np.ones((len(self.places), self.components))
         for mirror in mirrors:
             beyond = self.places[:, mirror.axis] < -1e-12
             for c, component in enumerate((2, 0, 1)[: self.components]):
-                signs[c, beyond] *= mirror.of(component)
+                signs[beyond, c] *= mirror.of(component)
         return self._distinct[1], signs
 
     def check(self, block: Block) -> None:
@@ -94,7 +94,7 @@ class SymmetricPart:
     ----------
     mirrors : (Mirror, Mirror)
         The class: its behaviour in the mirrors across x and y.
-    coefficients : ndarray, shape (3, along x, along y, along z, components, r)
+    coefficients : ndarray, shape (3, along x, along y, along z, r, components)
         Of u, v and w per newton on each load of the quarter [m/N].
     """
 
@@ -143,17 +143,17 @@ def symmetric_parts(
                 mirror_x.held_inside,
                 _surface_forces(loads, mesh, (mirror_x, mirror_y)),
             )
-            shape = (*solution.shape[:-1], loads.components, len(loads.quarter))
+            shape = (*solution.shape[:-1], len(loads.quarter), loads.components)
             yield SymmetricPart((mirror_x, mirror_y), solution.reshape(shape))
     if progress:
         progress("classes of symmetry", 2 * len(across), 2 * len(across))
 
 
 def _surface_forces(loads: Loads, mesh: BoxMesh, mirrors: tuple[Mirror, Mirror]) -> Array:
-    """Nodal forces on the surface, shape (3, along x, along y, components * r)."""
+    """Nodal forces on the surface, shape (3, along x, along y, r * components)."""
     p, quarter = mesh.order, loads.quarter
     shape = (p * (len(mesh.x) - 1) + 1, p * (len(mesh.y) - 1) + 1)
-    forces = np.zeros((3, *shape, loads.components, len(quarter)))
+    forces = np.zeros((3, *shape, len(quarter), loads.components))
     directions = ((2, -1.0), (0, 1.0), (1, 1.0))  # N presses towards -z
     for c, (component, sign) in enumerate(directions[: loads.components]):
         for r, place in enumerate(quarter):
@@ -161,5 +161,5 @@ def _surface_forces(loads: Loads, mesh: BoxMesh, mirrors: tuple[Mirror, Mirror])
                 mirrored_load(p, breaks, place[m.axis], loads.size[m.axis], m.of(component))
                 for breaks, m in zip((mesh.x, mesh.y), mirrors, strict=True)
             )
-            forces[component, :, :, c, r] = sign * np.outer(along_x, along_y)
+            forces[component, :, :, r, c] = sign * np.outer(along_x, along_y)
     return forces.reshape(3, *shape, -1)

@@ -30,7 +30,7 @@ def superposed(
     ----------
     block, loads, mesh, progress
         As for `symmetric_parts`.
-    forces : array_like, shape (components, n)
+    forces : array_like, shape (n, components)
         N, T_x and T_y on every tactel [N].
 
     Returns
@@ -39,15 +39,14 @@ def superposed(
         With coefficients of shape (3, along x, along y, along z) [m].
     """
     values = np.asarray(forces, dtype=float)
-    expected = (loads.components, len(loads.places))
+    expected = (len(loads.places), loads.components)
     if values.shape != expected:
         raise InputError(f"Forces of shape {values.shape} do not fit these loads: {expected}.")
     parts = []
     for part in symmetric_parts(block, loads, mesh, progress=progress):
         image, signs = loads.images(part.mirrors)
-        onto = np.zeros((loads.components, len(loads.quarter)))
-        for component, signed in enumerate(signs * values):
-            np.add.at(onto[component], image, signed)
+        onto = np.zeros((len(loads.quarter), loads.components))
+        np.add.at(onto, image, signs * values)
         coefficients = np.tensordot(part.coefficients, onto, axes=2)
         parts.append(SymmetricPart(part.mirrors, coefficients))
     return parts

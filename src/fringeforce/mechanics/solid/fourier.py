@@ -47,7 +47,7 @@ def stress_influence(
     alpha = _wave_numbers(block.length, block, digits)
     beta = _wave_numbers(block.width, block, digits)
     along, across = _horizontal(block, alpha, beta, heights)
-    shape = (len(x), len(y), slices, 3, len(patches.places))
+    shape = (len(x), len(y), slices, len(patches.places), 3)
     difference, shear = np.empty(shape), np.empty(shape)
     loads = _load_harmonics(block, patches, alpha, beta)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
@@ -61,7 +61,7 @@ def stress_influence(
             (difference, waves_d, np.cos(at_x), np.cos(at_y)),
             (shear, waves_s, np.sin(at_x), np.sin(at_y)),
         ):
-            field[:, :, :, component] = _synthesis(waves, wave_x, wave_y, load_x, load_y)
+            field[..., component] = _synthesis(waves, wave_x, wave_y, load_x, load_y)
     return SolidInfluence(x, y, heights, weights, difference, shear)
 
 

@@ -106,10 +106,10 @@ def stresses_of(
             for total, stress in zip(totals, stresses, strict=True):
                 fields = np.moveaxis(stress, -1, 0).astype(np.float32, order="C")
                 for field, load, sign in zip(
-                    total[component], image, signs[component], strict=True
+                    total[component], image, signs[:, component], strict=True
                 ):
                     (np.add if sign > 0 else np.subtract)(field, fields[load], out=field)
-    difference, shear = (np.moveaxis(total, (0, 1), (-2, -1)) for total in totals)
+    difference, shear = (np.moveaxis(total, (0, 1), (-1, -2)) for total in totals)
     return SolidInfluence(*places, z, weights, difference, shear)
 
 
@@ -146,7 +146,7 @@ def light_stresses(
         Per newton on each load of the quarter [Pa/N].
     """
     order = mesh.order
-    u, v = (along(depth, part.coefficients[i, ..., component, :], axis=2) for i in (0, 1))
+    u, v = (along(depth, part.coefficients[i, ..., component], axis=2) for i in (0, 1))
 
     def slope(values: Array, displacement: int, axis: int) -> Array:
         for mirror, breaks, points in zip(part.mirrors, (mesh.x, mesh.y), places, strict=True):

@@ -33,7 +33,7 @@ class StripIntegral:
         Boundaries of the elements along the strip [m].
     y : ndarray, shape (ny,)
         Places across the strip [m].
-    difference, shear : ndarray, shape (ny, M, 2, n)
+    difference, shear : ndarray, shape (ny, M, n, 2)
         Integrals of sigma_x - sigma_y and of tau_xy over the photoelastic layer, at the elements'
         Gauss points [Pa m / N].
     unknowns, order : int
@@ -94,7 +94,7 @@ def strip_integral(
     breaks = np.concatenate([-mesh.x[:0:-1], mesh.x])
     stations = Mesh(breaks, np.empty(0), mesh.order).stations
     across = np.asarray(y, dtype=float)
-    shape = (len(across), len(stations), 2, len(loads.places))
+    shape = (len(across), len(stations), len(loads.places), 2)
     totals = np.zeros(shape), np.zeros(shape)
     depth = csr_array(_depth_weights(block, mesh)[None])
     for part in symmetric_parts(block, loads, mesh, progress=progress):
@@ -103,7 +103,7 @@ def strip_integral(
             stresses = light_stresses(block, part, mesh, (stations, across), depth, component)
             for total, stress in zip(totals, stresses, strict=True):
                 lines = stress[:, :, 0].transpose(1, 0, 2)
-                total[:, :, component] += lines[..., image] * signs[component]
+                total[..., component] += lines[..., image] * signs[:, component]
     return StripIntegral(breaks, across, *totals, mesh.unknowns, mesh.order)
 
 

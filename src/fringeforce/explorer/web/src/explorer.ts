@@ -99,7 +99,8 @@ export class Explorer {
   private question(type: string, more: object): Record<string, unknown> | null {
     const { normal, tangential, seed } = this.store.state;
     if (!this.model || normal.length !== this.model.tactels.length) return null;
-    return { type, design: this.model.id, forces: [normal, tangential], seed, ...more };
+    const forces = normal.map((force, i) => [force, tangential[i]]);
+    return { type, design: this.model.id, forces, seed, ...more };
   }
 
   private receive(message: Message): void {

@@ -111,8 +111,7 @@ function curve(
 function bars(
   model: Model, state: State, reading: Reading, across: Across, top: number, tall: number,
 ): SVGElement[] {
-  const n = state.normal.length;
-  const truth = [...state.normal, ...state.tangential];
+  const truth = state.normal.flatMap((force, i) => [force, state.tangential[i]]);
   const high = niceAbove(Math.max(...truth, 0.1));
   const low = Math.min(...truth, 0) * 1.2;
   const y = (force: number) => top + ((high - force) / (high - low)) * tall;
@@ -123,8 +122,8 @@ function bars(
   ];
   truth.forEach((force, i) => {
     const [value, spread] = [reading.forces[i], 2 * reading.std[i]];
-    const colour = i < n ? NORMAL : TANGENTIAL;
-    const x = across(model.tactels[i % n]) + (i < n ? -4 : 4);
+    const [colour, shift] = i % 2 ? [TANGENTIAL, 4] : [NORMAL, -4];
+    const x = across(model.tactels[Math.floor(i / 2)]) + shift;
     found.push(line(x - 5, y(force), x + 5, y(force), INK, 1.5));
     if (!Number.isFinite(value)) return;
     found.push(line(x, y(value - spread), x, y(value + spread), colour, 1.5));

@@ -15,11 +15,12 @@ export class History {
   private plot: Plot | null = null;
   private lines = 0;
 
-  /** Of one part of the forces, counted from 0, over so many seconds. */
+  /** Of every so many numbers of the forces, from the first given on, over so many seconds. */
   constructor(
     private readonly container: HTMLElement,
     private readonly title: string,
-    private readonly part: number,
+    private readonly first: number,
+    private readonly every: number,
     private readonly seconds: number,
   ) {}
 
@@ -47,7 +48,7 @@ export class History {
     const moments = span.flatMap((moment, k) => (after(span[k - 1], moment) > GAP ? [null, moment] : [moment]));
     const times = moments.map((moment, k) => (moment ?? moments[k - 1])?.time ?? 0);
     const forces = Array.from({ length: this.lines }, (_, k) => {
-      const at = this.part * this.lines + k;
+      const at = this.first + k * this.every;
       return moments.map((moment) => (moment && Number.isFinite(moment.forces[at]) ? moment.forces[at] : null));
     });
     this.plot?.draw(width, [times, ...forces]);

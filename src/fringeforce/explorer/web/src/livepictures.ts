@@ -20,8 +20,8 @@ export class LivePictures implements Pictures<Model> {
   private readonly canvas = blankCanvas();
   private readonly readings: Readings;
   private readonly slip: Slip;
-  private readonly normal = new History(byId("watch-normal"), "normal force [N]", 0, SPAN);
-  private readonly tangential = new History(byId("watch-tangential"), "tangential force [N]", 1, SPAN);
+  private readonly normal = new History(byId("watch-normal"), "normal force [N]", 0, 2, SPAN);
+  private readonly tangential = new History(byId("watch-tangential"), "tangential force [N]", 1, 2, SPAN);
   private readonly camera = new Plot(byId("watch-camera"), {
     height: 120,
     label: "grey level",

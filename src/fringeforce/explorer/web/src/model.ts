@@ -75,7 +75,7 @@ export class Model {
   }
 }
 
-/** Forces that were read, and their standard deviations [N]. */
+/** Forces that were read, tactel after tactel, and their standard deviations [N]. */
 export interface Estimate {
   forces: Float32Array;
   std: Float32Array;

@@ -49,8 +49,8 @@ export class Readings {
     const shift = Math.min(5, place.scale * 0.0002);
     this.pairs.forEach((pair, i) => {
       const x = place.across(model.tactels[i]);
-      this.put(pair[0], x - shift, state?.normal[i], reading, i, n);
-      this.put(pair[1], x + shift, state?.tangential[i], reading, n + i, n);
+      this.put(pair[0], x - shift, state?.normal[i], reading, 2 * i, n);
+      this.put(pair[1], x + shift, state?.tangential[i], reading, 2 * i + 1, n);
     });
     set(this.svg, { "aria-label": spoken(n, state, reading) });
   }
@@ -111,7 +111,7 @@ function spoken(n: number, state: Truth | null, reading: Estimate | null): strin
   if (!reading) return "No reading yet.";
   const of = (truth: number | undefined) => (truth === undefined ? "" : ` of ${truth.toFixed(2)}`);
   const parts = Array.from({ length: n }, (_, i) => {
-    const [normal, tangential] = [reading.forces[i], reading.forces[n + i]];
+    const [normal, tangential] = [reading.forces[2 * i], reading.forces[2 * i + 1]];
     return `tactel ${i + 1}: normal ${normal?.toFixed(2)}${of(state?.normal[i])}, tangential ${tangential?.toFixed(2)}${of(state?.tangential[i])}`;
   });
   return `Forces read${state ? ", of the true ones" : ""}, in newtons. ${parts.join("; ")}.`;

@@ -37,7 +37,7 @@ export class Slip {
     [...this.bars.children].forEach((bar, i) => {
       const touching = moment.touching.includes(i);
       const slipping = moment.slipping.includes(i);
-      const ratio = touching ? Math.abs(moment.forces[n + i]) / Math.max(moment.forces[i], 1e-9) : 0;
+      const ratio = touching ? Math.abs(moment.forces[2 * i + 1]) / Math.max(moment.forces[2 * i], 1e-9) : 0;
       const top = y(ratio);
       set(bar, {
         class: slipping ? "slipping" : "holding",

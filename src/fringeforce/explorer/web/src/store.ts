@@ -29,8 +29,10 @@ export class Store extends Timeline<State> {
     this.view = viewOf(values);
   }
 
+  /** Forces in the order of all arrays: the normal and the tangential one of tactel after tactel. */
   get loads(): number[] {
-    return [...this.state.normal, ...this.state.tangential];
+    const { normal, tangential } = this.state;
+    return normal.flatMap((force, i) => [force, tangential[i]]);
   }
 
   get hash(): string {

@@ -24,7 +24,7 @@ const QUANTITIES: [name: string, unit: string, factor: number, digits: number][]
 export class PadLivePictures implements Pictures<PadModel> {
   private readonly canvas = blankCanvas();
   private readonly map = new ForceMap(byId("watch-map"), byId("watch-scale"));
-  private readonly history = new History(byId("watch-history"), "all tactels [N]", 0, SPAN);
+  private readonly history = new History(byId("watch-history"), "all tactels [N]", 0, 1, SPAN);
   private readonly values: HTMLElement[];
 
   constructor() {
