@@ -77,9 +77,6 @@ assert even.max() / even.min() < 1.01
 shear = np.zeros((11, 2))
 shear[4, 1] = -0.5
 blind, seeing = (ff.Reader(model).read(model.expose(shear, rng=3)) for model in (one, two))
-    ff.Reader(one).read(one.expose(shear, rng=3)),
-    ff.Reader(two).read(two.expose(shear, rng=3)),
-)
 print(f"dark field: {blind.status.name}; quadrature: {seeing.status.name}")
 assert blind.status is ff.Status.AMBIGUOUS
 assert seeing.status is ff.Status.OK

@@ -11,6 +11,8 @@ from fringeforce.optics.integrated import (
     double_pass_adjoint,
     equivalent_retarder,
     jones_matrix,
+    turn,
+    turn_back,
     turn_modes,
     turn_modes_back,
 )
@@ -34,6 +36,18 @@ def jones_product(slices: Array) -> NDArray[np.complex128]:
     return total
 
 
+def differences(slices: Array, pull: Array, step: float = 1e-6) -> Array:
+    """Derivative of the products of matrices by every slice, by finite differences."""
+    found = np.empty_like(slices)
+    for n, side in np.ndindex(*slices.shape[:2]):
+        moved = np.zeros_like(slices)
+        moved[n, side] = step
+        change = (jones_product(slices + moved) - jones_product(slices - moved)) / (2 * step)
+        light = np.array([change[:, 0, 0].imag, change[:, 0, 1].imag, change[:, 0, 0].real])
+        found[n, side] = (pull * light).sum(axis=0)
+    return found
+
+
 def test_a_stack_is_the_product_of_its_jones_matrices() -> None:
     slices = stack(0)
     np.testing.assert_allclose(jones_matrix(double_pass(slices)), jones_product(slices), atol=1e-13)
@@ -43,14 +57,28 @@ def test_slices_of_up_to_a_wave_are_right() -> None:
     angle, size = np.linspace(0, 3, 40), np.linspace(0, 2 * np.pi, 40)
     slices = size * np.array([[np.cos(angle), np.sin(angle)]])
     np.testing.assert_allclose(jones_matrix(double_pass(slices)), jones_product(slices), atol=5e-8)
-    # by finite differences of the products of matrices
-    pull, step = np.random.default_rng(8).normal(size=(3, 40)), 1e-6
-    found = double_pass_adjoint(slices, double_pass(slices), pull)[0]
-    for side, direction in enumerate(np.eye(2)[:, None, :, None]):
-        both = [jones_product(slices + sign * step * direction) for sign in (1, -1)]
-        change = (both[0] - both[1]) / (2 * step)
-        light = np.array([change[:, 0, 0].imag, change[:, 0, 1].imag, change[:, 0, 0].real])
-        np.testing.assert_allclose(found[side], (pull * light).sum(axis=0), atol=2e-6)
+    pull = np.random.default_rng(8).normal(size=(3, 40))
+    found = double_pass_adjoint(slices, double_pass(slices), pull)
+    np.testing.assert_allclose(found, differences(slices, pull), atol=2e-6)
+
+
+@pytest.mark.parametrize("largest", [8.0, 40.0, 1000.0])
+def test_light_stays_on_the_sphere_and_right_whatever_a_slice_retards(largest: float) -> None:
+    angle = np.linspace(0, 3, 600)
+    size = np.array([[0.7], [1.0], [0.2]]) * np.linspace(0, largest, 600)
+    slices = size[:, None] * np.array([np.cos(angle), np.sin(angle)])
+    light, torque, found = np.empty((3, 600)), np.empty((3, 600)), np.empty_like(slices)
+    turn(slices, light)
+    np.testing.assert_allclose(jones_matrix(light), jones_product(slices), atol=2e-7)
+    pull = np.random.default_rng(9).normal(size=(3, 600))
+    torque[:] = np.cross(light, pull, axis=0)
+    turn_back(slices, torque, found)
+    np.testing.assert_allclose(found, differences(slices, pull), atol=1e-5)
+    # single precision resolves a large angle less finely, and no more than that
+    single = np.empty((3, 600), dtype=np.float32)
+    turn(slices.astype(np.float32), single)
+    np.testing.assert_allclose((single**2).sum(axis=0), 1, atol=1e-5)
+    np.testing.assert_allclose(single, light, atol=2e-5 + 4e-7 * largest)
 
 
 def test_a_uniform_layer_is_a_retarder_of_twice_its_single_pass() -> None:

@@ -36,7 +36,10 @@ Real = NDArray[np.floating]
 CHUNK = 512
 """Pixels that are worked on together, so that they stay in the fastest cache."""
 LARGEST = 2 * np.pi
-"""Retardance of one slice up to which the series below hold to 1e-8 [rad]."""
+"""Retardance of one slice up to which the series below hold to 1e-8, a whole turn of light [rad].
+
+A larger one, such as a step of a fit tries where a mask hides what it does, is replaced by what is
+left of it after whole turns."""
 # Taylor's series of sin(r)/r, cos(r), (1 - sin(r)/r)/h and (1 - cos(r))/h in powers of h = r^2
 _SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(10))
 _COSINE = tuple((-1.0) ** k / factorial(2 * k) for k in range(10))
@@ -139,7 +142,15 @@ def _series(h, T, c):
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
 def turn(slices, light) -> None:
     """Fill in the light, shape (3, P), of slices, shape (n, 2, P)."""
+    if _turned(slices, light):
+        _turned(_remainder(slices)[0], light)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def _turned(slices, light) -> bool:
+    """Fill in the light; true if that is wrong, for a slice exceeds what the series hold for."""
     T = light.dtype.type
+    limit, beyond = T(LARGEST**2 / 4), T(0)
     for start in range(0, light.shape[1], CHUNK):
         part = slice(start, min(start + CHUNK, light.shape[1]))
         x, y, z = light[0, part], light[1, part], light[2, part]
@@ -149,6 +160,7 @@ def turn(slices, light) -> None:
             for i in range(len(x)):
                 # h, and with it s and k, belong to half of the angle
                 h = (A[i] * A[i] + B[i] * B[i]) * T(0.25)
+                beyond += T(0) if h <= limit else T(1)
                 s, k = _series(h, T, _SINE), _series(h, T, _COSINE)
                 S, C = s * k, s * s * T(0.5)
                 along = A[i] * x[i] + B[i] * y[i]
@@ -156,6 +168,24 @@ def turn(slices, light) -> None:
                 z[i] = z[i] * (k * k - h * s * s) - S * along
                 x[i] += push * A[i]
                 y[i] += push * B[i]
+    return beyond > 0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _remainder(slices):
+    """Slices less their whole turns, which turn light alike, and the shares that are left of them.
+
+    Of shapes (n, 2, P) and (n, P).
+    """
+    rest, share = np.empty_like(slices), np.empty_like(slices[:, 0])
+    for n in range(len(slices)):
+        for i in range(slices.shape[2]):
+            A, B = slices[n, 0, i], slices[n, 1, i]
+            size, left = np.hypot(float(A), float(B)), 1.0
+            if not size <= LARGEST:
+                left = 1 - LARGEST * np.floor(size / LARGEST) / size
+            share[n, i], rest[n, 0, i], rest[n, 1, i] = left, left * A, left * B
+    return rest, share
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
@@ -163,9 +193,20 @@ def turn_back(slices, torque, gradient) -> None:
     """Fill in the derivative by slices, shape (n, 2, P), of a function of the light.
 
     The torque, shape (3, P), is the cross product of the light and the derivative by it, and is
-    turned back slice by slice.
+    used up.
     """
+    kept = torque.copy()
+    if _turned_back(slices, torque, gradient):
+        rest, share = _remainder(slices)
+        _turned_back(rest, kept, gradient)
+        _remainder_back(slices, share, gradient)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def _turned_back(slices, torque, gradient) -> bool:
+    """Fill in the derivative, while the torque is turned back slice by slice; true as `_turned`."""
     T = torque.dtype.type
+    limit, beyond = T(LARGEST**2 / 4), T(0)
     for start in range(0, torque.shape[1], CHUNK):
         part = slice(start, min(start + CHUNK, torque.shape[1]))
         x, y, z = torque[0, part], torque[1, part], torque[2, part]
@@ -175,6 +216,7 @@ def turn_back(slices, torque, gradient) -> None:
             for i in range(len(x)):
                 q = A[i] * A[i] + B[i] * B[i]
                 h = q * T(0.25)
+                beyond += T(0) if h <= limit else T(1)
                 lack, rest = _series(h, T, _SINE_LACKS), _series(h, T, _COSINE_LACKS)
                 s = T(1) - h * lack
                 S, C, D = s * (T(1) - h * rest), s * s * T(0.5), (lack + s * rest) * T(0.25)
@@ -185,6 +227,23 @@ def turn_back(slices, torque, gradient) -> None:
                 z[i] = cosine * z[i] + S * (A[i] * x[i] + B[i] * y[i])
                 x[i] = cosine * x[i] - A[i] * lift - C * B[i] * along
                 y[i] = cosine * y[i] - B[i] * lift + C * A[i] * along
+    return beyond > 0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _remainder_back(slices, share, gradient) -> None:
+    """Make the derivative by what is left of slices the derivative by the slices.
+
+    What is left changes with a slice along it, and across it in proportion to the sizes of both.
+    """
+    for n in range(len(slices)):
+        for i in range(slices.shape[2]):
+            left, A, B = share[n, i], slices[n, 0, i], slices[n, 1, i]
+            if left != 1:
+                by_A, by_B = gradient[n, 0, i], gradient[n, 1, i]
+                along = (1 - left) * (A * by_A + B * by_B) / (A * A + B * B)
+                gradient[n, 0, i] = left * by_A + along * A
+                gradient[n, 1, i] = left * by_B + along * B
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)

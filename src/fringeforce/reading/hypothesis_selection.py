@@ -112,7 +112,7 @@ def _rivals(scene: Scene, tops: list[Top], spread: Array) -> tuple[Array, Array]
     """The loads of the best explanation and of all that rival it, best first; their chances."""
     deviations = np.sqrt(np.diag(spread))
     losses = np.array([top.loss + _pull(top.loads, deviations) for top in tops])
-    order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
+    order = [i for i in np.argsort(losses, kind="stable") if losses[i] < losses.min() + RIVAL]
     loads = np.array([tops[i].loads for i in order])
     chance = np.exp((losses.min() - losses[order]) / 2)
     pushes = np.tile([1.0, 0.0], len(deviations) // 2)

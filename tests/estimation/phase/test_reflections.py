@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.estimation.phase.reflections import LOSS, SHIFT, reflections
+from fringeforce.estimation.phase.reflections import EQUAL, LOSS, SHIFT, reflections
 
 X = np.linspace(0, 1, 800)
 INFLUENCE = np.sin(np.pi * np.outer(X, np.arange(1, 7)))
@@ -36,15 +36,18 @@ def contacts(phase: np.ndarray) -> list[int]:
 
 
 def every_image(phase: np.ndarray, information: np.ndarray) -> list[tuple[float, Any]]:
-    """Loss and change of every stretch that may be mirrored, one by one."""
+    """Loss and change of every stretch that may be mirrored, the likeliest first.
+
+    Equals, such as both sides of one place at zero, come in the order of their stretches.
+    """
     inner, end = contacts(phase), len(phase)
     near = {k: np.pi * np.rint(phase[k] / np.pi) for k in inner}
     stretches = [(0, k, near[k]) for k in inner] + [(k, end, near[k]) for k in inner]
     stretches += [(j, k, near[j]) for j in inner for k in inner if j < k and near[j] == near[k]]
-    fits = [fitted(phase, information, *stretch) for stretch in stretches]
+    fits = [fitted(phase, information, *stretch) for stretch in sorted(stretches)]
     return sorted(
         ((float(loss), change) for change, loss, shift in fits if loss < LOSS and shift > SHIFT),
-        key=lambda one: one[0],
+        key=lambda one: round(one[0] / EQUAL),
     )
 
 

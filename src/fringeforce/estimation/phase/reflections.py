@@ -18,6 +18,10 @@ LOSS = 250.0
 """Expected growth of the loss beyond which a mirror image is not worth trying."""
 SHIFT = 30.0
 """Squared standard deviations by which a mirror image must differ to be another explanation."""
+EQUAL = 0.01
+"""Difference of two losses below which they are equal: it says nothing, and rounding may cause it.
+
+Both sides of one place at zero, for one, leave loads that differ in their sign alone."""
 
 
 def reflections(phase: Array, influence: Array, information: Array) -> Array:
@@ -39,7 +43,7 @@ def reflections(phase: Array, influence: Array, information: Array) -> Array:
     Returns
     -------
     ndarray, shape (k, m)
-        Changes of the loads, the likeliest first.
+        Changes of the loads, the likeliest first; equals in the order of their stretches.
     """
     scaled = influence * np.sqrt(information)[:, None]
     normal = scaled.T @ scaled
@@ -49,8 +53,16 @@ def reflections(phase: Array, influence: Array, information: Array) -> Array:
     moments, pulls = _running(phase, np.ascontiguousarray(influence), information, places)
     # what each place pulls at the loads, in their deviations
     half, loss = _mirrored(phase, places, moments, pulls @ root.T)
-    likely = np.argsort(loss)[: np.count_nonzero(loss < LOSS)]
+    likely = _ordered(loss)[: np.count_nonzero(loss < LOSS)]
     return np.asarray(half[likely] @ root, dtype=np.float64)
+
+
+def _ordered(loss: Array) -> NDArray[np.intp]:
+    """Numbers of losses, the smallest first, equals as they come."""
+    order = np.argsort(loss, kind="stable")
+    level = np.zeros(len(loss), dtype=np.intp)
+    np.cumsum(loss[order[1:]] > loss[order[:-1]] + EQUAL, out=level[1:])
+    return order[np.lexsort((order, level))]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

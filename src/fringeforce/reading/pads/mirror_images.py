@@ -69,7 +69,7 @@ def weighed(tops: Sequence[Top], information: Array) -> Verdict:
     spread = np.linalg.inv(information)
     deviations = np.sqrt(np.diag(spread))
     losses = np.array([top.misfit.loss + _pull(top.forces, deviations) for top in tops])
-    order = [i for i in np.argsort(losses) if losses[i] < losses.min() + RIVAL]
+    order = [i for i in np.argsort(losses, kind="stable") if losses[i] < losses.min() + RIVAL]
     loads = [tops[i].forces for i in order]
     distinct = [
         k
