@@ -31,6 +31,7 @@ def test_deviations_are_those_of_many_readings(model: ff.SensorModel) -> None:
     assert ratio == pytest.approx(1, abs=0.1)
     correlation = np.abs(np.corrcoef(forces.reshape(150, -1).T))
     assert np.abs(correlation - found.crosstalk).max() < 0.3
+    # "What one frame can tell" in docs/theory/errata.md: about 0.015 N and 0.023 N
     assert found.bound.mean(axis=2)[0] == pytest.approx([0.0147, 0.0234], rel=0.03)
     assert found.condition == pytest.approx(120, rel=0.03)
 
@@ -103,6 +104,7 @@ def test_slopes_predict_what_the_wrong_drawing_reads(sensor: ff.Sensor) -> None:
 
 
 def test_sobols_indices_are_those_of_ishigamis_function() -> None:
+    """Ishigami and Homma, 1990, whose variances are closed forms of a and b."""
     a, b = 7.0, 0.1
     variance = a**2 / 8 + b * np.pi**4 / 5 + b**2 * np.pi**8 / 18 + 0.5
     first = np.array([0.5 * (1 + b * np.pi**4 / 5) ** 2, a**2 / 8, 0]) / variance
