@@ -10,6 +10,8 @@ from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import Mesh, strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 PROMISE = 1e-4
 EXTRA = {

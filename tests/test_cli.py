@@ -12,6 +12,8 @@ import fringeforce as ff
 from fringeforce.files import load_frames
 from fringeforce.tables import load_forces, save_forces
 
+pytestmark = pytest.mark.slow
+
 COMMANDS = [
     *("new", "characterize", "show", "simulate", "read", "live"),
     *(

@@ -17,6 +17,8 @@ from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.errors import CameraLost
 from fringeforce.sinks.sink import Readings
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def reader(model: ff.SensorModel) -> ff.Reader:

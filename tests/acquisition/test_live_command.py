@@ -15,6 +15,8 @@ from fringeforce.cli.display import full_scale, picture, summary
 from fringeforce.files import load_frames
 from fringeforce.sinks.sink import Readings
 
+pytestmark = pytest.mark.slow
+
 COMMAND = str(Path(sys.executable).parent / "fringeforce")
 STATISTICS = Statistics(
     seconds=12.0,

@@ -25,6 +25,8 @@ from fringeforce.force.bounds import (
 from fringeforce.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
+pytestmark = pytest.mark.slow
+
 N, PIXELS = 5, 1024
 FACTOR = 1.05
 

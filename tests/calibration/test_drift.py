@@ -25,6 +25,8 @@ from fringeforce.calibration.normal_equations import linearised
 from fringeforce.calibration.view import seen
 from fringeforce.force.own_light import own_light
 
+pytestmark = pytest.mark.slow
+
 GAIN, DARK = 0.02, 0.7
 
 

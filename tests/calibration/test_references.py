@@ -26,6 +26,8 @@ from fringeforce.calibration.normal_equations import linearised
 from fringeforce.calibration.pattern import Pattern, eliminated
 from fringeforce.optics.camera import expose, noise_variance
 
+pytestmark = pytest.mark.slow
+
 KINDS = ("dark", "unloaded", "bright")
 
 

@@ -18,7 +18,8 @@ from fringeforce.cameras.simulator import SimulatedCamera
 from fringeforce.errors import CameraLost, InputError
 from fringeforce.sinks.sink import Readings
 
-pytestmark = pytest.mark.xdist_group("aravis")  # one camera at a time has the address
+# one camera at a time has the address
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("aravis")]
 
 BLOCK = 64
 SETTINGS = Settings(line_rate=2000, block=BLOCK)

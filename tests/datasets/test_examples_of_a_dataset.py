@@ -15,6 +15,8 @@ from fringeforce.errors import InputError
 from fringeforce.pads.design import Pad
 from fringeforce.pads.model import PadModel, characterize_pad
 
+pytestmark = pytest.mark.slow
+
 Touches = tuple[DatasetStudy, Pad]
 
 

@@ -21,6 +21,8 @@ from fringeforce.errors import FileFormatError, InputError
 from fringeforce.pads.design import Pad
 from fringeforce.studies.execution import Inline, executor
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "dataset"
 Touches = tuple[DatasetStudy, Pad]
 

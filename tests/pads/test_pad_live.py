@@ -28,6 +28,8 @@ from fringeforce.pads.model import PadModel
 from fringeforce.sinks.sink import Readings, Sink
 from fringeforce.tables import load_pad_forces
 
+pytestmark = pytest.mark.slow
+
 Array = np.ndarray
 
 

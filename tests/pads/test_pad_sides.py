@@ -15,6 +15,8 @@ from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.pads.design import Pad
 from fringeforce.pads.model import PadModel
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 TOLD: list[tuple[str, int, int]] = []
 

@@ -19,6 +19,8 @@ from conftest import make_readings
 from fringeforce.files import load_frames, load_times
 from fringeforce.sinks.sink import Readings
 
+pytestmark = pytest.mark.slow
+
 RECORDER = str(Path(__file__).with_name("recorder.py"))
 
 

@@ -21,6 +21,8 @@ from fringeforce.studies.range import range_study
 from fringeforce.studies.resolution import resolution, resolution_study
 from fringeforce.studies.sensitivity import local_sensitivity, variance_indices
 
+pytestmark = pytest.mark.slow
+
 
 def test_deviations_are_those_of_many_readings(model: ff.SensorModel) -> None:
     load = ff.polar(1.0, 10, n=11)

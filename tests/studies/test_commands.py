@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from fringeforce.cli import app
 from fringeforce.design import load_sensor
 from fringeforce.studies.ledger import read_results
+
+pytestmark = pytest.mark.slow
 
 
 def run(*arguments: object) -> str:
