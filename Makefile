@@ -2,13 +2,20 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench mutate coverage docs dist clean
+.PHONY: demo check test bench mutate coverage docs dist clean
 
 demo: .venv/ready
 	$(BIN)/fringeforce reproduce saad --out demo
 
 test: .venv/ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup
+
+# For use while working: the static checks, and all tests that are not marked slow.  What is named at
+# the end takes long enough to be marked.
+check: .venv/ready
+	@$(BIN)/pyright --pythonpath $(BIN)/python src & types=$$!; \
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --durations 5 --durations-min 2; \
+	tests=$$?; wait $$types && exit $$tests
 
 bench: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'

@@ -10,6 +10,8 @@ from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import Mesh, strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 PROMISE = 1e-4
 EXTRA = {
@@ -69,6 +71,7 @@ def test_free_edges_meet_a_reference_of_higher_order_and_finer_corners(name: str
 
 
 def test_case_1_has_its_published_phase(model: ff.SensorModel) -> None:
+    """Of the design of Saad et al. with free edges, by independent finite elements."""
     x = np.linspace(-12.5e-3, 12.5e-3, 5001)
     phase = model.phase(ff.polar(1.0, 10, 11), x)
     np.testing.assert_allclose(phase[[0, -1]], 0, atol=5e-3)
@@ -77,6 +80,7 @@ def test_case_1_has_its_published_phase(model: ff.SensorModel) -> None:
 
 
 def test_case_2_has_its_published_phase(roller_model: ff.SensorModel) -> None:
+    """The last column of "Reference values" in docs/theory/errata.md, an exact Fourier series."""
     x = np.array([-12.5, -7.5, -5.0, 0.0, 2.5, 5.0, 12.5]) * 1e-3
     published = [-0.081923, -0.704301, -1.662716, -6.448162, -7.505832, -5.573922, -1.301024]
     phase = roller_model.phase(ff.polar(1.0, 10, 11), x)
@@ -84,6 +88,7 @@ def test_case_2_has_its_published_phase(roller_model: ff.SensorModel) -> None:
 
 
 def test_figure_7_has_its_peaks(model: ff.SensorModel) -> None:
+    """The loads of Figure 7 of Saad et al.; the peaks by independent finite elements."""
     x = np.linspace(-12.5e-3, 12.5e-3, 5001)
     first = model.influence(x)[:, 0] * [0.4, 0.2]  # N on the leftmost tactel
     np.testing.assert_allclose(np.abs(first).max(axis=0), [0.48, 0.48], atol=0.005)

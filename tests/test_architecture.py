@@ -29,7 +29,7 @@ TEXTS = [
     [
         ["ruff", "check"],
         ["ruff", "format", "--check"],
-        ["pyright", "--pythonpath", sys.executable],
+        pytest.param(["pyright", "--pythonpath", sys.executable], marks=pytest.mark.slow),
         ["lint-imports"],
         ["codespell"],
     ],

@@ -12,6 +12,8 @@ import fringeforce as ff
 from fringeforce.io.frames import load_frames
 from fringeforce.io.tables import load_forces, save_forces
 
+pytestmark = pytest.mark.slow
+
 COMMANDS = [
     *("new", "characterize", "show", "simulate", "read", "live"),
     *(
@@ -94,7 +96,10 @@ def test_a_broken_frame_among_good_ones_costs_its_own_row_only(place: Path) -> N
 def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
     result = run("show", target, cwd=place)
     assert result.returncode == 0, result.stderr
-    for words in ("K_t", "0.006409", "condition number", "119.7", "Nyquist", "strain"):
+    influence = ff.load_model(place / "m.h5").pixel_influence.reshape(-1, 22)
+    condition = f"{np.linalg.cond(influence):.4g}"
+    # K_t by equation (2) of Saad et al.
+    for words in ("K_t", "0.006409", "condition number", condition, "Nyquist", "strain"):
         assert words in result.stdout
 
 

@@ -8,6 +8,8 @@ import pytest
 
 import fringeforce
 
+pytestmark = pytest.mark.slow
+
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 

@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 
 from fringeforce.cli import app
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 BENCH = EXAMPLES / "bench"
 

@@ -9,6 +9,8 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
 
+pytestmark = pytest.mark.slow
+
 GALLERY = Path(__file__).parents[1] / "examples" / "gallery"
 SCRIPTS = sorted(GALLERY.glob("*.py"))
 

@@ -8,6 +8,8 @@ import pytest
 
 from snippets import ROOT, blocks, pages, run_page, understand
 
+pytestmark = pytest.mark.slow
+
 WITHOUT_FOLDER = "examples/bench/README.md"
 """Its commands run where it lies; tests/test_examples.py runs them and looks at what they say."""
 

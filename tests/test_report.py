@@ -13,6 +13,8 @@ from fringeforce.reproduction.example import Example, rectangle_rule
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.report import reproduce
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def page(sensor: ff.Sensor, tmp_path_factory: pytest.TempPathFactory) -> Path:

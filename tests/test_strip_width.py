@@ -16,6 +16,8 @@ from fringeforce.optics.jones import fringe, passed, polariser, retarder
 from fringeforce.studies.convergence import convergence_study
 from fringeforce.studies.one_phase import contrast, one_phase
 
+pytestmark = pytest.mark.slow
+
 COARSE = replace(STRIP, order=3, corner=0.3)
 SOLID = {"transducer.plane": "3d"}
 HALVES = np.array([0.0, 0.45, 0.9])

@@ -15,6 +15,7 @@ from fringeforce.mechanics.solid.strip import STRIP, strip_block, strip_integral
 COARSE = replace(STRIP, order=5, corner=0.5)
 
 
+@pytest.mark.slow
 def test_a_file_read_back_balances_its_load_and_integrates_to_what_light_sees(
     sensor: ff.Sensor, tmp_path: Path
 ) -> None:

@@ -17,6 +17,8 @@ from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.base.errors import CameraLost
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def reader(model: ff.SensorModel) -> ff.Reader:

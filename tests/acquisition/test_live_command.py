@@ -15,6 +15,8 @@ from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.display import full_scale, picture, summary
 from fringeforce.io.frames import load_frames
 
+pytestmark = pytest.mark.slow
+
 COMMAND = str(Path(sys.executable).parent / "fringeforce")
 STATISTICS = Statistics(
     seconds=12.0,

@@ -1,13 +1,12 @@
 """Simulated calibrations whose errors, and nothing else, disturb readings."""
 
 import numpy as np
+from scipy.optimize import least_squares
 
 import fringeforce as ff
 from fringeforce.calibration.frame_fit import climb
-from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.estimation.bounds import covariance
-from fringeforce.estimation.estimate import maximum_likelihood
 from fringeforce.models.imaging import camera_response
 
 REPEATS = 40
@@ -38,7 +37,13 @@ class Simulation:
         matrix = self.known.tangent.matrix(at.design, at.positions(sensor))[used]
         response = at.response(bench).at(used)
         off = [
-            maximum_likelihood(level, matrix, response, load, tolerance=1e-8).loads - load
+            least_squares(
+                lambda f, level=level: response.level(matrix @ f) - level,
+                load,
+                jac=lambda f: response.slope(matrix @ f)[:, None] * matrix,  # pyright: ignore
+                method="lm",
+            ).x
+            - load
             for level, load in zip(self.levels, self.typical, strict=True)
         ]
         return float(np.square(off).sum(axis=1).mean() / self.noise)

@@ -17,6 +17,8 @@ from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
+pytestmark = pytest.mark.slow
+
 N, PIXELS, WRONG = 11, 2048, 17
 COVER = "transducer.compliant.youngs_modulus"
 BASE = "transducer.photoelastic.youngs_modulus"

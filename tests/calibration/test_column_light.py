@@ -19,6 +19,8 @@ from fringeforce.estimation.bounds import covariance, systematic_covariance
 from fringeforce.estimation.chi_square import group_sums
 from fringeforce.reading.single_frame import SingleFrameReader
 
+pytestmark = pytest.mark.slow
+
 GAIN, DARK = 0.02, 0.7
 
 

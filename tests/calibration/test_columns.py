@@ -21,6 +21,8 @@ from fringeforce.estimation.bounds import covariance, cramer_rao_bound, systemat
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
+pytestmark = pytest.mark.slow
+
 N, PIXELS = 5, 1024
 FACTOR = 1.05
 

@@ -25,6 +25,8 @@ from fringeforce.calibration.normal_equations import linearised
 from fringeforce.calibration.predictions import seen
 from fringeforce.estimation.frame_illumination import own_light
 
+pytestmark = pytest.mark.slow
+
 GAIN, DARK = 0.02, 0.7
 
 

@@ -24,6 +24,8 @@ from fringeforce.estimation.frame_illumination import own_light
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
+pytestmark = pytest.mark.slow
+
 N, BUDGET = 11, 8
 TWO = PARAMETERS[:2]
 LIGHT = np.full(256, 200.0), np.full(256, 20.0)

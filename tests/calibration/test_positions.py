@@ -8,6 +8,8 @@ import fringeforce as ff
 from fringeforce.calibration.design_entries import POSITIONS, units, values, varied
 from fringeforce.calibration.design_jacobian import design_tangent
 
+pytestmark = pytest.mark.slow
+
 NU = "transducer.compliant.poissons_ratio"
 
 

@@ -26,6 +26,8 @@ from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.normal_equations import linearised
 from fringeforce.optics.camera import expose, noise_variance
 
+pytestmark = pytest.mark.slow
+
 KINDS = ("dark", "unloaded", "bright")
 
 

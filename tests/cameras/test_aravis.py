@@ -18,7 +18,8 @@ from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.base.errors import CameraLost, InputError
 
-pytestmark = pytest.mark.xdist_group("aravis")  # one camera at a time has the address
+# one camera at a time has the address
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("aravis")]
 
 BLOCK = 64
 SETTINGS = Settings(line_rate=2000, block=BLOCK)

@@ -15,6 +15,8 @@ from fringeforce.datasets.study_file import DatasetStudy, OpticsRanges
 from fringeforce.design.pad import Pad
 from fringeforce.models.pad import PadModel, characterize_pad
 
+pytestmark = pytest.mark.slow
+
 Touches = tuple[DatasetStudy, Pad]
 
 

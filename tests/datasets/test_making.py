@@ -21,6 +21,8 @@ from fringeforce.datasets.study_file import NAMES, DatasetStudy, Split, load_dat
 from fringeforce.design.pad import Pad
 from fringeforce.studies.execution import Inline, executor
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "dataset"
 Touches = tuple[DatasetStudy, Pad]
 

@@ -16,6 +16,8 @@ from fringeforce.datasets.making import shards_of
 from fringeforce.datasets.shard import examples
 from fringeforce.datasets.study_file import load_dataset_study
 
+pytestmark = pytest.mark.slow
+
 FOLDER = Path(__file__).parents[2] / "examples" / "dataset"
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 

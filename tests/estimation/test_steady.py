@@ -1,7 +1,8 @@
-"""Where levels are flat: information and the phase's own variance, made to agree."""
+"""Where levels are flat: the matrix and the phase's own variance agree, as SciPy finds them to."""
 
 import numpy as np
 import pytest
+from uncertain_phase import agreed
 
 from fringeforce.estimation.gauss_newton import Place
 from fringeforce.estimation.likelihood import Response
@@ -12,16 +13,13 @@ P, SIGMA = 700, 3.0
 RESPONSE = Response(240.0, 6.0, SIGMA**2)
 
 
-def agreed(influence: np.ndarray, loads: np.ndarray) -> np.ndarray:
-    """Covariance whose phase variance v enters E[sin^2 p] = (1 - exp(-2 v) cos 2p) / 2."""
-    phase, variance = influence @ loads, np.full(len(influence), 0.1)
-    inverse = np.zeros((len(loads), len(loads)))
-    for _ in range(300):
-        square = (1 - np.exp(-2 * variance) * np.cos(2 * phase)) / 2
-        weight = square * (RESPONSE.amplitude / (2 * SIGMA)) ** 2
-        inverse = np.linalg.inv((influence * weight[:, None]).T @ influence)
-        variance = np.sqrt(variance * np.einsum("ki,ij,kj->k", influence, inverse, influence))
-    return inverse
+def begun(influence: np.ndarray, loads: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Covariance of the loads; variance of the phase at every so many pixels; how many."""
+    strip = Strip.of(influence, RESPONSE, np.ones(P, bool))
+    place, variance = Place.at(strip, loads), np.zeros(strip.layout.places, np.float32)
+    steady(strip.arrays, place.arrays, variance, np.zeros(REMEMBERED))
+    every = strip.layout.every
+    return place.covariance, variance[strip.layout.order[::every]], every
 
 
 @pytest.mark.parametrize("size", [0.01, 0.05, 0.3, 1.0])
@@ -29,14 +27,23 @@ def test_the_matrix_and_the_variance_of_the_phase_agree(size: float) -> None:
     x = np.linspace(0, 1, P)[:, None]
     influence = 2 * np.exp(-(((x - np.linspace(0, 1, 5)) / 0.2) ** 2))
     loads = size * np.array([1.0, 0.6, 1.3, 0.9, 0.7])
-    strip = Strip.of(influence, RESPONSE, np.ones(P, bool))
-    place, variance = Place.at(strip, loads), np.zeros(strip.layout.places, np.float32)
-    steady(strip.arrays, place.arrays, variance, np.zeros(REMEMBERED))
-    exact = agreed(influence, loads)
-    deviations, wanted = np.sqrt(np.diag(place.covariance)), np.sqrt(np.diag(exact))
-    np.testing.assert_allclose(deviations, wanted, rtol=0.04)
-    nodes = influence[:: strip.layout.every]
+    covariance, variance, every = begun(influence, loads)
+    exact = agreed(influence, loads, RESPONSE)
+    deviations, wanted = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(exact))
+    np.testing.assert_allclose(deviations, wanted, rtol=0.02)
+    nodes = influence[::every]
     spread = np.einsum("ki,ij,kj->k", nodes, exact, nodes)
-    np.testing.assert_allclose(
-        variance[strip.layout.order[:: strip.layout.every]], spread, rtol=0.06
-    )
+    np.testing.assert_allclose(variance, spread, rtol=0.06)
+
+
+def test_in_the_dark_the_curvature_of_the_level_bounds_the_phase() -> None:
+    """All pixels see one phase p = 0: v A^2 (1 - exp(-2 v)) / 8 = sigma^2 / P, v small."""
+    influence = np.ones((P, 1))
+    covariance, variance, _ = begun(influence, np.zeros(1))
+    closed = 2 * SIGMA / (RESPONSE.amplitude * np.sqrt(P))
+    assert covariance[0, 0] == pytest.approx(closed, rel=0.02)
+    np.testing.assert_allclose(variance, closed, rtol=0.02)
+    # the likeliest phase of frames of noise: A p^2 / 4 is their mean where that is positive
+    means = np.random.default_rng(0).normal(0, SIGMA / np.sqrt(P), 100_000)
+    scatter = np.mean(4 / RESPONSE.amplitude * np.maximum(means, 0))
+    assert 0.7 * covariance[0, 0] < scatter < covariance[0, 0]

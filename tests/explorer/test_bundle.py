@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 EXPLORER = Path(__file__).parents[2] / "src" / "fringeforce" / "explorer"
 STATIC, WEB = EXPLORER / "static", EXPLORER / "web"
 

@@ -15,9 +15,10 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
 PROCESSES = Path("/proc")
-pytestmark = pytest.mark.skipif(
-    not PROCESSES.is_dir(), reason="looks for processes where Linux lists them"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not PROCESSES.is_dir(), reason="looks for processes where Linux lists them"),
+]
 PATIENCE = 60.0
 """A process that was told to end does so at once, but a busy machine may be slow to let it [s]."""
 

@@ -11,7 +11,7 @@ from pressed_camera import simulated
 
 from fringeforce.explorer.live import Source
 
-pytestmark = needs_browser
+pytestmark = [needs_browser, pytest.mark.slow]
 SPELLED = re.compile(r"normal (-?[\d.]+), tangential")
 
 

@@ -19,7 +19,7 @@ from pages import (
 from playwright.sync_api import Browser, Locator, Page, expect
 from small_pad import small_pad
 
-pytestmark = needs_browser
+pytestmark = [needs_browser, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

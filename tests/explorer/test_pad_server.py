@@ -22,6 +22,8 @@ from fringeforce.optics.colour import light_colour, white_light
 from fringeforce.reading.pads.reader import PadReader
 from whole_numbers import in_whole_numbers
 
+pytestmark = pytest.mark.slow
+
 TOKEN = "t" * 32
 HOST = "http://127.0.0.1:8000"
 FINGER = {"x": 1e-3, "y": -0.5e-3, "radius": 4e-3, "normal": 20.0, "shear_x": 3.0, "twist": 0.01}

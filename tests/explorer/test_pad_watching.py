@@ -24,6 +24,8 @@ from fringeforce.explorer.server import application
 from fringeforce.explorer.session import Start
 from fringeforce.models.pad import PadModel
 
+pytestmark = pytest.mark.slow
+
 TOKEN = "t" * 32
 HOST = "http://127.0.0.1:8000"
 Message = tuple[dict[str, Any], dict[str, np.ndarray]]

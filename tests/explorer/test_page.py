@@ -20,7 +20,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 import fringeforce as ff
 
-pytestmark = needs_browser
+pytestmark = [needs_browser, pytest.mark.slow]
 
 
 @pytest.fixture

@@ -13,6 +13,8 @@ from fringeforce.explorer.protocol import MAX_REQUEST, decoded, encoded
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import Start
 
+pytestmark = pytest.mark.slow
+
 TOKEN = "t" * 32
 HOST = "http://127.0.0.1:8000"
 SOCKET = f"ws://127.0.0.1:8000/{TOKEN}/socket"

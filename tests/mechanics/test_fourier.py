@@ -12,8 +12,9 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Array = NDArray[np.float64]
 
-# Case 2 of the paper's design in an independent model: x [mm], then rad/N for the centre tactel and
-# the leftmost, normal and tangential, then the phase for 1 N at 10 degrees on all [rad].
+# "Reference values" of docs/theory/errata.md: Case 2 of the design of Saad et al., Tables I and II,
+# by an independent Fourier series of 1,500 terms.  x [mm], then rad/N for the centre tactel and the
+# leftmost, normal and tangential, then the phase for 1 N at 10 degrees on all [rad].
 TABLE = [
     (-12.5, -0.042818, +0.209988, -0.187091, +0.952413, -0.081923),
     (-7.5, -0.098373, +0.499384, -0.781578, +2.261451, -0.704301),
@@ -45,6 +46,7 @@ def test_influence_and_phase_are_the_published_ones(sensor: Sensor, row: tuple) 
 
 
 def test_the_phase_is_lowest_where_it_was_published(sensor: Sensor) -> None:
+    """The values of the same series as the table's."""
     forces = ff.polar(1.0, 10, 11)
     lowest = minimize_scalar(
         lambda mm: (_psi(sensor, np.array([mm * 1e-3])) * forces).sum(),
@@ -56,6 +58,7 @@ def test_the_phase_is_lowest_where_it_was_published(sensor: Sensor) -> None:
 
 
 def test_the_influence_matrix_has_the_published_condition(sensor: Sensor) -> None:
+    """The value of the same series as the table's, at the centres of 2,048 pixels."""
     psi = _psi(sensor, sensor.pixel_positions).reshape(2048, -1)
     assert np.linalg.cond(psi) == pytest.approx(121.75, abs=0.005)
 

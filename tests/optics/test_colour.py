@@ -5,7 +5,7 @@ import pytest
 
 from fringeforce.optics.colour import encoded, light_colour
 
-# CIE 1931 colour matching functions of the 2 degree observer, at wavelengths in nm
+# CIE 1931 colour matching functions of the 2 degree observer (CIE 015, Colorimetry), by nm
 OBSERVER = {
     430: (0.2839, 0.0116, 1.3856),
     450: (0.3362, 0.0380, 1.7721),

@@ -18,11 +18,13 @@ phases = st.floats(-60, 60)
 
 def test_the_papers_design_has_the_published_constant(sensor: ff.Sensor) -> None:
     constant = stress_optic_constant(sensor.transducer.photoelastic, 632.8e-9)
+    # equation (2) of Saad et al. with Tables I and II: 1.42 / 110 MPa * 0.05 * 2 pi / 632.8 nm
     assert constant == pytest.approx(6.409e-3, abs=0.5e-6)
 
 
 def test_a_disc_under_diametral_load_shows_its_textbook_fringes(sensor: ff.Sensor) -> None:
-    # calibration of a model material: N = 8 P / (pi D f) at the centre of a disc, with the material
+    # calibration of a model material (Ramesh, Digital Photoelasticity, Springer 2000):
+    # N = 8 P / (pi D f) at the centre of a disc, with the material
     # fringe value f = wavelength / C and the stress-optic coefficient C = (1 + nu) K_s / E
     load, radius = 7.0, 20e-3
     coefficient = 1.42 * 0.05 / 110e6

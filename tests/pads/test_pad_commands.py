@@ -14,6 +14,8 @@ from fringeforce.io.images import load_images, save_images
 from fringeforce.io.tables import load_pad_forces
 from fringeforce.models.pad import PadModel
 
+pytestmark = pytest.mark.slow
+
 LOADS = [(7, 2.0, 0.3, -0.1), (8, 1.0, 0.0, 0.2)]
 """Tactel, N, T_x, T_y of the first frame; the second has no load."""
 

@@ -28,6 +28,8 @@ from fringeforce.io.images import load_images
 from fringeforce.io.tables import load_pad_forces
 from fringeforce.models.pad import PadModel
 
+pytestmark = pytest.mark.slow
+
 Array = np.ndarray
 
 

@@ -128,6 +128,7 @@ def test_a_lattice_says_of_the_curvature_what_all_pixels_say(
     assert ratio.max() < 1.25
 
 
+@pytest.mark.slow
 def test_finite_elements_between_rollers_shine_as_the_series_does(
     model: PadModel, forces: np.ndarray
 ) -> None:

@@ -19,6 +19,8 @@ from conftest import make_readings
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.io.frames import load_frames, load_times
 
+pytestmark = pytest.mark.slow
+
 RECORDER = str(Path(__file__).with_name("recorder.py"))
 
 

@@ -14,6 +14,8 @@ from fringeforce.acquisition.sinks.lsl import LslSink
 from fringeforce.acquisition.sinks.ros import RosSink
 from fringeforce.acquisition.sinks.sink import Readings
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_lab_streaming_layer_inlet_gets_every_line(
     model: ff.SensorModel, blocks: list[Readings], whole: Readings

@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from fringeforce.cli import app
 from fringeforce.design.files import load_sensor
 from fringeforce.studies.result_store import read_results
+
+pytestmark = pytest.mark.slow
 
 
 def run(*arguments: object) -> str:

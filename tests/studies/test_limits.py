@@ -66,7 +66,8 @@ def test_free_edges_allow_any_load_and_roller_edges_do_not(
     model: ff.SensorModel, roller_model: ff.SensorModel
 ) -> None:
     assert edge_limit(border_influence(model)) == np.inf
-    # -0.70 N + 3.51 T < 0 at the left border of the exact solution: 11.3 degrees
+    # -0.7021 N + 3.5103 T < 0 at the left border for equal forces on all tactels, by the Fourier
+    # series of "Reference values" in docs/theory/errata.md: arctan(0.7021 / 3.5103) = 11.31 degrees
     assert edge_limit(border_influence(roller_model)) == 0
     assert steepest_angle(roller_model) == pytest.approx(11.31, abs=0.02)
     flat = edge_limit(border_influence(roller_model), uniform=True, friction=0.1)

@@ -14,6 +14,8 @@ from fringeforce.studies.performance import performance
 from fringeforce.studies.study_file import load_study
 from fringeforce.studies.verification import verified
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_best_design_meets_the_limits_and_is_the_best_of_all_tried(
     study_path: Path, tmp_path: Path

@@ -19,6 +19,8 @@ from fringeforce.studies.result_store import DONE, FAILED, OPEN, read_results
 from fringeforce.studies.study_file import load_study
 from fringeforce.studies.sweep import Sweep, run_sweep
 
+pytestmark = pytest.mark.slow
+
 Columns = dict[str, np.ndarray]
 
 

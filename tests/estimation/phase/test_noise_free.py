@@ -53,6 +53,7 @@ def phases(draw: st.DrawFn, samples: int) -> np.ndarray:
     return draw(st.floats(-3.14, 0)) + scale * phase
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [2048, 20_000])
 @EXACT
 @given(data=st.data())
@@ -65,6 +66,7 @@ def test_a_phase_that_starts_within_a_half_turn_comes_back_from_the_default_star
     assert_same(recover_phase(light(phase[::-1]), direction="backward"), phase[::-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [2048, 20_000])
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 @EXACT
@@ -79,6 +81,7 @@ def test_any_phase_comes_back_from_the_indices_of_its_edge(
     assert_same(found, phase)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [2048, 20_000])
 @pytest.mark.parametrize("edges", ["free", "roller"])
 @pytest.mark.parametrize("direction", ["forward", "backward"])

@@ -1,64 +1,120 @@
-"""Mirror images are those that a plain least-squares fit of the mirrored stretch finds."""
+"""Mirror images of the phase: those that counting finds, and NumPy's least squares."""
 
-from typing import Any
+import itertools
 
 import numpy as np
+import pytest
 
-from fringeforce.estimation.phase.reflections import EQUAL, LOSS, SHIFT, reflections
+from fringeforce.estimation.phase.reflections import LOSS, SHIFT, TOUCH, reflections
 
-X = np.linspace(0, 1, 800)
-INFLUENCE = np.sin(np.pi * np.outer(X, np.arange(1, 7)))
-
-
-def scene(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    rng = np.random.default_rng(seed)
-    phase = INFLUENCE @ rng.normal(0, 3, 6)
-    return phase, 4 * np.sin(phase) ** 2 + 0.01
+STEPS, PIXELS = 7, 24
+END = STEPS * PIXELS
 
 
-def fitted(phase: np.ndarray, information: np.ndarray, first: int, last: int, mirror: float):
-    """Change of the loads, its loss and its size, by an independent solver."""
-    wanted = np.zeros(len(phase))
-    wanted[first:last] = 2 * (mirror - phase[first:last])
-    root = np.sqrt(information)
-    change, *_ = np.linalg.lstsq(root[:, None] * INFLUENCE, root * wanted, rcond=None)
-    followed = INFLUENCE @ change
-    return change, information @ (followed - wanted) ** 2, information @ followed**2
+def staircase() -> np.ndarray:
+    """Influence of a constant, and of smooth steps of pi, each over an interval of its own."""
+    x = np.arange(END + 1)[:, None] / PIXELS - np.arange(STEPS)
+    inside = np.clip(x, 0, 1)
+    return np.pi * np.column_stack([np.ones(END + 1), inside**2 * (3 - 2 * inside)])
 
 
-def contacts(phase: np.ndarray) -> list[int]:
-    distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
-    return [
-        k
-        for k in range(1, len(phase) - 1)
-        if distance[k - 1] >= distance[k] < distance[k + 1] and distance[k] < 0.6
-    ]
+def information(phase: np.ndarray) -> np.ndarray:
+    return 4 * np.sin(phase) ** 2 + 0.1
 
 
-def every_image(phase: np.ndarray, information: np.ndarray) -> list[tuple[float, Any]]:
-    """Loss and change of every stretch that may be mirrored, the likeliest first.
+def every_mirror_image(loads: np.ndarray) -> set[tuple[int, ...]]:
+    """Changes that mirror one stretch, among all staircases that leave the same frame.
 
-    Equals, such as both sides of one place at zero, come in the order of their stretches.
+    A mirror image differs from the phase over one stretch, where the two add up to a constant, and
+    not over the whole frame.
     """
-    inner, end = contacts(phase), len(phase)
-    near = {k: np.pi * np.rint(phase[k] / np.pi) for k in inner}
-    stretches = [(0, k, near[k]) for k in inner] + [(k, end, near[k]) for k in inner]
-    stretches += [(j, k, near[j]) for j in inner for k in inner if j < k and near[j] == near[k]]
-    fits = [fitted(phase, information, *stretch) for stretch in sorted(stretches)]
-    return sorted(
-        ((float(loss), change) for change, loss, shift in fits if loss < LOSS and shift > SHIFT),
-        key=lambda one: round(one[0] / EQUAL),
-    )
+    influence = staircase()
+    phase, found = influence @ loads, set()
+    starts = loads[0] + 2 * np.arange(-STEPS, STEPS + 1)
+    for first, *steps in itertools.product(starts, *[(-1, 1)] * STEPS):
+        other = np.array([first, *steps])
+        image = influence @ other
+        np.testing.assert_allclose(np.sin(image / 2) ** 2, np.sin(phase / 2) ** 2, atol=1e-12)
+        apart = np.flatnonzero(np.abs(image - phase) > 1e-9)
+        # a phase that is mirrored at its very end differs everywhere but there
+        if len(apart) and (apart[0] > 1 or apart[-1] < END - 1):
+            stretch = slice(apart[0], apart[-1] + 1)
+            if np.ptp((image + phase)[stretch]) < 1e-9:
+                found.add(tuple(np.rint(other - loads).astype(int)))
+    return found
 
 
-def test_every_stretch_between_meetings_of_one_multiple_is_mirrored_and_nothing_else() -> None:
-    compared = 0
-    for seed in range(6):
-        phase, information = scene(seed)
-        expected = every_image(phase, information)
-        found = reflections(phase, INFLUENCE, information)
-        assert len(found) == len(expected)
-        for one, (_, change) in zip(found, expected, strict=True):
-            np.testing.assert_allclose(one, change, atol=1e-4 * np.abs(change).max())
-            compared += 1
-    assert compared > 10
+@pytest.mark.parametrize("start", [0, 3])
+@pytest.mark.parametrize(
+    "steps",
+    [
+        (1, -1, 1, -1, 1, -1, 1),
+        (1, 1, -1, -1, -1, -1, 1),
+        (-1, 1, 1, 1, -1, 1, -1),
+        (1, 1, 1, 1, 1, 1, 1),
+    ],
+)
+def test_mirror_images_are_those_that_counting_all_staircases_finds(
+    start: int, steps: tuple[int, ...]
+) -> None:
+    """Steps of half a turn up or down: whatever their signs, the frame is the same."""
+    influence, loads = staircase(), np.array([start, *steps], dtype=float)
+    phase = influence @ loads
+    found = reflections(phase, influence, information(phase))
+    np.testing.assert_allclose(found, np.rint(found), atol=1e-3)
+    expected = every_mirror_image(loads)
+    assert len(found) == len(expected)
+    assert {tuple(change) for change in np.rint(found).astype(int)} == expected
+
+
+def waves(height: float) -> tuple[np.ndarray, np.ndarray]:
+    """A phase that turns at so much above 0, a quarter and three quarters along; its influence."""
+    x = np.linspace(0, 1, 801)
+    influence = np.cos(np.pi * np.outer(x, np.arange(9)))
+    loads = np.array([height + 0.8, 0, 0, 0, 0.8, 0, 0, 0, 0])
+    return influence @ loads, influence
+
+
+@pytest.mark.parametrize(("precision", "count"), [(0.005, 3), (1.0, 5), (150.0, 4)])
+def test_images_at_turns_near_a_multiple_are_those_of_numpys_least_squares(
+    precision: float, count: int
+) -> None:
+    """Of the five stretches between two turns and two ends, but for the whole."""
+    phase, influence = waves(0.3)
+    weight = precision * information(phase)
+    root, losses, fits = np.sqrt(weight), [], []
+    for first, last in [(0, 200), (0, 600), (200, 600), (200, 801), (600, 801)]:
+        wanted = np.zeros(len(phase))
+        wanted[first:last] = -2 * phase[first:last]
+        change, *_ = np.linalg.lstsq(root[:, None] * influence, root * wanted, rcond=None)
+        loss = weight @ (influence @ change - wanted) ** 2
+        if loss < LOSS and weight @ (influence @ change) ** 2 > SHIFT:
+            losses.append(loss)
+            fits.append(change)
+    found = reflections(phase, influence, weight)
+    assert len(found) == len(fits) == count
+    # in deviations of the loads, squared
+    apart = [[weight @ (influence @ (one - fit)) ** 2 for fit in fits] for one in found]
+    nearest = [int(np.argmin(row)) for row in apart]
+    assert sorted(nearest) == list(range(count))
+    assert all(min(row) < 1e-3 for row in apart)
+    # the likeliest first; two that are as likely in either order
+    ranked = np.array(losses)[nearest]
+    assert (np.diff(ranked) > -1e-3).all()
+
+
+@pytest.mark.parametrize(("height", "images"), [(0.9 * TOUCH, True), (1.1 * TOUCH, False)])
+def test_a_turn_far_from_every_multiple_mirrors_nothing(height: float, images: bool) -> None:
+    phase, influence = waves(height)
+    assert bool(len(reflections(phase, influence, 0.05 * information(phase)))) is images
+
+
+def test_an_image_within_the_noise_of_what_it_mirrors_is_no_other_explanation() -> None:
+    influence = staircase()
+    loads = np.array([0, 1, -1, 1, -1, 1, -1, 1.0])
+    phase = influence @ loads
+    # squared deviations that mirroring everything but the first step moves the frame by
+    most = information(phase)[PIXELS:] @ (2 * phase[PIXELS:]) ** 2
+    for size, some in ((1.5, True), (0.6, False)):
+        found = reflections(phase, influence, size * SHIFT / most * information(phase))
+        assert bool(len(found)) is some

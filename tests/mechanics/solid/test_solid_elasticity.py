@@ -20,6 +20,8 @@ from fringeforce.mechanics.solid.mesh import BoxMesh, box_mesh
 from fringeforce.mechanics.solid.strip import STRIP
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 COVER = Layer(thickness=0.5e-3, youngs_modulus=11e6, poissons_ratio=0.49)
 CLEAR = PhotoelasticLayer(

@@ -14,6 +14,8 @@ from fringeforce.mechanics.solid.influence import patch_loads
 from fringeforce.mechanics.solid.mesh import BoxMesh
 from fringeforce.mechanics.solid.sides import SideGrading, side_mesh, sided_influence
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 PATCHES = Patches(np.array([[0.8e-3, -0.5e-3], [-0.5e-3, 0.2e-3]]), 1e-3)
 
