@@ -1,8 +1,9 @@
 """The covariance that agrees with the variance of the phase that it causes, by SciPy alone."""
 
 import numpy as np
-from fringeforce.estimation.likelihood import Response
 from scipy.optimize import root
+
+from fringeforce.estimation.likelihood import Response
 
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 
