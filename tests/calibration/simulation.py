@@ -5,6 +5,7 @@ from scipy.optimize import least_squares
 
 import fringeforce as ff
 from fringeforce.calibration.frame_fit import climb
+from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.estimation.bounds import covariance
 from fringeforce.models.imaging import camera_response

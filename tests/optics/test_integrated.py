@@ -111,8 +111,8 @@ def test_a_double_pass_turns_the_poincare_sphere_as_its_equivalent_retarder_does
     for pixel, (A, B) in enumerate(whole.T):
         turns = [Rotation.from_rotvec([-a, -b, 0.0]) for a, b in slices[:, :, pixel]]
         both = Rotation.identity()
-        for turn in turns:  # from the mirror outwards, a slice before and behind
-            both = turn * both * turn
+        for one in turns:  # from the mirror outwards, a slice before and behind
+            both = one * both * one
         found = Rotation.from_rotvec([-A, -B, 0.0])
         np.testing.assert_allclose(found.as_matrix(), both.as_matrix(), atol=1e-12)
         # no optical activity: the axis lies in the plane of the linear states
