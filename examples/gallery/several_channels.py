@@ -1,10 +1,9 @@
 """
-Light that never goes blind
-===========================
+Several channels: sensitive at every phase
+==========================================
 
-Where a dark field is darkest or brightest, its intensity does not change with the phase: the
-picture is blind there.  A second picture, a quarter wave further, sees best just where the first is
-blind.
+Where a dark field is darkest or brightest, its intensity does not change with the phase.  A second
+picture, a quarter wave further, is most sensitive just there.
 """
 
 import matplotlib.pyplot as plt
