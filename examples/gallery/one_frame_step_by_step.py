@@ -79,7 +79,7 @@ assert np.abs(frame - clean).max() <= camera.noise + 0.5
 reading = ff.Reader(model).read(frame)
 fig, (upper, lower) = plt.subplots(2, 1, figsize=(8, 5.6))
 plot.forces(upper, reading.forces, reading.std)
-for force, shade in zip(forces, ("C0", "C1"), strict=True):
+for force, shade in zip(forces.T, ("C0", "C1"), strict=True):
     upper.plot(np.arange(1, 12), force, ":", color=shade)
 plot.curves(lower, x, {"phase read": reading.phase - phase}, "error of phase [rad]")
 print(reading.status.name, reading.advice)

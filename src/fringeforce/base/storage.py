@@ -189,7 +189,7 @@ def read(file: h5py.File, name: str) -> NDArray[Any]:
 def read_by_tactel(file: h5py.File, name: str) -> NDArray[Any]:
     """Read an array of a strip, shape (..., n, 2); version 1 wrote it as (..., 2, n)."""
     values = read(file, name)
-    if int(text(file, "format_version")) > 1:
+    if int(file.attrs.get("format_version", 0)) > 1:
         return values
     return np.ascontiguousarray(np.swapaxes(values, -1, -2))
 
