@@ -14,6 +14,7 @@ from fringeforce.mechanics.solid.influence import pad_influence
 from fringeforce.models.pad import PadModel, block_of, characterize_pad
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.reading.pads.reader import STATED
 from fringeforce.reading.pads.sampling import lattice
 from whole_numbers import in_whole_numbers
 
@@ -120,7 +121,7 @@ def test_a_lattice_says_of_the_curvature_what_all_pixels_say(
         used[np.random.default_rng(5).random(used.shape) < 0.1] = False
     slopes, weights = jacobian(model, forces), used.ravel()
     exact = slopes.T @ (weights[:, None] * slopes)
-    few, modes = lattice(model, 32), model.modes(forces)
+    few, modes = lattice(model, STATED), model.modes(forces)
     _, light = model.picture(modes, model.pictures[0])
     found = few.information(modes, model.pictures[0], light, weights if masked else None)
     ratio = np.linalg.eigvals(np.linalg.solve(found * used.size, exact)).real

@@ -31,17 +31,21 @@ def contact(model: PadModel, rng: np.random.Generator, peak: float) -> Array:
     return forces * peak / np.hypot(*model.retardance(forces)).max()
 
 
-@pytest.mark.parametrize("peak", [5.0, 8.0, 11.0])
+@pytest.mark.parametrize(("peak", "fewest"), [(5.0, 8), (8.0, 8), (11.0, 4)])
 def test_loads_of_several_half_waves_are_found_without_an_earlier_state(
-    model: PadModel, peak: float
+    model: PadModel, peak: float, fewest: int
 ) -> None:
-    reader = PadReader(model)
-    for seed in range(2):
+    """Of eight frames; at 11 rad one in six is not found, and then says so."""
+    reader, right = PadReader(model), 0
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         forces = contact(model, rng, peak)
         reading = reader.read(model.expose(forces, rng))
-        assert reading.status is Status.OK
-        assert (np.abs(reading.forces - forces) < 5.5 * reading.std).all()
+        assert reading.status in (Status.OK, Status.MODEL_MISMATCH)
+        if reading.status is Status.OK:
+            assert (np.abs(reading.forces - forces) < 5.5 * reading.std).all()
+            right += 1
+    assert right >= fewest
 
 
 def test_a_mirror_image_turns_back_at_the_fold(model: PadModel) -> None:
