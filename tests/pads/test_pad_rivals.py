@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from fringeforce.force.likelihood import Misfit
-from fringeforce.pads.fit import Curvature, Place, Top
+from fringeforce.pads.fit import Curvature, Fit, Place, Top
 from fringeforce.pads.model import PadModel
 from fringeforce.pads.reader import PadReader
 from fringeforce.pads.rivals import Mirror, weighed
 from fringeforce.pads.sampling import lattice
+from fringeforce.pads.search import Search
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray
@@ -16,8 +18,14 @@ Array = np.ndarray
 
 @pytest.fixture(scope="module")
 def noisy(model: PadModel) -> PadModel:
-    """A third of the light is noise, on few pixels."""
-    camera = {"pixels": [48, 40], "noise": 70, "noise_model": "gaussian", "bits": 10, "offset": 380}
+    """More than half of the light is noise, on few pixels."""
+    camera = {
+        "pixels": [48, 40],
+        "noise_model": "gaussian",
+        "noise": 140,
+        "bits": 10,
+        "offset": 380,
+    }
     return PadModel(model.sensor.replace(camera=camera), model.influence)
 
 
@@ -57,6 +65,20 @@ def test_a_mirror_image_turns_back_at_the_fold(model: PadModel) -> None:
     assert min(np.abs(np.sin(size) - np.sin(before)).max() for size in after) < 0.1
 
 
+def test_the_loss_of_a_top_is_that_of_its_forces_also_after_a_last_step(model: PadModel) -> None:
+    forces, rng = contact(model, np.random.default_rng(5), 2.0).ravel(), np.random.default_rng(6)
+    frame = model.expose(forces.reshape(-1, 3), rng).ravel().astype(float)
+    fit = Fit(model, PadReader(model).response, lattice(model, 48), frame)
+    best = fit.climb(forces)
+    root = np.linalg.cholesky(best.curvature.information)
+    for size in (1.0, 2.0, 3.0):
+        # a step is promised as many squared deviations as it is away from the top
+        away = rng.normal(size=len(forces))
+        start = best.forces + np.linalg.solve(root.T, size * away / np.linalg.norm(away))
+        top = fit.climb(start)
+        assert top.misfit.loss == pytest.approx(fit.misfit(fit.at(top.forces)).loss, abs=0.3)
+
+
 def test_spots_of_a_pad_are_never_read_wrong_without_a_doubt(model: PadModel) -> None:
     forces = contact(model, np.random.default_rng(4), 4.0)
     reader, frame = PadReader(model), model.expose(forces, 0)
@@ -68,17 +90,46 @@ def test_spots_of_a_pad_are_never_read_wrong_without_a_doubt(model: PadModel) ->
         assert reading.status is not Status.OK or apart.max() < 6
 
 
-def test_a_frame_that_two_loads_explain_names_both(noisy: PadModel) -> None:
-    rng = np.random.default_rng(1023)
-    forces = contact(noisy, rng, 1.0) * rng.uniform(1.3, 4)
-    frame = noisy.expose(forces, rng)
+def closest(model: PadModel, image: Array, start: Array) -> Array:
+    """Loads near a start whose image is closest to a given one, by an independent solver."""
+    shape, step = start.shape, 1e-2
+
+    def left(loads: Array) -> Array:
+        return (model.intensity(loads.reshape(shape)) - image).ravel()
+
+    def slopes(loads: Array) -> Array:
+        moves = step * np.eye(loads.size)
+        return np.stack([(left(loads + m) - left(loads - m)) / (2 * step) for m in moves], axis=1)
+
+    return least_squares(left, start.ravel(), jac=slopes, xtol=1e-4).x.reshape(shape)
+
+
+def test_a_frame_that_two_loads_explain_names_both(
+    noisy: PadModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    camera = noisy.sensor.camera
+    beyond = np.zeros((noisy.sensor.tactels.total, 3))
+    beyond[9, 0] = 1.0
+    beyond *= 3.2 / np.hypot(*noisy.retardance(beyond)).max()
+    below = closest(noisy, noisy.intensity(beyond), 0.5 * beyond)
+    assert np.hypot(*noisy.retardance(below)).max() < 2.2
+    # halfway between their images no grey level prefers either
+    images = [camera.offset + camera.amplitude * noisy.intensity(f) for f in (beyond, below)]
+    frame = np.rint(np.mean(images, axis=0))
+    left = [((frame - image) ** 2).sum() / camera.noise**2 for image in images]
+    assert max(left) < 10
+    # a search that finds one of them: the other is found as its mirror image
+    monkeypatch.setattr(Search, "attempts", lambda *_: iter([(beyond.ravel(), True)]))
     reading = PadReader(noisy).read(frame)
     assert reading.status is Status.AMBIGUOUS
-    assert reading.alternatives.shape[1:] == forces.shape
-    camera = noisy.sensor.camera
+    assert reading.alternatives.shape[1:] == beyond.shape
+    named = [reading.forces, *reading.alternatives]
+    for loads in (beyond, below):
+        apart = [(other - loads).ravel() for other in named]
+        assert min(one @ reading.information @ one for one in apart) < 0.25 * beyond.size
     for other in reading.alternatives:
         apart = (other - reading.forces).ravel()
-        assert apart @ reading.information @ apart > forces.size
+        assert apart @ reading.information @ apart > beyond.size
         left = [
             ((frame - camera.offset - camera.amplitude * noisy.intensity(loads)) ** 2).sum()
             for loads in (reading.forces, other)
