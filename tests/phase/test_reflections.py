@@ -53,7 +53,7 @@ def every_image(phase: np.ndarray, information: np.ndarray) -> list[tuple[float,
 
 def test_every_stretch_between_meetings_of_one_multiple_is_mirrored_and_nothing_else() -> None:
     compared = 0
-    for seed in range(6):
+    for seed in range(20):
         phase, information = scene(seed)
         expected = every_image(phase, information)
         found = reflections(phase, INFLUENCE, information)
