@@ -8,7 +8,7 @@ import numpy as np
 
 from fringeforce.errors import FileFormatError
 from fringeforce.sinks.components import Components
-from fringeforce.sinks.csv_rows import rows
+from fringeforce.sinks.csv_rows import prepare, rows
 from fringeforce.sinks.sink import Readings, Sink
 from fringeforce.tables import CARTESIAN, PAD_READING, POLAR
 
@@ -43,6 +43,7 @@ class CsvSink(Sink):
             self._file = open(path, "wb")  # noqa: SIM115
         except OSError as error:
             raise FileFormatError(f"{path} cannot be written: {error.strerror}.") from None
+        prepare()
         self._file.write((",".join(columns) + "\r\n").encode())
         self._file.flush()
 
