@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.fit import Curvature, Place, Top
+from fringeforce.reading.pads.fit import Curvature, Fit, Place, Top
 from fringeforce.reading.pads.mirror_images import Mirror, weighed
 from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.pads.sampling import lattice
+from fringeforce.reading.pads.search import Search
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray
@@ -16,8 +18,14 @@ Array = np.ndarray
 
 @pytest.fixture(scope="module")
 def noisy(model: PadModel) -> PadModel:
-    """A third of the light is noise, on few pixels."""
-    camera = {"pixels": [48, 40], "noise": 70, "noise_model": "gaussian", "bits": 10, "offset": 380}
+    """More than half of the light is noise, on few pixels."""
+    camera = {
+        "pixels": [48, 40],
+        "noise_model": "gaussian",
+        "noise": 140,
+        "bits": 10,
+        "offset": 380,
+    }
     return PadModel(model.sensor.replace(camera=camera), model.influence)
 
 
@@ -31,21 +39,20 @@ def contact(model: PadModel, rng: np.random.Generator, peak: float) -> Array:
     return forces * peak / np.hypot(*model.retardance(forces)).max()
 
 
-@pytest.mark.parametrize(("peak", "fewest"), [(5.0, 8), (8.0, 8), (11.0, 4)])
+@pytest.mark.parametrize(("peak", "most"), [(5.0, 6), (8.0, 5), (11.0, 3)])
 def test_loads_of_several_half_waves_are_found_without_an_earlier_state(
-    model: PadModel, peak: float, fewest: int
+    model: PadModel, peak: float, most: int
 ) -> None:
-    """Of eight frames; at 11 rad one in six is not found, and then says so."""
-    reader, right = PadReader(model), 0
+    # of many touches 100, 93 and 77 in 100 are found; what is not found is not OK
+    reader, found = PadReader(model), 0
     for seed in range(8):
         rng = np.random.default_rng(seed)
         forces = contact(model, rng, peak)
         reading = reader.read(model.expose(forces, rng))
-        assert reading.status in (Status.OK, Status.MODEL_MISMATCH)
         if reading.status is Status.OK:
             assert (np.abs(reading.forces - forces) < 5.5 * reading.std).all()
-            right += 1
-    assert right >= fewest
+            found += 1
+    assert found >= most
 
 
 def test_a_mirror_image_turns_back_at_the_fold(model: PadModel) -> None:
@@ -61,28 +68,79 @@ def test_a_mirror_image_turns_back_at_the_fold(model: PadModel) -> None:
     assert min(np.abs(np.sin(size) - np.sin(before)).max() for size in after) < 0.1
 
 
-def test_spots_of_a_pad_are_never_read_wrong_without_a_doubt(model: PadModel) -> None:
-    forces = contact(model, np.random.default_rng(4), 4.0)
-    reader, frame = PadReader(model), model.expose(forces, 0)
-    for row, column in ((30, 40), (44, 40), (40, 30)):
+def test_the_loss_of_a_top_is_that_of_its_forces_also_after_a_last_step(model: PadModel) -> None:
+    forces, rng = contact(model, np.random.default_rng(5), 2.0).ravel(), np.random.default_rng(6)
+    frame = model.expose(forces.reshape(-1, 3), rng).ravel().astype(float)
+    fit = Fit(model, PadReader(model).response, lattice(model, 48), frame)
+    best = fit.climb(forces)
+    root = np.linalg.cholesky(best.curvature.information)
+    for size in (1.0, 2.0, 3.0):
+        # a step is promised as many squared deviations as it is away from the top
+        away = rng.normal(size=len(forces))
+        start = best.forces + np.linalg.solve(root.T, size * away / np.linalg.norm(away))
+        top = fit.climb(start)
+        assert top.misfit.loss == pytest.approx(fit.misfit(fit.at(top.forces)).loss, abs=0.3)
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(20, 20), (40, 40), (80, 48)])
+def test_spots_of_a_pad_are_never_read_wrong_without_a_doubt(
+    model: PadModel, rows: int, columns: int
+) -> None:
+    reader, statuses = PadReader(model), []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        forces = contact(model, rng, 4.0)
+        row, column = rng.integers(np.subtract(model.frame_shape, (rows, columns)) + 1)
         mask = np.ones(model.frame_shape, dtype=bool)
-        mask[row : row + 20, column : column + 20] = False
-        reading = reader.read(frame, mask=mask)
+        mask[row : row + rows, column : column + columns] = False
+        reading = reader.read(model.expose(forces, rng), mask=mask)
         apart = np.abs(reading.forces - forces) / reading.std
         assert reading.status is not Status.OK or apart.max() < 6
+        statuses.append(reading.status)
+    # half a pad shows enough
+    assert columns < 48 or statuses.count(Status.OK) >= 3
 
 
-def test_a_frame_that_two_loads_explain_names_both(noisy: PadModel) -> None:
-    rng = np.random.default_rng(1023)
-    forces = contact(noisy, rng, 1.0) * rng.uniform(1.3, 4)
-    frame = noisy.expose(forces, rng)
+def closest(model: PadModel, image: Array, start: Array) -> Array:
+    """Loads near a start whose image is closest to a given one, by an independent solver."""
+    shape, step = start.shape, 1e-2
+
+    def left(loads: Array) -> Array:
+        return (model.intensity(loads.reshape(shape)) - image).ravel()
+
+    def slopes(loads: Array) -> Array:
+        moves = step * np.eye(loads.size)
+        return np.stack([(left(loads + m) - left(loads - m)) / (2 * step) for m in moves], axis=1)
+
+    return least_squares(left, start.ravel(), jac=slopes, xtol=1e-4).x.reshape(shape)
+
+
+def test_a_frame_that_two_loads_explain_names_both(
+    noisy: PadModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    camera = noisy.sensor.camera
+    beyond = np.zeros((noisy.sensor.tactels.total, 3))
+    beyond[9, 0] = 1.0
+    beyond *= 3.2 / np.hypot(*noisy.retardance(beyond)).max()
+    below = closest(noisy, noisy.intensity(beyond), 0.5 * beyond)
+    assert np.hypot(*noisy.retardance(below)).max() < 2.2
+    # halfway between their images no grey level prefers either
+    images = [camera.offset + camera.amplitude * noisy.intensity(f) for f in (beyond, below)]
+    frame = np.rint(np.mean(images, axis=0))
+    left = [((frame - image) ** 2).sum() / camera.noise**2 for image in images]
+    assert max(left) < 10
+    # a search that finds one of them: the other is found as its mirror image
+    monkeypatch.setattr(Search, "attempts", lambda *_: iter([(beyond.ravel(), True)]))
     reading = PadReader(noisy).read(frame)
     assert reading.status is Status.AMBIGUOUS
-    assert reading.alternatives.shape[1:] == forces.shape
-    camera = noisy.sensor.camera
+    assert reading.alternatives.shape[1:] == beyond.shape
+    named = [reading.forces, *reading.alternatives]
+    for loads in (beyond, below):
+        apart = [(other - loads).ravel() for other in named]
+        assert min(one @ reading.information @ one for one in apart) < 0.25 * beyond.size
     for other in reading.alternatives:
         apart = (other - reading.forces).ravel()
-        assert apart @ reading.information @ apart > forces.size
+        assert apart @ reading.information @ apart > beyond.size
         left = [
             ((frame - camera.offset - camera.amplitude * noisy.intensity(loads)) ** 2).sum()
             for loads in (reading.forces, other)

@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 from fringeforce.acquisition.sinks.components import Components
-from fringeforce.acquisition.sinks.csv_rows import rows
+from fringeforce.acquisition.sinks.csv_rows import prepare, rows
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError
 from fringeforce.io.tables import CARTESIAN, PAD_READING, POLAR
@@ -43,6 +43,7 @@ class CsvSink(Sink):
             self._file = open(path, "wb")  # noqa: SIM115
         except OSError as error:
             raise FileFormatError(f"{path} cannot be written: {error.strerror}.") from None
+        prepare()
         self._file.write((",".join(columns) + "\r\n").encode())
         self._file.flush()
 

@@ -36,8 +36,13 @@ def rows(first: int, timestamps: Any, numbers: Any, words: NDArray[np.bytes_]) -
     k, n, columns = numbers.shape
     letters = np.ascontiguousarray(words).view(np.uint8).reshape(k, -1)
     text = np.empty(k * n * ((columns + 3) * CELL + letters.shape[1] + 2), dtype=np.uint8)
-    times, cells = np.asarray(timestamps, float), np.ascontiguousarray(numbers, float)
+    times, cells = np.array(timestamps, float), np.ascontiguousarray(numbers, float)
     return text[: _rows(first, times, cells, letters, text)].tobytes()
+
+
+def prepare() -> None:
+    """Compile the loops, or load them, which may take longer than a sink has to finish."""
+    rows(0, np.zeros(1), np.zeros((1, 1, 1)), np.array([b"OK"]))
 
 
 @njit(cache=True, nogil=True)

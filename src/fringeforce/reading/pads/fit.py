@@ -7,7 +7,7 @@ them.  Levenberg and Marquardt's method joins the two.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
 import numpy as np
@@ -120,7 +120,7 @@ class Top:
     place : Place
         Where all was evaluated last, a small step away.
     misfit : Misfit
-        There.
+        There, but for the loss, which is that of the forces.
     """
 
     forces: Array
@@ -226,7 +226,8 @@ class Fit:
                 # retardance beyond what the optics are computed for
                 break
             if last:
-                return Top(here.forces + step, curvature, here, left)
+                gained = replace(left, loss=left.loss - promised)
+                return Top(here.forces + step, curvature, here, gained)
             there = self.at(here.forces + step)
             beyond = self.misfit(there)
             while not beyond.loss < left.loss and damping < 1e6:

@@ -134,6 +134,8 @@ class PadReader:
         fine = self._fit(levels, self._stating, judge).information(tops[0].place)
         if not judge.explained(tops[0]):
             return judge.unexplained(levels, tops[0], fine), tops[0]
+        if start is None:
+            sure = sure and self._stays_this_side(fine)
         verdict = weighed([top for top in tops if judge.explained(top)], fine)
         return judge.reading(levels, tops[0], verdict, tracked=False, sure=sure), tops[0]
 
@@ -152,6 +154,16 @@ class PadReader:
                 break
         tops.sort(key=lambda top: top.misfit.loss)
         return (self._with_images(fit, judge, tops) if judge.explained(tops[0]) else tops), sure
+
+    def _stays_this_side(self, information: Array) -> bool:
+        """Whether no push is uncertain by as much as takes retardance from one fold to beyond it.
+
+        Where one is, as may be where a mask hides its tactel, deviations, which are those of a
+        linear model, do not say how far other forces are that explain a frame as well.
+        """
+        deviations = np.sqrt(np.diag(np.linalg.inv(information))[::3])
+        most = self._search.strongest * max(self._mirror.dispersions)
+        return bool(deviations.max() * most < np.pi / 2)
 
     def _with_images(self, fit: Fit, judge: Judge, tops: list[Top]) -> list[Top]:
         """Explanations, and where their mirror images lead, the likeliest first."""

@@ -97,7 +97,7 @@ class Search:
             low = (maximum_filter(sines, around) < START) & shown
             seen.append((vectors.at(self.places.rows, self.places.columns), self._few(low)))
         for plausible, contact in ATTEMPTS:
-            yield self._grown(seen, plausible / self._strongest, contact)
+            yield self._grown(seen, plausible / self.strongest, contact)
 
     @cached_property
     def places(self) -> Sampling:
@@ -120,7 +120,7 @@ class Search:
         return np.ascontiguousarray(np.einsum("k,fkmn->fmn", profile, self.places.influence))
 
     @cached_property
-    def _strongest(self) -> float:
+    def strongest(self) -> float:
         """Largest retardance per normal force [rad/N]."""
         return float(np.abs(self._whole[:, :, ::3]).max())
 
