@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Camera, Sensor
-from fringeforce.estimation.chi_square import group_sums
+from fringeforce.estimation.residual_test import group_sums
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -126,7 +126,7 @@ def misfitting_pixels(residuals: Array) -> Mask:
 def misfitting_frames(residuals: Array) -> Mask:
     """Frames that fit worse than noise and than the other frames, shape (F,).
 
-    As in `goodness.is_noise`, with the other frames' misfit as a scale where none fits perfectly.
+    As in `residual_test.is_noise`, with the other frames' misfit as a scale where none fits perfectly.
 
     Parameters
     ----------

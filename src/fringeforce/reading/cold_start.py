@@ -14,6 +14,7 @@ from fringeforce.estimation.levenberg_marquardt import Top
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.phase.folding import Fringes, phase_pace
 from fringeforce.estimation.phase.tracking import explanations
+from fringeforce.estimation.residual_test import PLAIN
 from fringeforce.estimation.strip import Strip
 from fringeforce.reading.frame_problem import Doubt, Scene
 from fringeforce.reading.hypothesis_selection import Interpretation, judged
@@ -26,8 +27,6 @@ CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
 SAME_BASIN = 0.5
 """Phases nowhere farther apart are one interpretation of the search [rad]."""
-SATISFIED = 2.5
-"""Standard deviations of pure noise within which an explanation ends the search."""
 OUTLIER, OUTLIERS = 5.0, 0.03
 """Residual that makes a pixel suspect, and the share of pixels that may be."""
 SATURATION = 0.1
@@ -77,13 +76,13 @@ def interpret(
     for starts in explanations(lines):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda top: top.loss)
         loads = tops[0].loads
-        if scene.explained(loads, SATISFIED):
+        if scene.explained(loads, PLAIN):
             break
         sound = _sound_pixels(scene.estimate(loads).misfit.slope)
         if sound is not None and not scene.explained(loads):
             rest = scene.only(sound)
             top = rest.top(loads)
-            if rest.explained(top.loads, SATISFIED):
+            if rest.explained(top.loads, PLAIN):
                 return judged(rest, [top])
             if spared is None and rest.explained(top.loads):
                 spared = rest, [top]

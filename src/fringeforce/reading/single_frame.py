@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import admissible
 from fringeforce.estimation.bounds import covariance as noise_covariance
-from fringeforce.estimation.chi_square import reduced_chi_square
 from fringeforce.estimation.likelihood import Response
+from fringeforce.estimation.residual_test import reduced_chi_square
 from fringeforce.estimation.strip import Strip
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.calibration_uncertainty import CalibrationDoubt
