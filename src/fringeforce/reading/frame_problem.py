@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.bounds import covariance, phase_information
 from fringeforce.estimation.estimate import Estimate, evaluated
-from fringeforce.estimation.levenberg_marquardt import Phases, Top, climb, node_phase
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.model_discrepancy import ShapeError, shape_error
 from fringeforce.estimation.phase.reflections import reflections
 from fringeforce.estimation.residual_test import FALSE_ALARM, absorbed, is_noise
 from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.strip_fit import Phases, Top, climb, node_phase
 from fringeforce.estimation.vector_loops import Single
 
 Array = NDArray[np.float64]

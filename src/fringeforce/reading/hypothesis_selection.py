@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.estimate import Estimate
-from fringeforce.estimation.levenberg_marquardt import Top
 from fringeforce.estimation.likelihood import misfit
 from fringeforce.estimation.model_discrepancy import ShapeError
 from fringeforce.estimation.residual_test import FALSE_CONTACT, square_limit
+from fringeforce.estimation.strip_fit import Top
 from fringeforce.reading.frame_problem import Scene
 from fringeforce.reading.reading import Status
 
