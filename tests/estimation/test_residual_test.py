@@ -31,7 +31,7 @@ def test_sums_of_neighbours_keep_unit_noise_and_add_up_a_wave() -> None:
 
 
 @pytest.mark.parametrize("unknowns", [0, 22])
-@pytest.mark.parametrize("chance", [1e-2, 1e-8])
+@pytest.mark.parametrize("chance", [1e-2, 1e-7])
 def test_squares_may_be_as_large_as_noise_makes_them_by_the_stated_chance(
     unknowns: int, chance: float
 ) -> None:
@@ -45,7 +45,7 @@ def test_squares_may_be_as_large_as_noise_makes_them_by_the_stated_chance(
 @pytest.mark.parametrize("unknowns", [0, 22])
 def test_a_long_wave_shows_in_the_sums_long_before_it_shows_in_pixels(unknowns: int) -> None:
     groups = 1024 // GROUP
-    limit = chi2.isf(1e-8, groups - unknowns)
+    limit = chi2.isf(1e-7, groups - unknowns)
     for share, noise in ((0.999, True), (1.001, False)):
         wave = np.full(1024, np.sqrt(limit * share / groups / GROUP))
         assert wave @ wave < 1024

@@ -13,7 +13,7 @@ from fringeforce.estimation.residual_monitor import (
 )
 
 GROUPS = 128
-LIMIT = chi2.isf(1e-8, GROUPS)
+LIMIT = chi2.isf(1e-7, GROUPS)
 
 
 def fresh() -> tuple[np.ndarray, np.void]:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.estimation.bad_pixels import OUTLIER
 from fringeforce.estimation.compiling import entry, inner
 from fringeforce.estimation.vector_loops import (
     REORDERED,
@@ -30,8 +31,6 @@ REPORT = np.dtype(
 neighbours; the number of outliers; the gain of twice the log-likelihood that the loads have over
 none at all, and that one more step promises; the bend of the way to the frame (see
 `gauss_newton.bend`), and that of one deviation in the direction of which the frame says least."""
-OUTLIER = 5.0
-"""Residual beyond which a pixel is suspect."""
 _ZERO, _SUSPECT = np.float32(0), np.float32(OUTLIER**2)
 
 

@@ -10,12 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.levenberg_marquardt import Top
+from fringeforce.estimation.bad_pixels import FEW, outlying
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.phase.folding import Fringes, phase_pace
 from fringeforce.estimation.phase.tracking import explanations
 from fringeforce.estimation.residual_test import PLAIN
 from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.strip_fit import Top
 from fringeforce.reading.frame_problem import Doubt, Scene
 from fringeforce.reading.hypothesis_selection import Interpretation, judged
 from fringeforce.reading.reading import Status
@@ -27,8 +28,6 @@ CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
 SAME_BASIN = 0.5
 """Phases nowhere farther apart are one interpretation of the search [rad]."""
-OUTLIER, OUTLIERS = 5.0, 0.03
-"""Residual that makes a pixel suspect, and the share of pixels that may be."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
 DENSE = 1.3
@@ -141,5 +140,5 @@ def _climbed(scene: Scene, starts: Array) -> list[Top]:
 
 def _sound_pixels(left: Array) -> Mask | None:
     """All pixels but a few that alone spoil a fit, if there are such."""
-    sound = np.abs(left) < OUTLIER
-    return sound if 0 < np.count_nonzero(~sound) <= OUTLIERS * len(sound) else None
+    sound = ~outlying(left[None])
+    return sound if 0 < np.count_nonzero(~sound) <= FEW * len(sound) else None

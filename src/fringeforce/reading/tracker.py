@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.evaluation import OUTLIER, REPORT
+from fringeforce.estimation.bad_pixels import outlying
+from fringeforce.estimation.evaluation import REPORT
 from fringeforce.estimation.following import (
     NONE,
     STEP,
@@ -190,7 +191,7 @@ class Tracker:
         response, loads = self.single.model.response, found.loads
         expected = response.level(self.single.influence @ loads)
         # the search, too, leaves out pixels that alone contradict all others
-        sound = sound & ~(np.abs(levels - expected) > OUTLIER * np.sqrt(response.variance))
+        sound = sound & ~outlying((levels - expected)[None] / np.sqrt(response.variance))
         if self._strip is None or not np.array_equal(sound, self._sound):
             self._strip = self.single.strip.without(sound)
             self._sound, self._memory = sound, None
