@@ -147,7 +147,7 @@ class Fit:
             self.model.picture_adjoint(place.modes, picture, light, pull)
             for picture, light, pull in zip(self.model.pictures, place.lights, pulls, strict=True)
         ]
-        return self.model.modes_adjoint(reduce(np.add, by_modes)).ravel()
+        return self.model.retarding.adjoint(reduce(np.add, by_modes)).ravel()
 
     def information(self, place: Place) -> Array:
         """Half the expected second derivative of the loss, shape (3 n, 3 n), from some pixels."""
