@@ -15,21 +15,25 @@ from fringeforce.optics.area_camera import Lens
 LAYOUTS = [(2048, 1, 4), (700, 1, 2), (300, 3, 4), (97, 1, 1)]
 
 
-def between(pixels: int, channels: int, every: int) -> LinearOperator:
+class Between(LinearMap):
     """From phases at the nodes of a strip to those at its pixels."""
-    layout = Layout(pixels, channels, every)
 
-    def forward(nodes: np.ndarray) -> np.ndarray:
-        base, found = np.zeros((2, layout.size), np.float32)
-        interpolate(nodes.astype(np.float32), layout.shares, base, found)
-        return layout.pick(found)
+    def __init__(self, pixels: int, channels: int, every: int) -> None:
+        self.layout, self.pixels = Layout(pixels, channels, every), pixels
 
-    def adjoint(values: np.ndarray) -> np.ndarray:
-        found = np.zeros(layout.places, np.float32)
-        gather(layout.lay(values), layout.shares, found)
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        return (self.layout.places,), (self.pixels,)
+
+    def forward(self, values: np.ndarray) -> np.ndarray:
+        base, found = np.zeros((2, self.layout.size), np.float32)
+        interpolate(values, self.layout.shares, base, found)
+        return self.layout.pick(found)
+
+    def adjoint(self, values: np.ndarray) -> np.ndarray:
+        found = np.zeros(self.layout.places, np.float32)
+        gather(self.layout.lay(values), self.layout.shares, found)
         return found
-
-    return LinearOperator((pixels, layout.places), forward, rmatvec=adjoint, dtype=np.float32)
 
 
 @pytest.fixture
@@ -44,9 +48,9 @@ def operators(model: PadModel) -> dict[str, LinearOperator]:
         "influence of a pad": model.influence,
         "retardance of a pad": model.retarding,
         "lens": blurred,
+        **{f"nodes of a strip {layout}": Between(*layout) for layout in LAYOUTS},
     }
-    found = {name: one.operator for name, one in maps.items()}
-    return found | {f"nodes of a strip {layout}": between(*layout) for layout in LAYOUTS}
+    return {name: one.operator for name, one in maps.items()}
 
 
 def test_every_adjoint_is_the_transpose(operators: dict[str, LinearOperator]) -> None:
@@ -54,7 +58,7 @@ def test_every_adjoint_is_the_transpose(operators: dict[str, LinearOperator]) ->
     for name, operator in operators.items():
         x, y = (rng.normal(size=size).astype(np.float32) for size in operator.shape[::-1])
         ahead, back = operator.matvec(x), operator.rmatvec(y)
-        size = np.linalg.norm(ahead) * np.linalg.norm(y)
+        size = float(np.linalg.norm(ahead) * np.linalg.norm(y))
         assert np.vdot(ahead, y) == pytest.approx(np.vdot(x, back), abs=1e-5 * size), name
 
 

@@ -32,7 +32,8 @@ class LinearMap(ABC):
     def operator(self) -> LinearOperator:
         """The same for SciPy's solvers, on flat arrays."""
         source, target = self.shapes
-        return LinearOperator(
+        made: Any = LinearOperator  # whose stubs know no functions
+        return made(
             shape=(int(np.prod(target)), int(np.prod(source))),
             matvec=lambda x: self.forward(np.reshape(x, source)).ravel(),
             rmatvec=lambda y: self.adjoint(np.reshape(y, target)).ravel(),

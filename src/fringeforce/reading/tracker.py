@@ -238,9 +238,9 @@ class Tracker:
         """What the last search's doubts add to the covariance of a frame, shape (2n, 2n) [N^2]."""
         return self._excess if verdict in (HELD, UNSETTLED) else np.zeros_like(self._excess)
 
-    def chi2(self, reports: Array) -> Array:
+    def chi2(self, reports: NDArray[np.void] | np.void) -> Array:
         """Reduced chi-square of frames that were followed, shape (k,)."""
-        return reports["squares"] / self._limits.pixels
+        return np.asarray(reports["squares"] / self._limits.pixels)
 
     @property
     def widens(self) -> bool:
