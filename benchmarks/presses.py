@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.optimize import least_squares
 
 import fringeforce as ff
 from fringeforce.calibration.frame_fit import climb
@@ -19,7 +20,7 @@ from fringeforce.calibration.measurements import Bench
 from fringeforce.calibration.planning.candidates import candidates, typical_loads
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
 from fringeforce.estimation.bounds import covariance
-from fringeforce.estimation.estimate import maximum_likelihood
+from fringeforce.estimation.likelihood import Response
 from fringeforce.models.imaging import camera_response
 
 BUDGETS = 10, 20, 40
@@ -58,12 +59,17 @@ def simulated(
         matrix = known.tangent.matrix(at.design, at.positions(sensor))[known.used]
         seen = at.response(bench).at(known.used)
         off = [
-            maximum_likelihood(level, matrix, seen, f, tolerance=1e-8).loads - f
+            least_squares(_left, f, args=(level, matrix, seen), xtol=1e-12).x - f
             for level, f in zip(levels, flat, strict=True)
         ]
         added.append(np.square(off).sum(axis=1).mean() / noise)
     share = np.sqrt(np.mean(added))
     return share, np.std(added) / np.sqrt(REPEATS) / (2 * share)
+
+
+def _left(loads: np.ndarray, level: np.ndarray, matrix: np.ndarray, seen: Response) -> np.ndarray:
+    """What loads leave of grey levels."""
+    return seen.level(matrix @ loads) - level
 
 
 def main() -> None:

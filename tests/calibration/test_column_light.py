@@ -16,7 +16,7 @@ from fringeforce.calibration.frame_fit import light_basis, start
 from fringeforce.calibration.light.fixed_pattern_noise import Pattern
 from fringeforce.calibration.measurements import Bench
 from fringeforce.estimation.bounds import covariance, systematic_covariance
-from fringeforce.estimation.chi_square import group_sums
+from fringeforce.estimation.residual_test import group_sums
 from fringeforce.reading.single_frame import SingleFrameReader
 
 pytestmark = pytest.mark.slow

@@ -7,9 +7,9 @@ from uncertain_phase import agreed
 import fringeforce as ff
 from fringeforce.estimation.bounds import covariance, cramer_rao_bound, fisher_information
 from fringeforce.estimation.estimate import least_squares
-from fringeforce.estimation.levenberg_marquardt import climb
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.strip_fit import climb
 from fringeforce.models.imaging import camera_response
 from fringeforce.reading.single_frame import SingleFrameReader
 

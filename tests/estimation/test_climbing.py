@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fringeforce.estimation.levenberg_marquardt import Phases, climb, node_phase
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.strip_fit import Phases, climb, node_phase
 
 P, M = 700, 10
 RESPONSE = Response(240.0, 6.0, 9.0)

@@ -8,10 +8,7 @@ from scipy.special import log_ndtr
 from fringeforce.estimation import evaluation
 from fringeforce.estimation.bounds import covariance, systematic_covariance, systematic_errors
 from fringeforce.estimation.evaluation import (
-    GROUPED,
-    OUTLIERS,
-    REPORTED,
-    SQUARES,
+    REPORT,
     compare,
     describe,
     room_for,
@@ -45,16 +42,16 @@ def test_squares_groups_and_outliers_are_counted_over_the_pixels_in_use(influenc
     residuals = np.random.default_rng(0).normal(size=P)
     residuals[[10, 300, 301]] = 5.5, -6.0, 4.9
     residuals[~used] = 0
-    report = np.empty(REPORTED)
+    report = np.zeros(1, REPORT)[0]
     own = room_for(strip.arrays)
     own.left[:] = strip.layout.lay(residuals)
     describe(strip.arrays, own, report)
-    assert report[SQUARES] == pytest.approx(residuals @ residuals, rel=1e-5)
-    assert report[OUTLIERS] == 2
+    assert report["squares"] == pytest.approx(residuals @ residuals, rel=1e-5)
+    assert report["outliers"] == 2
     starts = np.arange(0, P, GROUP)
     sums, counts = np.add.reduceat(residuals, starts), np.add.reduceat(used.astype(int), starts)
     live = counts > 0
-    assert report[GROUPED] == pytest.approx((sums[live] ** 2 / counts[live]).sum(), rel=1e-5)
+    assert report["sums"] == pytest.approx((sums[live] ** 2 / counts[live]).sum(), rel=1e-5)
     assert strip.groups == live.sum()
     assert strip.pixels == used.sum()
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.estimation.evaluation import BENT, GAIN, OUTLIERS, REPORTED, SQUARES, compare, take
+from fringeforce.estimation.evaluation import REPORT, compare, take
 from fringeforce.estimation.following import covariance_at
 from fringeforce.estimation.gauss_newton import Place, follow
 from fringeforce.estimation.likelihood import Response, misfit
@@ -62,17 +62,17 @@ def test_one_frame_is_climbed_to_where_the_gradient_vanishes(scene) -> None:
     used[100:140] = False
     strip = Strip.of(influence, response, used)
     place = Place.at(strip, loads + 0.02)
-    found, report = np.empty(M), np.empty(REPORTED)
+    found, report = np.empty(M), np.zeros(1, REPORT)[0]
     follow(strip.arrays, place.arrays, np.where(used, frame, 0), found, report)
     left = misfit(frame[used], response.level(influence[used] @ found), response)
     slope = response.slope(influence[used] @ found) / 3
     gradient = influence[used].T @ (slope * left.slope)
     covariance = covariance_at(strip, found)
     assert gradient @ covariance @ gradient < 1e-2
-    assert report[SQUARES] == pytest.approx(left.loss, rel=1e-3)
-    assert report[OUTLIERS] == 0
+    assert report["squares"] == pytest.approx(left.loss, rel=1e-3)
+    assert report["outliers"] == 0
     silent = misfit(frame[used], np.full(used.sum(), 6.0), response).loss
-    assert report[GAIN] == pytest.approx(silent - left.loss, rel=1e-4)
+    assert report["gain"] == pytest.approx(silent - left.loss, rel=1e-4)
     information = (influence[used] * slope[:, None]).T @ (influence[used] * slope[:, None])
     np.testing.assert_allclose(covariance, np.linalg.inv(information), rtol=1e-3, atol=1e-9)
 
@@ -104,10 +104,10 @@ def test_the_way_from_one_frame_to_the_next_is_as_bent_as_the_levels(scene) -> N
     response = Response(240.0, 6.0, 9.0)
     way = 0.01 * np.random.default_rng(3).normal(size=M)
     strip = Strip.of(influence, response, np.ones(P, bool))
-    place, found, report = Place.at(strip, loads), np.empty(M), np.empty(REPORTED)
+    place, found, report = Place.at(strip, loads), np.empty(M), np.zeros(1, REPORT)[0]
     follow(strip.arrays, place.arrays, response.level(influence @ (loads + way)), found, report)
     first, second = changes(influence, response, loads + way, way)
-    assert report[BENT] == pytest.approx(np.sqrt(second @ second / (first @ first)), rel=0.15)
+    assert report["bent"] == pytest.approx(np.sqrt(second @ second / (first @ first)), rel=0.15)
 
 
 def test_small_dense_algebra_is_numpys() -> None:

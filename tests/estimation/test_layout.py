@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fringeforce.estimation.layout import GROUP, Layout
-from fringeforce.estimation.vector_loops import gather, interpolate
+from fringeforce.estimation.vector_loops import interpolate
 
 PLACES = pytest.mark.parametrize(
     ("pixels", "channels", "every"), [(2048, 1, 4), (700, 1, 2), (300, 3, 4), (97, 1, 1)]
@@ -41,14 +41,3 @@ def test_a_quintic_is_exact_between_the_nodes_and_up_to_the_ends(pixels, channel
     found = base.copy()
     interpolate(nodes, layout.shares, base, found)
     np.testing.assert_allclose(layout.pick(found) - 3, curves[:, 0], atol=3e-6 * abs(curves).max())
-
-
-@PLACES
-def test_gathering_is_the_transpose_of_interpolation(pixels, channels, every) -> None:
-    layout, rng = Layout(pixels, channels, every), np.random.default_rng(1)
-    values = layout.lay(rng.normal(size=pixels))
-    nodes = rng.normal(size=layout.places).astype(np.float32)
-    between, gathered = np.zeros_like(values), np.zeros_like(nodes)
-    interpolate(nodes, layout.shares, np.zeros_like(values), between)
-    gather(values, layout.shares, gathered)
-    assert gathered @ nodes == pytest.approx(np.vdot(values, between), abs=1e-3)

@@ -12,7 +12,7 @@ def test_both_products_are_those_of_the_matrix_within_half_a_step() -> None:
     packed, step = Packed.of(matrix), np.abs(matrix).max(axis=1) / LARGEST
     right, left = rng.normal(size=37).astype(np.float32), rng.normal(size=1301).astype(np.float32)
     exact = matrix.astype(float)
-    off = np.abs(packed.product(right) - exact @ right)
+    off = np.abs(packed.forward(right) - exact @ right)
     rounding = 1e-6 * (np.abs(exact) @ np.abs(right))
     assert (off <= step / 2 * np.abs(right).sum() + rounding).all()
     off = np.abs(packed.adjoint(left) - left @ exact)

@@ -50,13 +50,6 @@ def test_slices_are_those_of_the_mechanics(
     assert np.abs(2 * (found - expected).sum(axis=0)).max() < 2e-3 * total
 
 
-def test_the_adjoint_is_the_transpose(model: PadModel, forces: np.ndarray) -> None:
-    modes = model.modes(forces)
-    other = np.random.default_rng(1).normal(size=modes.shape).astype(np.float32)
-    left = float((modes.astype(float) * other).sum())
-    assert left == pytest.approx(float((forces * model.modes_adjoint(other)).sum()), rel=1e-4)
-
-
 def test_a_weak_load_shows_its_depth_integral(model: PadModel, forces: np.ndarray) -> None:
     _, light = model.picture(model.modes(0.1 * forces), model.pictures[0])
     whole = model.retardance(0.1 * forces).reshape(2, -1)
@@ -87,7 +80,7 @@ def test_derivatives_of_an_image_are_finite_differences(
     pull = np.random.default_rng(2).normal(size=model.kinds.shape).astype(np.float32)
     modes = model.modes(forces)
     seen, light = model.picture(modes, model.pictures[0])
-    found = model.modes_adjoint(model.picture_adjoint(modes, model.pictures[0], light, pull))
+    found = model.retarding.adjoint(model.picture_adjoint(modes, model.pictures[0], light, pull))
     step, size = np.random.default_rng(3).normal(size=forces.shape), 2e-3
     ahead, behind = (model.intensity(forces + s * step).ravel() for s in (size, -size))
     slope = float(pull.astype(float) @ (ahead - behind)) / (2 * size)

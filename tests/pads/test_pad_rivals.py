@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.fit import Curvature, Fit, Place, Top
+from fringeforce.reading.pads.fit import Fit, Place, Top
 from fringeforce.reading.pads.mirror_images import Mirror, weighed
 from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.pads.sampling import lattice

@@ -38,6 +38,7 @@ from fringeforce.calibration.light.references import (
 from fringeforce.calibration.measurements import Bench, Unknowns
 from fringeforce.calibration.result import Found, built
 from fringeforce.design.strip import Sensor
+from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.models.strip import SensorModel
 
 Array = NDArray[np.float64]
@@ -137,7 +138,7 @@ def _fitted(
     """The fit, in stages of growing phase, and what it leaves out."""
     report("Finding the strip", 0, 2 * len(STAGES))
     sensor, at = bench.sensor, start(bench, len(entries(bench.sensor, paths)))
-    sound = ~checks.stuck_pixels(bench.levels, sensor.camera)
+    sound = ~stuck_pixels(bench.levels, sensor.camera.noise)
     kept = np.ones(len(bench.levels), dtype=bool)
     tangent = design_tangent(sensor, paths, at.design)
     at = _placed(bench, at, tangent, sound)
@@ -174,7 +175,7 @@ def _fitted(
 def _corrected(found: Found, paths: tuple[str, ...]) -> Found:
     """The fit with corrected columns, or the one without if the frames show no error of them."""
     bench = found.bench
-    stuck = checks.stuck_pixels(bench.levels, bench.sensor.camera)
+    stuck = stuck_pixels(bench.levels, bench.sensor.camera.noise)
     columns = fit_columns(bench, paths, found.fit, stuck, found.kept)
     if columns.posterior.size == 0:
         return found

@@ -9,7 +9,8 @@ from scipy.ndimage import median_filter
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Camera, Sensor
-from fringeforce.estimation.chi_square import group_sums
+from fringeforce.estimation.bad_pixels import outlying
+from fringeforce.estimation.residual_test import group_sums, square_limit
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -20,8 +21,6 @@ HEAVIEST, LIGHTEST = 500.0, 1e-4
 """Loads per tactel that no bench means to apply in newtons [N]."""
 SATURATED = 0.1
 """Share of pixels at full scale that spoils a frame."""
-DEVIATIONS = 6.0
-"""Standard deviations of pure noise beyond which a pixel or a frame contradicts the others."""
 NEIGHBOURS = 51
 """Pixels whose median misfit tells what is usual around a pixel."""
 
@@ -102,13 +101,6 @@ def remarks(levels: Array, loads: Array, camera: Camera) -> list[str]:
     return found
 
 
-def stuck_pixels(levels: Array, camera: Camera) -> Mask:
-    """Pixels that vary less from frame to frame than their own noise, shape (P,)."""
-    if camera.noise <= 0.5:
-        return np.zeros(levels.shape[1], dtype=bool)
-    return levels.std(axis=0) < camera.noise / 6
-
-
 def misfitting_pixels(residuals: Array) -> Mask:
     """Pixels that fit worse than noise and than their neighbours, shape (P,).
 
@@ -117,28 +109,26 @@ def misfitting_pixels(residuals: Array) -> Mask:
     residuals : ndarray, shape (F, P)
         In units of the noise.
     """
-    count = len(residuals)
     square = (residuals**2).mean(axis=0)
-    usual = median_filter(square, min(NEIGHBOURS, len(square)), mode="nearest")
-    return square > np.maximum(usual, 1.0) * (1 + DEVIATIONS * np.sqrt(2 / count))
+    return outlying(residuals, median_filter(square, min(NEIGHBOURS, len(square)), mode="nearest"))
 
 
 def misfitting_frames(residuals: Array) -> Mask:
     """Frames that fit worse than noise and than the other frames, shape (F,).
 
-    As in `goodness.is_noise`, with the other frames' misfit as a scale where none fits perfectly.
+    As in `is_noise`, with the other frames' misfit as a scale where none fits perfectly.
 
     Parameters
     ----------
     residuals : ndarray, shape (F, p)
         Of the sound pixels, in units of the noise.
     """
-    sums = group_sums(residuals.T)
-    scores = np.stack(
-        [((v**2).sum(axis=0) - len(v)) / np.sqrt(2 * len(v)) for v in (residuals.T, sums)]
-    )
-    usual = np.median(np.abs(scores), axis=1, keepdims=True)
-    return np.asarray((scores > DEVIATIONS * np.maximum(usual, 1.0)).any(axis=0))
+    found = np.zeros(len(residuals), dtype=bool)
+    for values in (residuals.T, group_sums(residuals.T)):
+        excess, freedom = (values**2).sum(axis=0) - len(values), len(values)
+        usual = max(np.median(np.abs(excess)) / np.sqrt(2 * freedom), 1.0)
+        found |= excess > (square_limit(freedom) - freedom) * usual
+    return found
 
 
 def _rows(chosen: ArrayLike) -> str:

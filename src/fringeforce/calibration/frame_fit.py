@@ -1,4 +1,4 @@
-"""Frames with known loads against a model with unknowns: one step of Gauss and Newton at a time."""
+"""Frames with known loads against a model with unknowns: the damped fit."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from fringeforce.calibration.measurements import Bench, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
 from fringeforce.calibration.predictions import View, frame_weights, seen
 from fringeforce.design.strip import Sensor
+from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -25,6 +26,8 @@ STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 FAR = 0.15
 """Change of a design's entry up to which a tangent is followed."""
+SETTLED = 1e-4
+"""Gain of twice the log-likelihood below which a step is the last: a hundredth of a deviation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +102,7 @@ def precision(bench: Bench, design: Array) -> Array:
 
 
 def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps: int = 12) -> Fit:
-    """Levenberg and Marquardt's method with the matrix linear in the design.
+    """Minimise the frames' loss with the matrix linear in the design; see `minimise`.
 
     Frames that fit much worse than most lose weight in every step, so that a wrong press cannot
     pull the others along.
@@ -119,26 +122,29 @@ def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps
     """
     prior = precision(bench, tangent.deviations)
     origin = start(bench, len(at.design)).flat
-    damping, step = 1e-3, np.zeros(len(prior))
-    for _ in range(steps):
-        weight = pixel_weight(bench, at, sound)
-        normal = linearised(bench, at, tangent, weight)
+
+    def expand(here: Unknowns) -> Expansion[Unknowns]:
+        weight = pixel_weight(bench, here, sound)
+        normal = linearised(bench, here, tangent, weight)
         shares = frame_weights(normal.view.residuals, bench.averaged)
-        before = _loss(normal.view, weight, shares) + prior @ (at.flat - origin) ** 2
-        gradient = normal.gradient + prior * (at.flat - origin)
-        hessian = normal.profiled + np.diag(prior)
-        while damping < 1e9:
-            step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
-            reach = np.abs((at.design + step[: len(at.design)]) - tangent.centre).max(initial=FAR)
-            there = at.moved(step * (FAR / reach))
-            left = seen(bench, there, tangent, weight)
-            if _loss(left, weight, shares) + prior @ (there.flat - origin) ** 2 <= before:
-                at, damping = there, damping / 10
-                break
-            damping *= 10
-        far = np.abs(at.design - tangent.centre).max(initial=0.0) > 0.99 * FAR
-        if far or step @ hessian @ step < 1e-4:
-            break
+
+        def loss(place: Unknowns, view: View) -> float:
+            return _loss(view, weight, shares) + float(prior @ (place.flat - origin) ** 2)
+
+        def ahead(step: Array) -> tuple[Unknowns, float]:
+            reach = np.abs((here.design + step[: len(here.design)]) - tangent.centre)
+            there = here.moved(step * (FAR / reach.max(initial=FAR)))
+            return there, loss(there, seen(bench, there, tangent, weight))
+
+        gradient = normal.gradient + prior * (here.flat - origin)
+        return Expansion(
+            loss(here, normal.view), gradient, lambda: normal.profiled + np.diag(prior), ahead
+        )
+
+    def within(place: Unknowns) -> bool:
+        return bool(np.abs(place.design - tangent.centre).max(initial=0.0) <= 0.99 * FAR)
+
+    at = minimise(at, expand, steps, Stop(near=SETTLED), within).place
     weight = pixel_weight(bench, at, sound)
     normal = linearised(bench, at, tangent, weight)
     return Fit(at, _covariance(bench, normal, prior), tangent, normal)

@@ -15,6 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from fringeforce.base.errors import InputError
 from fringeforce.calibration import checks
 from fringeforce.design.strip import Sensor
+from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel, characterize
 
@@ -85,7 +86,7 @@ def single_press_matrix(
         _column(levels, loads[:, j], offset, known.amplitude, drawn[:, j], window)
         for j in range(loads.shape[1])
     ]
-    usable = known.usable & ~checks.stuck_pixels(levels, camera)
+    usable = known.usable & ~stuck_pixels(levels, camera.noise)
     edges = (np.arange(camera.pixels + 1) / camera.pixels - 0.5) * sensor.transducer.length
     return SensorModel(
         sensor=sensor,

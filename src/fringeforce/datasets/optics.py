@@ -11,8 +11,8 @@ from fringeforce.base.errors import InputError
 from fringeforce.datasets.study_file import OpticsRanges
 from fringeforce.design.light import Plates
 from fringeforce.design.pad import Pad
-from fringeforce.models import splines
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_influence import Retardance
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.integrated import LARGEST
 
@@ -145,14 +145,12 @@ def _with_optics(pad: Pad, optics: Optics) -> Pad:
 
 def _modes(model: PadModel, forces: Array, shift: tuple[float, float]) -> NDArray[np.float32]:
     """Retardance of every depth profile where the pixels of a shifted camera look."""
-    influence = model.influence
-    places = zip(model.sensor.pixel_positions, shift, (influence.x, influence.y), strict=True)
-    columns, rows = (
-        splines.basis(samples, centres + moved * (centres[1] - centres[0])).astype(np.float32)
-        for centres, moved, samples in places
+    x, y = (
+        centres + moved * (centres[1] - centres[0])
+        for centres, moved in zip(model.sensor.pixel_positions, shift, strict=True)
     )
-    grid = influence.coefficients(model.checked(forces, single=True).ravel())
-    modes = np.asarray(rows @ grid @ columns.T, dtype=np.float32)
+    influence = model.influence
+    modes = Retardance.at(influence, x, y).forward(model.checked(forces, single=True))
     # stresses are smooth, so that some pixels know how far the largest turn is
     slices = np.tensordot(influence.profile, modes[..., ::4, ::4], (1, 1))
     if not np.sqrt((slices**2).sum(axis=1).max()) <= LARGEST:

@@ -12,18 +12,15 @@ from fringeforce.estimation.likelihood import Misfit, Response, misfit
 
 Array = NDArray[np.float64]
 
-THINNED, LEFT = 4, 16
-"""Every so many pixels enter the Hessian, if so many for each load are left; all the gradient."""
-
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Loads at the top of the likelihood.
+    """Loads and what they leave of a frame.
 
     Attributes
     ----------
     loads : ndarray, shape (m,)
-        The estimate.
+        The loads [N].
     phase : ndarray, shape (P,)
         Phase that it predicts [rad].
     misfit : Misfit
@@ -68,63 +65,7 @@ def least_squares(phase: ArrayLike, influence: ArrayLike) -> Array:
     return loads.reshape(matrix.shape[1:])
 
 
-def maximum_likelihood(
-    frame: Array,
-    influence: Array,
-    response: Response,
-    start: Array,
-    steps: int = 30,
-    tolerance: float = 1e-3,
-) -> Estimate:
-    """Climb to the top of the likelihood of a frame from loads that are nearly right.
-
-    Levenberg and Marquardt's method on all pixels; more than half a fringe from the truth it ends
-    in a side maximum, which the misfit shows.
-
-    Parameters
-    ----------
-    frame : ndarray, shape (P,)
-        Grey levels of the pixels to use.
-    influence : ndarray, shape (P, m)
-        Their influence matrix [rad/N].
-    response : Response
-        Of the camera.
-    start : ndarray, shape (m,)
-        Loads to start from [N].
-    steps : int
-        Largest number of steps.
-    tolerance : float
-        Gain of twice the log-likelihood below which a step is the last.
-    """
-    sigma = np.sqrt(response.variance)
-    here = evaluated(frame, influence, response, start)
-    damping, every = 1e-3, int(np.clip(len(frame) // (LEFT * len(start)), 1, THINNED))
-    for _ in range(steps):
-        slope = response.slope(here.phase) / sigma
-        gradient = influence.T @ (slope * here.misfit.slope)
-        root = slope[::every] * np.sqrt(every * here.misfit.weight[::every])
-        scaled = influence[::every] * root[:, None]
-        hessian = scaled.T @ scaled
-        diagonal = np.diag(hessian) + 1e-9 * np.trace(hessian) + 1e-12
-        before = here.misfit.loss
-        if (
-            gradient @ np.linalg.solve(hessian + np.diag(1e-6 * diagonal), gradient)
-            < tolerance / 10
-        ):
-            break
-        while damping < 1e6:
-            step = np.linalg.solve(hessian + np.diag(damping * diagonal), -gradient)
-            there = evaluated(frame, influence, response, here.loads + step)
-            if there.misfit.loss <= before:
-                here, damping = there, damping / 10
-                break
-            damping *= 10
-        if before - here.misfit.loss < tolerance:
-            break
-    return here
-
-
 def evaluated(frame: Array, influence: Array, response: Response, loads: Array) -> Estimate:
-    """Given loads and what they leave of a frame; parameters as of `maximum_likelihood`."""
+    """Loads, shape (m,), and what they leave of a frame, shape (P,)."""
     phase = influence @ loads
     return Estimate(loads, phase, misfit(frame, response.level(phase), response))

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.estimation.bad_pixels import OUTLIER
 from fringeforce.estimation.compiling import entry, inner
 from fringeforce.estimation.vector_loops import (
     REORDERED,
@@ -23,11 +24,13 @@ from fringeforce.estimation.vector_loops import (
     square_sum,
 )
 
-SQUARES, GROUPED, OUTLIERS, GAIN, PROMISED, BENT, WEAK = range(7)
-"""What `gauss_newton.follow` reports, in this order; see there."""
-REPORTED = 7
-OUTLIER = 5.0
-"""Residual beyond which a pixel is suspect."""
+REPORT = np.dtype(
+    [(name, "f8") for name in ("squares", "sums", "outliers", "gain", "promised", "bent", "weak")]
+)
+"""What is reported of a frame: the sum of its squared residuals, and of their squared sums over
+neighbours; the number of outliers; the gain of twice the log-likelihood that the loads have over
+none at all, and that one more step promises; the bend of the way to the frame (see
+`gauss_newton.bend`), and that of one deviation in the direction of which the frame says least."""
 _ZERO, _SUSPECT = np.float32(0), np.float32(OUTLIER**2)
 
 
@@ -217,4 +220,4 @@ def describe(strip, room, report) -> None:
     for j in range(len(share)):
         sums[j] *= share[j]
         grouped += sums[j] * sums[j]
-    report[SQUARES], report[GROUPED], report[OUTLIERS] = squares, grouped, outliers
+    report.squares, report.sums, report.outliers = squares, grouped, outliers

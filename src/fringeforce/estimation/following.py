@@ -13,21 +13,14 @@ from fringeforce.estimation.compiling import entry, part
 from fringeforce.estimation.evaluation import Room, describe, evaluate, silence, take
 from fringeforce.estimation.gauss_newton import Place, Standing, follow, settle
 from fringeforce.estimation.information import factorise_information
-from fringeforce.estimation.residual_monitor import TRENDS, lingers
-from fringeforce.estimation.running_mean import REMEMBERED, STEADY, steady, step_steadily
+from fringeforce.estimation.residual_monitor import TREND, lingers
+from fringeforce.estimation.running_mean import MEAN, steady, step_steadily
 from fringeforce.estimation.strip import Pixels, Strip
 from fringeforce.estimation.track_status import (
     DOUBTFUL,
     FOLLOWED,
-    HUSHED,
     HUSHES,
     KNOWN,
-    LEFT,
-    LOOKED,
-    NOISE,
-    ORDER,
-    QUIET,
-    RAISED,
     SILENT,
     Limits,
     looks_like_noise,
@@ -52,22 +45,22 @@ class Memory:
     ----------
     variance : ndarray, shape (places,)
         Of the phase at the nodes of the information [rad^2].
-    mean : ndarray, shape (REMEMBERED,)
+    mean : ndarray of MEAN, shape (1,)
         See `steady`.
     rest : ndarray, shape (size,)
         Mean of the residuals of frames that were followed steadily, in units of the noise.
-    known : ndarray, shape (KNOWN,)
-        See `certainty.OPEN`.
-    trend, lasting : ndarray, shapes (groups,) and (TRENDS,)
-        See `trend.lingers`.
+    known : ndarray of KNOWN, shape (1,)
+        What is known since the last search.
+    trend, lasting : ndarray, shape (groups,), and ndarray of TREND, shape (1,)
+        See `lingers`.
     """
 
     variance: NDArray[np.float32]
-    mean: Array
+    mean: NDArray[np.void]
     rest: NDArray[np.float32]
-    known: Array
+    known: NDArray[np.void]
     trend: NDArray[np.float32]
-    lasting: Array
+    lasting: NDArray[np.void]
 
     @classmethod
     def of(cls, strip: Strip) -> Memory:
@@ -76,7 +69,8 @@ class Memory:
         variance, rest, trend = (
             np.zeros(size, np.float32) for size in (layout.places, layout.size, groups)
         )
-        return cls(variance, np.zeros(REMEMBERED), rest, np.zeros(KNOWN), trend, np.zeros(TRENDS))
+        mean, known, lasting = (np.zeros(1, kind) for kind in (MEAN, KNOWN, TREND))
+        return cls(variance, mean, rest, known, trend, lasting)
 
     @property
     def arrays(self) -> tuple[Any, ...]:
@@ -96,7 +90,7 @@ def state_of(strip: Strip, place: Place, memory: Memory, limits: Limits) -> tupl
         tuple(standing),
         tuple(room),
         tuple(memory.arrays),
-        limits.numbers,
+        tuple(limits),
     )
 
 
@@ -114,31 +108,30 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
         Grey levels, finite.
     wanted : int
         Which covariances: STEP, WHOLE or NONE.
-    loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k, REPORTED), (k,)
-        Filled; of the covariances only what is wanted.
+    loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k,), (k,)
+        Filled, with records of REPORT; of the covariances only what is wanted.
     """
     strip, place = Pixels(*state[0]), Standing(*state[1], Room(*state[2]))
-    memory, limits = Remembered(*state[3]), state[4]
-    mean, known = memory.mean, memory.known
+    memory, limits = Remembered(*state[3]), Limits(*state[4])
+    mean, known, lasting = memory.mean[0], memory.known[0], memory.lasting[0]
     for i in range(len(frames)):
         if silent:
             verdicts[i] = _hush(strip, place.room, known, limits, frames[i], reports[i])
         else:
             verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
-            sums, trend, lasting = place.room.sums, memory.trend, memory.lasting
-            judged = verdicts[i] != SILENT and place.room.new[0]
-            if judged and lingers(sums, limits[1], trend, lasting):
+            room, judged = place.room, verdicts[i] != SILENT and place.room.new[0]
+            if judged and lingers(room.sums, limits.groups, limits.sums, memory.trend, lasting):
                 verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i
         if verdicts[i] == SILENT:
             loads[i] = 0
-            known[HUSHED] += 1
-            if not silent and known[HUSHED] >= HUSHES:
-                silent, mean[STEADY], place.loads[:] = True, 0, 0
+            known.hushed += 1
+            if not silent and known.hushed >= HUSHES:
+                silent, mean.steady, place.loads[:] = True, False, 0
             continue
-        known[HUSHED] = 0
-        if (mean[STEADY] and wanted != NONE) or wanted == STEP:
+        known.hushed = 0
+        if (mean.steady and wanted != NONE) or wanted == STEP:
             for j in range(len(place.covariance)):
                 copy(place.covariance[j], covariances[i, j])
         elif wanted == WHOLE:
@@ -149,29 +142,28 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
 @part
 def _hush(strip, room, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
-    pixels, _, size, groups = limits
     take(strip, frame, room)
     silence(strip, room)
     describe(strip, room, report)
-    known[LEFT] -= 1
-    if looks_like_noise(report, pixels + size, groups, QUIET, QUIET):
-        known[RAISED] = 0
+    known.left -= 1
+    if looks_like_noise(report, limits.quiet, limits.quiet_sums):
+        known.raised = 0
         return SILENT
-    known[RAISED] += 1
-    loud = not looks_like_noise(report, pixels + size, groups, NOISE, ORDER)
-    return DOUBTFUL if loud or (known[RAISED] > 1 and known[LEFT] < 0) else SILENT
+    known.raised += 1
+    loud = not looks_like_noise(report, limits.loud, limits.loud_sums)
+    return DOUBTFUL if loud or (known.raised > 1 and known.left < 0) else SILENT
 
 
 @part
 def _touch(strip, place, memory, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
-    variance, mean, known = memory.variance, memory.mean, memory.known
-    known[LOOKED] -= 1
-    order = NOISE if known[LOOKED] > 0 else ORDER
-    if not mean[STEADY]:
+    variance, mean, known = memory.variance, memory.mean[0], memory.known[0]
+    known.looked -= 1
+    allowed = limits.sums if known.looked > 0 else limits.watched
+    if not mean.steady:
         before = place.loads.copy()
         follow(strip, place, frame, loads, report)
-        found = verdict(report, limits, order)
+        found = verdict(report, limits, allowed)
         if found == FOLLOWED:
             trust(known)
         if found != DOUBTFUL:
@@ -179,9 +171,9 @@ def _touch(strip, place, memory, limits, frame, loads, report) -> int:
         copy(before, place.loads)
         steady(strip, place, variance, mean)
     step_steadily(strip, place, variance, mean, memory.rest, frame, loads, report)
-    found = steady_verdict(report, limits, mean, known, order)
+    found = steady_verdict(report, limits, mean, known, allowed)
     if found == FOLLOWED and rests(report):
-        mean[STEADY] = 0
+        mean.steady = False
         copy(loads, place.loads)
         settle(strip, place)
     return found

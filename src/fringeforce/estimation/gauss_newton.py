@@ -19,11 +19,6 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import entry, inner, part
 from fringeforce.estimation.evaluation import (
-    BENT,
-    GAIN,
-    PROMISED,
-    SQUARES,
-    WEAK,
     Room,
     compare,
     describe,
@@ -142,12 +137,8 @@ def follow(strip, place, frame, estimate, report) -> None:
     estimate : ndarray, shape (m,)
         Filled with the loads [N]: those of the place, and one step more that is too small to
         evaluate again.
-    report : ndarray, shape (REPORTED,)
-        Filled with: SQUARES, of the residuals; GROUPED, of their sums over neighbours; the number
-        of OUTLIERS; GAIN of twice the log-likelihood that the loads have over none at all;
-        PROMISED, the gain of one more step; BENT, the bend of the way from where the matrix was
-        computed (see `bend`); WEAK, that of one deviation in the direction of which the frame
-        says least.
+    report : record of REPORT
+        Filled; the way is that from where the matrix was computed.
     """
     room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
     level, covariance, gradient = place.level, place.covariance, place.room.gradient
@@ -166,20 +157,20 @@ def follow(strip, place, frame, estimate, report) -> None:
         shine(strip, phase, slope, level)
         beyond = compare(strip, slope, level, room)
         multiply(covariance, gradient, step)
-        report[PROMISED] = abs(np.dot(step, gradient[: len(loads)]))
-        if not report[PROMISED] > CLOSE:
+        report.promised = abs(np.dot(step, gradient[: len(loads)]))
+        if not report.promised > CLOSE:
             break
     copy(loads - step, estimate)
     describe(strip, room, report)
     if way > FAR:
         survey(strip, place)
-    report[BENT] = bend(strip, place.anchor, phase, place.steep, level)
+    report.bent = bend(strip, place.anchor, phase, place.steep, level)
     if bend(strip, anchor, phase, steep, level) > FRESH:
         _anchor(strip, place, room.root)
     elif turn > 0:
         _keep_row(strip, place, anchor, steep)
-    report[WEAK] = place.weakest[-1]
-    report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
+    report.weak = place.weakest[-1]
+    report.gain = silence(strip, room) - report.squares - beyond
 
 
 @inner

@@ -1,225 +1,197 @@
-"""Climb to the top of a frame's likelihood from anywhere near it, in single precision.
+"""Levenberg and Marquardt's method: damped least squares, of any loss that can be expanded.
 
-The method of `estimate.maximum_likelihood` in compiled loops, ten times as fast and exact to a
-hundredth of what noise does: for the many starts of a search, of which few are right.
+With g half the derivative of a loss and H half its expected second derivative, a step s solves
+
+    (H + lambda diag H) s = -g
+
+While a step loses, lambda grows tenfold, and after one that gains it falls to a tenth: from Gauss
+and Newton's step, lambda = 0, to short ones downhill, the same in whatever units the unknowns are
+(Marquardt, SIAM J. 11, 431-441, 1963; Nocedal and Wright, Numerical Optimization, 2006, ch. 10.3).
+The compiled loop of `strip_fit` does the same for the pixels of a strip, with these constants.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-
-from fringeforce.estimation.compiling import entry, inner
-from fringeforce.estimation.evaluation import compare, evaluate, room_for, take
-from fringeforce.estimation.information import fill_information
-from fringeforce.estimation.strip import Strip
-from fringeforce.estimation.vector_loops import Single, combine, copy, factorise, solve, square_sum
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 Array = NDArray[np.float64]
+Place = TypeVar("Place")
 
-FIRST, STRONGEST = 1e-3, 1e6
-"""Damping of the first step, relative to the information; and where a climb gives up."""
-_ZERO = np.float32(0)
+FIRST, FACTOR, STRONGEST = 1e-3, 10.0, 1e6
+"""Damping to begin with, what it changes by, and where a search for a step that gains gives up."""
+SLOW = 0.1
+"""Share of a promise left after a step, above which the curvature is computed again."""
+STALE = 0.01
+"""The same for a curvature that was given, before the last step."""
 
 
 @dataclass(frozen=True, eq=False)
-class Top:
-    """Loads at, or nearly at, a top of the likelihood.
+class Curvature:
+    """Half the expected second derivative of a loss.
 
     Attributes
     ----------
-    loads : ndarray, shape (m,)
-        The loads [N].
-    phase : ndarray, shape (nodes,)
-        Phase that they cause at the nodes; see `node_phase` [rad].
-    loss : float
-        Twice the negative logarithm of the likelihood, less a constant.
+    information : ndarray, shape (m, m)
+        The matrix H.
     """
 
-    loads: Array
-    phase: Single
+    information: Array
+
+    @cached_property
+    def _factor(self) -> Array | None:
+        return _factor(self.information)
+
+    def step(self, gradient: Array, damping: float = 0.0) -> tuple[Array, float]:
+        """The step, shape (m,), and the gain that it promises; not numbers where there is none."""
+        factor = self._factor
+        if damping:
+            diagonal = damping * np.diag(self.information)
+            factor = _factor(self.information + np.diag(diagonal))
+        if factor is None:
+            return np.full_like(gradient, np.nan), np.nan
+        step = -cho_solve((factor, False), gradient, check_finite=False)
+        return step, float(-(step @ gradient))
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion(Generic[Place]):
+    """A loss about a place.
+
+    Attributes
+    ----------
+    loss : float
+        There.
+    gradient : ndarray, shape (m,)
+        Half its derivative.
+    curvature : callable
+        Computes half its expected second derivative, shape (m, m).
+    ahead : callable
+        The place a step (m,) away, and its loss.
+    """
+
     loss: float
+    gradient: Array
+    curvature: Callable[[], Array]
+    ahead: Callable[[Array], tuple[Place, float]]
 
 
-def climb(strip: Strip, frame: NDArray[Any], start: Array, steps: int, tolerance: float) -> Top:
-    """Climb from loads that are nearly right.
+class Stop(NamedTuple):
+    """When to stop, by the gain that the undamped step promises.
+
+    Attributes
+    ----------
+    close : float
+        Below it a step is not evaluated any more.
+    near : float
+        Below it a step by the curvature of the very place is the last, for what it leaves is some
+        thousandths of its gain.
+    """
+
+    close: float = 0.0
+    near: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum(Generic[Place]):
+    """Where a loss is smallest.
+
+    Attributes
+    ----------
+    place : object
+        Evaluated last.
+    step : ndarray, shape (m,)
+        The way on from there, too short to evaluate.
+    gain : float
+        By which it lowers the loss, as the expansion promises.
+    curvature : Curvature
+        Used last.
+    """
+
+    place: Place
+    step: Array
+    gain: float
+    curvature: Curvature | None
+
+
+def minimise(
+    start: Place,
+    expand: Callable[[Place], Expansion[Place]],
+    steps: int,
+    stop: Stop,
+    within: Callable[[Place], bool] = lambda place: True,
+    damping: float = FIRST,
+    reuse: bool = False,
+    curvature: Curvature | None = None,
+) -> Minimum[Place]:
+    """Descend from a place near the minimum, never to a larger loss.
 
     Parameters
     ----------
-    strip : Strip
-        The pixels.
-    frame : ndarray, shape (P,)
-        Grey levels, finite.
-    start : ndarray, shape (m,)
-        Loads to start from [N].
+    start : object
+        Where to start.
+    expand : callable
+        Expands the loss about a place.
     steps : int
         Largest number of steps.
-    tolerance : float
-        Gain of twice the log-likelihood below which a step is the last.
+    stop : Stop
+        When a step is the last.
+    within : callable
+        Whether the expansion holds at a place, which is otherwise the last.
+    damping : float
+        Lambda of the first step.
+    reuse : bool
+        Whether a curvature serves until steps by it leave much.
+    curvature : Curvature, optional
+        Of a place near by, if it is reused.
     """
-    loads = np.array(start, dtype=float)
-    loss = _climb(strip.arrays, frame, loads, steps, tolerance)
-    return Top(loads, node_phase(strip, loads), loss)
-
-
-def node_phase(strip: Strip, loads: Array) -> Single:
-    """Phase that loads cause at the nodes of the information [rad].
-
-    The phase bends so little between them that two explanations are told apart there as well as
-    at all pixels.  Where no pixel is used it is zero.
-    """
-    phase = np.empty_like(strip.watched)
-    _node_phase(strip.nodes, loads, strip.watched, phase)
-    return phase
-
-
-@entry
-def _node_phase(nodes, loads, watched, phase) -> None:
-    short = np.zeros(len(nodes), np.float32)
-    copy(loads, short)
-    combine(nodes, short, np.zeros_like(watched), phase)
-    phase *= watched
-
-
-class Phases:
-    """Phases of explanations so far, to tell whether another is new.
-
-    Parameters
-    ----------
-    even : bool
-        Whether a phase and its negative are one.
-    size : int
-        Nodes of a phase.
-    """
-
-    def __init__(self, even: bool, size: int) -> None:
-        self._even, self._count = even, 0
-        self._kept = np.empty((32, size), dtype=np.float32)
-
-    def __len__(self) -> int:
-        return self._count
-
-    def add(self, phase: Single) -> None:
-        """Remember one more."""
-        self._make_room(1)
-        self._kept[self._count] = phase
-        self._count += 1
-
-    def admit(self, strip: Strip, loads: Array, apart: float) -> NDArray[np.int64]:
-        """Remember phases under several loads, shape (k, m), that are new; returns of which."""
-        self._make_room(len(loads))
-        known = self._kept, self._count, np.float32(apart), self._even
-        fresh = _admit(strip.nodes, strip.watched, loads, *known)
-        self._count += len(fresh)
-        return fresh
-
-    def _make_room(self, count: int) -> None:
-        while len(self._kept) < self._count + count:
-            self._kept = np.concatenate([self._kept, np.empty_like(self._kept)])
-
-    def know(self, phase: Single, apart: float) -> bool:
-        """Whether one of them lies nowhere farther from a phase than so much [rad]."""
-        return _known(self._kept[: self._count], phase, np.float32(apart), self._even)
-
-    def distance(self, phase: Single) -> float:
-        """Largest distance from the nearest of them, infinite if there are none [rad]."""
-        return float(_distance(self._kept[: self._count], phase, self._even))
-
-
-@entry
-def _known(others, phase, apart, even) -> bool:
-    for other in others:
-        plain, mirrored = np.int32(0), np.int32(not even)
-        for k in range(len(phase)):
-            plain += np.int32(abs(phase[k] - other[k]) >= apart)
-            mirrored += np.int32(abs(phase[k] + other[k]) >= apart)
-        if plain == 0 or mirrored == 0:
-            return True
-    return False
-
-
-@entry
-def _admit(nodes, watched, loads, kept, count, apart, even):
-    fresh, found = np.empty(len(loads), np.int64), 0
-    for i in range(len(loads)):
-        place = count + found
-        _node_phase(nodes, loads[i], watched, kept[place])
-        if not _known(kept[:place], kept[place], apart, even):
-            fresh[found] = i
-            found += 1
-    return fresh[:found]
-
-
-@entry
-def _distance(others, phase, even):
-    nearest = np.inf
-    for other in others:
-        plain, mirrored = _ZERO, _ZERO
-        for k in range(len(phase)):
-            plain = max(plain, abs(phase[k] - other[k]))
-            mirrored = max(mirrored, abs(phase[k] + other[k]))
-        nearest = min(nearest, min(plain, mirrored) if even else plain)
-    return nearest
-
-
-@entry
-def _climb(strip, frame, loads, steps, tolerance) -> float:
-    """Move loads to the top; returns their loss."""
-    rows, size = len(strip.nodes), strip.loads
-    room, phase = room_for(strip), np.empty_like(strip.inverse)
-    gradient = room.gradient
-    take(strip, frame, room)
-    slope, level = np.empty_like(phase), np.empty_like(phase)
-    information, factor = np.empty((rows, rows)), np.empty((rows, rows))
-    step, start, downhill = np.empty(size), np.empty(size), np.empty(rows)
-    evaluate(strip, loads, phase, slope, level)
-    loss = _loss(strip, slope, level, room)
-    damping = FIRST
+    here, step, promised, given = start, np.zeros(0), np.inf, curvature is not None
     for _ in range(steps):
-        fill_information(strip, (slope * room.root) ** 2, information)
-        _factorise(information, size, 1e-6, factor)
-        solve(factor, size, gradient, step)
-        if np.dot(step, gradient[:size]) < tolerance / 10:
+        about, before, fresh = expand(here), promised, curvature is None or not reuse
+        if curvature is None or fresh:
+            curvature = Curvature(about.curvature())
+        step, promised = curvature.step(about.gradient)
+        last = promised < stop.close
+        if not fresh and promised > (STALE if last and given else SLOW) * before:
+            curvature, fresh, given = Curvature(about.curvature()), True, False
+            step, promised = curvature.step(about.gradient)
+            last = promised < stop.close
+        if last:
+            return Minimum(here, step, promised, curvature)
+        if (found := _gain(about, curvature, damping)) is None:
             break
-        before = loss
-        copy(loads, start)
-        copy(gradient, downhill)
-        while True:
-            _factorise(information, size, damping, factor)
-            solve(factor, size, downhill, step)
-            copy(start - step, loads)
-            evaluate(strip, loads, phase, slope, level)
-            loss = _loss(strip, slope, level, room)
-            if loss <= before or damping > STRONGEST:
-                break
-            damping *= 10
-        if loss > before:
-            copy(start, loads)
-            loss = before
+        here, damping = found
+        if (fresh and damping <= FIRST and promised < stop.near) or not within(here):
             break
-        damping /= 10
-        if before - loss < tolerance:
-            break
-    return loss
+        damping /= FACTOR
+    return Minimum(here, np.zeros_like(step), 0.0, curvature)
 
 
-@inner
-def _loss(strip, slope, level, room) -> float:
-    """Twice the negative logarithm of the likelihood, less a constant; see `compare`."""
-    return compare(strip, slope, level, room) + float(square_sum(room.left))
+def _gain(
+    about: Expansion[Place], curvature: Curvature, damping: float
+) -> tuple[Place, float] | None:
+    """The place where a step ends that gains, and its damping; none if there is no such step."""
+    while True:
+        step, _ = curvature.step(about.gradient, damping)
+        if not np.isfinite(step).all():
+            return None
+        there, loss = about.ahead(step)
+        if loss <= about.loss:
+            return there, damping
+        if damping > STRONGEST:
+            return None
+        damping = max(FACTOR * damping, FIRST)
 
 
-@inner
-def _factorise(information, size, damping, factor) -> None:
-    """Cholesky factor of damped information: each load's own, and a trace of the mean."""
-    trace = 0.0
-    for j in range(size):
-        trace += information[j, j]
-    for j in range(size):
-        copy(information[j], factor[j])
-    for j in range(size):
-        factor[j, j] += damping * (information[j, j] + 1e-9 * trace + 1e-12)
-    factorise(factor, size, 1e-12 * trace + 1e-12)
+def _factor(matrix: Array) -> Array | None:
+    """Cholesky's, upper triangle, or None."""
+    try:
+        return cho_factor(matrix, check_finite=False)[0]
+    except LinAlgError:
+        return None

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from fringeforce.estimation.chi_square import group_sums
+from fringeforce.estimation.residual_test import group_sums
 
 Array = NDArray[np.float64]
 

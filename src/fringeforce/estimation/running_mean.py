@@ -14,19 +14,7 @@ from math import sqrt
 import numpy as np
 
 from fringeforce.estimation.compiling import entry, inner, part
-from fringeforce.estimation.evaluation import (
-    BENT,
-    GAIN,
-    PROMISED,
-    SQUARES,
-    WEAK,
-    compare,
-    describe,
-    shift,
-    shine,
-    silence,
-    take,
-)
+from fringeforce.estimation.evaluation import compare, describe, shift, shine, silence, take
 from fringeforce.estimation.gauss_newton import FAR, FRESH, RIDGE, TURNS, bend, keep, row_of, survey
 from fringeforce.estimation.information import factorise_information
 from fringeforce.estimation.vector_loops import (
@@ -39,11 +27,14 @@ from fringeforce.estimation.vector_loops import (
 )
 
 _ZERO, _ONE, _EIGHTH, _TINY = np.float32(0), np.float32(1), np.float32(1 / 8), np.float32(1e-30)
-STEADY, FRAMES, GAINED, SURPRISE, RECALLS, SPREAD = range(6)
-"""What a memory holds: whether frames are followed in this way; number of frames in the mean;
-share of a new frame in it; running mean of what a frame surprises by, relative to noise; number of
-frames in the mean of the residuals, and the variance of noise in it, relative to one frame."""
-REMEMBERED = 6
+MEAN = np.dtype(
+    [("steady", "?")]
+    + [(name, "f8") for name in ("frames", "share", "surprise", "recalled", "spread")],
+    align=True,
+)
+"""A mean: whether frames are followed by it; number of frames in the mean of the loads; share of a
+new frame in it; running mean of what a frame surprises by, relative to noise; number of frames in
+the mean of the residuals, and the variance of noise in that, relative to one frame."""
 LONGEST, RECALLED = 64, 32
 """Largest number of frames in the mean of the loads, and in that of the residuals."""
 LAGGING = 1.3
@@ -67,11 +58,11 @@ def steady(strip, place, variance, memory) -> None:
         `Strip.arrays` and `Place.arrays`.
     variance : ndarray, shape (places,)
         Filled with the variance of the phase at the nodes [rad^2].
-    memory : ndarray, shape (REMEMBERED,)
+    memory : record of MEAN
         Filled.
     """
-    memory[:] = 0
-    memory[STEADY] = memory[GAINED] = memory[SURPRISE] = 1
+    memory.steady, memory.share, memory.surprise = True, 1, 1
+    memory.frames, memory.recalled, memory.spread = 0, 0, 0
     steepness, root = strip.steepness, np.ones_like(place.phase)
     # where the levels are flat, their curvature still bounds the phase; elsewhere the last matrix
     half = np.zeros_like(place.covariance)
@@ -102,58 +93,57 @@ def step_steadily(strip, place, variance, memory, rest, frame, estimate, report)
         Grey levels, finite.
     estimate : ndarray, shape (m,)
         Filled with the loads [N].
-    report : ndarray, shape (REPORTED,)
-        As of `gauss_newton.follow`, but PROMISED is what the step gains, and BENT and WEAK are of
-        the step and of one deviation.
+    report : record of REPORT
+        Filled; the promised gain is that of the step, and so is the way.
     """
     room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
     level, places, step = place.level, len(place.anchor), np.empty(len(place.loads))
     take(strip, frame, room)
     beyond = compare(strip, slope, level, room)
-    if memory[FRAMES] > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
+    if memory.frames > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
         _anchor(strip, place, room.root, variance)
         keep(strip, place)
     multiply(place.covariance, room.gradient, step)
-    report[PROMISED] = np.dot(step, room.gradient[: len(loads)])
+    report.promised = np.dot(step, room.gradient[: len(loads)])
     copy(loads - step, estimate)
     ahead = np.zeros_like(phase)
     shift(strip, place.ground, estimate - place.base, ahead, room)
     here, there = row_of(strip, phase, places), row_of(strip, slope, places)
-    report[BENT] = bend(strip, here, ahead, there, level)
+    report.bent = bend(strip, here, ahead, there, level)
     for k in range(len(phase)):
         room.left[k] += slope[k] * (ahead[k] - phase[k])
     describe(strip, room, report)
-    report[WEAK] = place.weakest[-1]
+    report.weak = place.weakest[-1]
     if room.new[0]:
         _recall(room.left, rest, memory)
-        _take_in(memory, report[PROMISED] / len(loads))
-        loads -= memory[GAINED] * step
+        _take_in(memory, report.promised / len(loads))
+        loads -= memory.share * step
     if shift(strip, place.ground, loads - place.base, phase, room) > FAR:
         survey(strip, place)
     shine(strip, phase, slope, level)
-    report[GAIN] = silence(strip, room) - report[SQUARES] - beyond
+    report.gain = silence(strip, room) - report.squares - beyond
 
 
 @inner
 def _take_in(memory, surprise) -> None:
     """Change the share of a new frame by how much the mean lags."""
-    share = memory[GAINED]
+    share = memory.share
     # noise of the frame, and that of the mean
     expected = 2 / (2 - share)
-    memory[FRAMES] += 1
-    memory[SURPRISE] += max(share, RECENT) * (surprise / expected - memory[SURPRISE])
-    if memory[SURPRISE] > LAGGING:
-        memory[GAINED] = min(1.0, share * FASTER)
+    memory.frames += 1
+    memory.surprise += max(share, RECENT) * (surprise / expected - memory.surprise)
+    if memory.surprise > LAGGING:
+        memory.share = min(1.0, share * FASTER)
     else:
-        memory[GAINED] = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory[FRAMES] + 1))
+        memory.share = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory.frames + 1))
 
 
 @inner
 def _recall(left, rest, memory) -> None:
     """Take residuals into their mean."""
-    memory[RECALLS] += 1
-    share = max(1 / RECALLED, 1 / memory[RECALLS])
-    memory[SPREAD] = (1 - share) ** 2 * memory[SPREAD] + share**2
+    memory.recalled += 1
+    share = max(1 / RECALLED, 1 / memory.recalled)
+    memory.spread = (1 - share) ** 2 * memory.spread + share**2
     part = np.float32(share)
     for k in range(len(rest)):
         rest[k] += part * (left[k] - rest[k])
@@ -162,7 +152,7 @@ def _recall(left, rest, memory) -> None:
 @inner
 def uncertainty(memory) -> float:
     """Deviation of the mean, relative to that of one frame."""
-    return sqrt(memory[GAINED] / (2 - memory[GAINED]))
+    return sqrt(memory.share / (2 - memory.share))
 
 
 @inner

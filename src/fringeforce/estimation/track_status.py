@@ -7,30 +7,30 @@ a search grows old.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import inner
-from fringeforce.estimation.evaluation import BENT, GAIN, GROUPED, OUTLIERS, PROMISED, SQUARES, WEAK
 from fringeforce.estimation.gauss_newton import CLOSE
-from fringeforce.estimation.running_mean import FRAMES, uncertainty
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, PLAIN, square_limit
+from fringeforce.estimation.running_mean import uncertainty
 from fringeforce.estimation.strip import Strip
-
-Array = NDArray[np.float64]
 
 FOLLOWED, SILENT, DOUBTFUL, HELD, UNSETTLED = range(5)
 """What becomes of a frame: explained; explained by no load at all; left to a search; explained, by
 what the last search settled on; and explained by one of several loads that it left open."""
-OPEN, FRESHLY, AGAIN, LENGTH, LEFT, RAISED, LOOKED, HUSHED, SEEN = range(9)
+KNOWN = np.dtype(
+    [(name, "?") for name in ("open", "freshly", "again")]
+    + [(name, "f8") for name in ("spell", "left", "raised", "looked", "hushed", "seen")],
+    align=True,
+)
 """What is known since the last search: whether it left open which of several loads; whether
 nothing has been surer since, and whether the doubt lasts; for how many frames it need not be done
 again, and how many of them are left; frames in a row that were louder than silence; frames for
 which errors of the model need no new look; frames in a row that were no louder than silence; and
 the bend of one deviation, in margins, in the first frame after it."""
-KNOWN = 9
 SPELL, HUSH = 128.0, 32.0
 """Frames until a search is due again at first: about loads, and about silence."""
 WORD = 32.0
@@ -41,9 +41,8 @@ JUMP = 0.25
 """Bend of the way from one frame to the next, beyond which it may have led to a mirror image."""
 MARGIN = 6.0
 """Deviations that must stay short of half the way to the nearest mirror image."""
-NOISE, ORDER, QUIET = 6.0, 4.0, 2.5
-"""Deviations of pure noise that are allowed: for the residuals' sum of squares; for that of sums
-over neighbours, beyond which a search looks for errors of the model; and for either at silence."""
+WATCHED = 3e-4
+"""Chance of noise in the sums over neighbours below which a search looks for errors of a model."""
 LEAP = 9.0
 """Squared deviations for each load that one frame may lie from the mean of those before."""
 CALM, ROUGH = 0.15, 0.3
@@ -54,66 +53,75 @@ LOST, NEAR = 1.5, 0.5
 which it is worth a search to know it again."""
 PAUSE, FEW = 0.25, 8
 """Share of a spell without a search at least; frames after which the mean is surer than one."""
-CONTACT = 6.0
-"""Deviations of pure noise by which loads must beat silence."""
 HUSHES = 16
 """Frames that do not, after which nothing is followed any more."""
 CLEARER = 0.5
 """Factor to which that bend has to fall for a search to be worth more than the last one."""
 
 
-@dataclass(frozen=True)
-class Limits:
-    """Degrees of freedom, from which the limits of noise follow.
+class Limits(NamedTuple):
+    """Limits of noise; see `residual_test`.
 
     Attributes
     ----------
-    pixels, groups : float
-        Of residuals and of their sums over neighbours, under loads.
-    loads : int
-        Number of loads.
-    still : float
-        Of the sums where nothing is fitted.
+    loads, pixels, groups : float
+        Number of loads; degrees of freedom of residuals and of their sums over neighbours.
+    squares, sums, watched : float
+        Of squared residuals; of squared sums, for good and for the time being.
+    contact : float
+        Of the gain over silence.
+    quiet, quiet_sums, loud, loud_sums : float
+        Of both where nothing is fitted: below the first silence is plain, beyond the last none.
     """
 
+    loads: float
     pixels: float
     groups: float
-    loads: int
-    still: float
+    squares: float
+    sums: float
+    watched: float
+    contact: float
+    quiet: float
+    quiet_sums: float
+    loud: float
+    loud_sums: float
 
     @classmethod
     def of(cls, strip: Strip, taken: float) -> Limits:
-        """Of a strip, where a fit takes so much from the sums; see `goodness.absorbed`."""
+        """Of a strip, where a fit takes so much from the sums; see `residual_test.absorbed`."""
+        loads, all_pixels, all_groups = float(strip.loads), strip.pixels, strip.groups
+        pixels, groups = max(all_pixels - loads, 1.0), float(max(all_groups - taken, 1))
         return cls(
-            float(max(strip.pixels - strip.loads, 1)),
-            float(max(strip.groups - taken, 1)),
-            strip.loads,
-            float(strip.groups),
+            loads=loads,
+            pixels=pixels,
+            groups=groups,
+            squares=square_limit(pixels),
+            sums=square_limit(groups),
+            watched=square_limit(groups, WATCHED),
+            contact=square_limit(loads, FALSE_CONTACT),
+            quiet=square_limit(pixels + loads, PLAIN),
+            quiet_sums=square_limit(all_groups, PLAIN),
+            loud=square_limit(pixels + loads, FALSE_ALARM),
+            loud_sums=square_limit(all_groups, WATCHED),
         )
 
-    @property
-    def numbers(self) -> tuple[float, float, int, float]:
-        """What the compiled functions take."""
-        return self.pixels, self.groups, self.loads, self.still
 
-
-def begin(known: Array, unsettled: bool, silent: bool) -> None:
-    """Begin what is known after a search."""
-    again, length = known[AGAIN], 2 * known[LENGTH]
+def begin(known: NDArray[np.void], unsettled: bool, silent: bool) -> None:
+    """Begin what is known, shape (1,), after a search."""
+    again, length = known["again"][0], 2 * known["spell"][0]
     spell = min(length, STAYS if unsettled else HOLDS) if again else SPELL
     spell = HUSH if silent else spell
-    known[:] = unsettled, not silent, not silent, spell, spell, 0, SPELL, 0, 0
+    known[0] = unsettled, not silent, not silent, spell, spell, 0, SPELL, 0, 0
 
 
 @inner
-def verdict(report, limits, order) -> int:
-    """What becomes of a frame, from what `follow` reported."""
-    pixels, groups, size, _ = limits
-    if not report[PROMISED] <= CLOSE or not looks_like_noise(report, pixels, groups, NOISE, order):
+def verdict(report, limits, sums) -> int:
+    """What becomes of a frame, from what `follow` reported; with the limit of the sums."""
+    if not report.promised <= CLOSE or not looks_like_noise(report, limits.squares, sums):
         return DOUBTFUL
-    if report[GAIN] <= size + CONTACT * sqrt(2 * size):
+    if report.gain <= limits.contact:
         return SILENT
-    if not report[BENT] <= JUMP or not 2 * MARGIN * report[WEAK] <= ROUGH:
+    if not report.bent <= JUMP or not 2 * MARGIN * report.weak <= ROUGH:
         return DOUBTFUL
     return FOLLOWED
 
@@ -121,51 +129,47 @@ def verdict(report, limits, order) -> int:
 @inner
 def rests(report) -> bool:
     """Whether a frame is so sure that those after it need no mean."""
-    return 2 * MARGIN * report[WEAK] < CALM
+    return 2 * MARGIN * report.weak < CALM
 
 
 @inner
-def steady_verdict(report, limits, mean, known, order) -> int:
-    """What becomes of a frame, from what `step_steadily` reported."""
-    pixels, groups, size, _ = limits
-    if not looks_like_noise(report, pixels, groups, NOISE, order):
+def steady_verdict(report, limits, mean, known, sums) -> int:
+    """What becomes of a frame, from what `step_steadily` reported; with the limit of the sums."""
+    if not looks_like_noise(report, limits.squares, sums):
         return DOUBTFUL
     # a step that is long, or so bent that it does not end at the top
-    if not report[PROMISED] <= LEAP * size or not report[BENT] ** 2 * report[PROMISED] <= size:
+    size = limits.loads
+    if not report.promised <= LEAP * size or not report.bent**2 * report.promised <= size:
         return DOUBTFUL
-    bend = 2 * MARGIN * report[WEAK]
-    if known[SEEN] == 0:
-        known[SEEN] = bend
-    if report[GAIN] <= size + CONTACT * sqrt(2 * size):
+    bend = 2 * MARGIN * report.weak
+    if known.seen == 0:
+        known.seen = bend
+    if report.gain <= limits.contact:
         # what comes out of the silence may be any mirror image of what went in
-        known[OPEN], known[LEFT] = 1, known[LEFT] - 1
+        known.open, known.left = True, known.left - 1
         return SILENT
     near = bend * uncertainty(mean)
-    if not known[OPEN] and known[LEFT] == known[LENGTH] and near <= LOST:
-        if known[FRESHLY] and mean[FRAMES] < FEW:
+    if not known.open and known.left == known.spell and near <= LOST:
+        if known.freshly and mean.frames < FEW:
             return HELD
         trust(known)
         return FOLLOWED
-    known[LEFT] -= 1
+    known.left -= 1
     # back from where the way may have led to a mirror image, or too long there
-    paused = known[LEFT] < (1 - PAUSE) * known[LENGTH] or bend <= CLEARER * known[SEEN]
-    if known[LEFT] < 0 or (near <= NEAR and paused):
+    paused = known.left < (1 - PAUSE) * known.spell or bend <= CLEARER * known.seen
+    if known.left < 0 or (near <= NEAR and paused):
         return DOUBTFUL
     # its word holds for a while, and then nothing does until the next
-    return UNSETTLED if known[OPEN] or known[LENGTH] - known[LEFT] > WORD else HELD
+    return UNSETTLED if known.open or known.spell - known.left > WORD else HELD
 
 
 @inner
 def trust(known) -> None:
     """Take a frame as surer than the last search."""
-    known[FRESHLY], known[AGAIN], known[LENGTH], known[LEFT] = 0, 0, SPELL, SPELL
+    known.freshly, known.again, known.spell, known.left = False, False, SPELL, SPELL
 
 
 @inner
-def looks_like_noise(report, pixels, groups, wide, narrow) -> bool:
-    """Whether residuals are as small and as unordered as noise; see `goodness.is_noise`."""
-    return (
-        report[SQUARES] < pixels + wide * sqrt(2 * pixels)
-        and report[GROUPED] < groups + narrow * sqrt(2 * groups)
-        and report[OUTLIERS] == 0
-    )
+def looks_like_noise(report, squares, sums) -> bool:
+    """Whether residuals are as small and as unordered as noise; see `residual_test.is_noise`."""
+    return report.squares < squares and report.sums < sums and report.outliers == 0

@@ -12,6 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.base.linear_map import LinearMap
+
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
@@ -22,7 +24,7 @@ TOGETHER = 512
 
 
 @dataclass(frozen=True, eq=False)
-class Packed:
+class Packed(LinearMap):
     """A matrix of whole numbers, and what each row of them is multiplied by.
 
     Attributes
@@ -43,16 +45,21 @@ class Packed:
         )
         return cls(np.rint(whole).astype(np.int16), scale)
 
-    def product(self, vector: Single) -> Single:
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Those of vectors of columns and of rows."""
+        return self.numbers.shape[1:], self.scale.shape
+
+    def forward(self, values: Single) -> Single:
         """The matrix times a vector, shape (columns,) to (rows,)."""
         found = np.empty(len(self.scale), dtype=np.float32)
-        _product(self.numbers, self.scale, vector, found)
+        _product(self.numbers, self.scale, values, found)
         return found
 
-    def adjoint(self, vector: Single) -> Array:
+    def adjoint(self, values: Single) -> Array:
         """A vector times the matrix, shape (rows,) to (columns,)."""
         found = np.zeros(self.numbers.shape[1])
-        _adjoint(self.numbers, self.scale * vector, found)
+        _adjoint(self.numbers, self.scale * values, found)
         return found
 
 

@@ -19,8 +19,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
-from fringeforce.models import splines
-from fringeforce.models.pad_influence import PadInfluence, compressed
+from fringeforce.models.pad_influence import PadInfluence, Retardance, compressed
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, Picture, measure, measure_back, mosaic, pictures
@@ -94,18 +93,14 @@ class PadModel:
         return mosaic(*self._image, len(self.pictures[0].forms))
 
     @cached_property
-    def lens(self) -> Lens:
-        """What blurs the light."""
+    def lens(self) -> Lens | None:
+        """What blurs the light, if anything does."""
         return Lens.of(self.sensor)
 
     @cached_property
-    def _rows(self) -> splines.Band:
-        return splines.Band.of(self.influence.y, self.sensor.pixel_positions[1])
-
-    @cached_property
-    def _columns(self) -> Single:
-        x = self.sensor.pixel_positions[0]
-        return splines.basis(self.influence.x, x).astype(np.float32)
+    def retarding(self) -> Retardance:
+        """From forces to the retardance of every depth profile at every pixel."""
+        return Retardance.at(self.influence, *self.sensor.pixel_positions)
 
     @cached_property
     def profile(self) -> Single:
@@ -125,19 +120,7 @@ class PadModel:
         ndarray, shape (2, modes, rows, columns)
             (A, B) of every profile, at the polariscope's wavelength [rad].
         """
-        grid = self.influence.coefficients(self.checked(forces, single=True).ravel())
-        # one large product is faster than many small ones
-        across = (grid.reshape(-1, grid.shape[-1]) @ self._columns.T).reshape(
-            -1, grid.shape[-2], len(self._columns)
-        )
-        return self._rows.values(across).reshape(*grid.shape[:2], *self._image)
-
-    def modes_adjoint(self, gradient: Single) -> Array:
-        """The transpose of `modes`, shape (2, modes, rows, columns) to (n, 3)."""
-        across = self._rows.adjoint(gradient.reshape(-1, *self._image))
-        grid = across.reshape(-1, across.shape[-1]) @ self._columns
-        shape = *gradient.shape[:2], across.shape[1], -1
-        return self.influence.adjoint(grid.reshape(shape)).reshape(-1, 3)
+        return self.retarding.forward(self.checked(forces, single=True))
 
     def slices(self, forces: ArrayLike) -> Single:
         """Single-pass retardance of every slice at every pixel, at the polariscope's wavelength.
@@ -187,7 +170,7 @@ class PadModel:
         flat = modes.reshape(*modes.shape[:2], -1)
         light = np.empty((3, flat.shape[2]), dtype=np.float32)
         turn_modes(flat, np.float32(picture.dispersion) * self.profile, light)
-        if self.lens.none:
+        if self.lens is None:
             seen = np.empty(flat.shape[2], dtype=np.float32)
             measure(light, picture.packed, self.kinds, seen)
             return seen, light
@@ -195,7 +178,7 @@ class PadModel:
         for kind, image in enumerate(seen):
             measure(light, picture.packed, np.full_like(self.kinds, kind), image)
         sharp = seen.reshape(-1, *self._image)
-        blurred = self.lens.blurred(sharp).reshape(seen.shape)
+        blurred = self.lens.forward(sharp).reshape(seen.shape)
         return np.take_along_axis(blurred, self.kinds[None], axis=0)[0], light
 
     def picture_adjoint(
@@ -204,7 +187,7 @@ class PadModel:
         """Derivative by the modes, same shape, from that by the intensity of one picture, (P,)."""
         flat = modes.reshape(*modes.shape[:2], -1)
         by_light = np.zeros_like(light)
-        if self.lens.none:
+        if self.lens is None:
             measure_back(light, picture.packed, self.kinds, pull, by_light)
         else:
             for kind in range(len(picture.packed)):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.base.errors import InputError
+from fringeforce.base.linear_map import LinearMap
 from fringeforce.mechanics.solid.block import SolidInfluence
 from fringeforce.models import splines
 from fringeforce.models.int16_matrix import Packed
@@ -25,7 +26,7 @@ Single = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class PadInfluence:
+class PadInfluence(LinearMap):
     """Retardance per force.
 
     Attributes
@@ -61,12 +62,18 @@ class PadInfluence:
     def _packed(self) -> tuple[Packed, ...]:
         return tuple(Packed.of(part) for part in self.quarters)
 
-    def coefficients(self, forces: NDArray[np.floating]) -> Single:
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Those of forces and of spline coefficients."""
+        grid = len(self.y), len(self.x)
+        return (3 * self.count[0] * self.count[1],), (2, self.modes, *grid)
+
+    def forward(self, values: NDArray[np.floating]) -> Single:
         """Spline coefficients of the modes under forces.
 
         Parameters
         ----------
-        forces : ndarray, shape (3 n,)
+        values : ndarray, shape (3 n,)
             N, T_x, T_y of tactel after tactel [N].
 
         Returns
@@ -76,19 +83,19 @@ class PadInfluence:
         """
         ny, nx = len(self.y), len(self.x)
         whole = np.zeros((2, self.modes, ny, nx), dtype=np.float32)
-        loads = forces.astype(np.float32)
+        loads = values.astype(np.float32)
         for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
-            quarter = part.product(patterns @ loads).reshape(2, self.modes, ny // 2, nx // 2)
+            quarter = part.forward(patterns @ loads).reshape(2, self.modes, ny // 2, nx // 2)
             for field, own in enumerate(FIELDS):
                 unfold(quarter[field], _signs(parity, own), whole[field])
         return whole
 
-    def adjoint(self, coefficients: Single) -> Array:
-        """The transpose of `coefficients`, shape (2, modes, ny, nx) to (3 n,)."""
+    def adjoint(self, values: Single) -> Array:
+        """From coefficients, shape (2, modes, ny, nx), to forces, shape (3 n,)."""
         total = np.zeros(self._bases[0].shape[1])
         for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
             quarter = np.stack(
-                [fold(coefficients[f], _signs(parity, own)) for f, own in enumerate(FIELDS)]
+                [fold(values[f], _signs(parity, own)) for f, own in enumerate(FIELDS)]
             )
             total += patterns.T @ part.adjoint(quarter.ravel())
         return total
@@ -105,6 +112,51 @@ class PadInfluence:
                 for mode in range(self.modes):
                     result[field, mode] += (weights @ shaped[field, mode]) @ patterns
         return result
+
+
+@dataclass(frozen=True, eq=False)
+class Retardance(LinearMap):
+    """From forces, shape (n, 3), to retardance at pixels, shape (2, modes, rows, columns) [rad].
+
+    Attributes
+    ----------
+    influence : PadInfluence
+        From forces to coefficients.
+    rows : Band
+        From coefficients to pixels, across the pad.
+    columns : ndarray, shape (columns, nx)
+        And along it.
+    """
+
+    influence: PadInfluence
+    rows: splines.Band
+    columns: Single
+
+    @classmethod
+    def at(cls, influence: PadInfluence, x: Array, y: Array) -> Retardance:
+        """At the columns and rows of an image [m]."""
+        columns = splines.basis(influence.x, x).astype(np.float32)
+        return cls(influence, splines.Band.of(influence.y, y), columns)
+
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Those of forces and of retardance."""
+        image = len(self.rows.first), len(self.columns)
+        return (self.influence.shapes[0][0] // 3, 3), (2, self.influence.modes, *image)
+
+    def forward(self, values: Array) -> Single:
+        """Single-pass retardance (A, B) of every depth profile at every pixel."""
+        grid = self.influence.forward(values.ravel())
+        # one large product is faster than many small ones
+        across = grid.reshape(-1, grid.shape[-1]) @ self.columns.T
+        shaped = across.reshape(-1, grid.shape[-2], len(self.columns))
+        return self.rows.forward(shaped).reshape(self.shapes[1])
+
+    def adjoint(self, values: Single) -> Array:
+        """From retardance to forces."""
+        across = self.rows.adjoint(values.reshape(-1, *values.shape[2:]))
+        grid = across.reshape(-1, across.shape[-1]) @ self.columns
+        return self.influence.adjoint(grid.reshape(self.influence.shapes[1])).reshape(-1, 3)
 
 
 def _signs(parity: tuple[int, int], own: tuple[int, int]) -> tuple[int, int]:

@@ -9,6 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
+from fringeforce.base.linear_map import LinearMap
+
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 DEGREE = 5
@@ -27,7 +29,7 @@ def basis(samples: Array, points: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Band:
+class Band(LinearMap):
     """A matrix from coefficients to values, of which each row has few neighbours that are not zero.
 
     Attributes
@@ -52,14 +54,19 @@ class Band:
         weights = np.take_along_axis(dense, first[:, None] + np.arange(DEGREE + 1), axis=1)
         return cls(len(samples), first, weights.astype(np.float32))
 
-    def values(self, coefficients: Single) -> Single:
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Of one row of coefficients and of values; there may be k, and c beside each other."""
+        return (1, self.count, 1), (1, len(self.first), 1)
+
+    def forward(self, values: Single) -> Single:
         """From coefficients, shape (k, count, c), to values, shape (k, m, c)."""
-        found = np.empty((len(coefficients), len(self.first), coefficients.shape[2]), np.float32)
-        _spread(coefficients, self.first, self.weights, found)
+        found = np.empty((len(values), len(self.first), values.shape[2]), np.float32)
+        _spread(values, self.first, self.weights, found)
         return found
 
     def adjoint(self, values: Single) -> Single:
-        """The transpose of `values`."""
+        """From values to coefficients."""
         found = np.zeros((len(values), self.count, values.shape[2]), np.float32)
         _gather(values, self.first, self.weights, found)
         return found

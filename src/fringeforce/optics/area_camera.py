@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from fringeforce.base.linear_map import LinearMap
 from fringeforce.design.pad import Pad
 from fringeforce.optics.arrangement import arranged
 
@@ -69,36 +69,39 @@ def mosaic(rows: int, columns: int, kinds: int) -> NDArray[np.uint8]:
 
 
 @dataclass(frozen=True, eq=False)
-class Lens:
-    """Blur by a Gaussian point spread, separable; what lies beyond the pad is as its edge is."""
+class Lens(LinearMap):
+    """Blur by a Gaussian point spread, separable; what lies beyond the pad is as its edge is.
 
-    rows: Single | None
-    columns: Single | None
+    Attributes
+    ----------
+    rows, columns : ndarray, shapes (rows, rows) and (columns, columns)
+        What spreads along either side of an image.
+    """
+
+    rows: Single
+    columns: Single
 
     @classmethod
-    def of(cls, pad: Pad) -> Lens:
-        """The lens of a design."""
-        if pad.camera.blur is None:
-            return cls(None, None)
+    def of(cls, pad: Pad) -> Lens | None:
+        """The lens of a design; none if it is perfect."""
+        if (blur := pad.camera.blur) is None:
+            return None
         x, y = pad.pixel_positions
-        return cls(_spread(y, pad.camera.blur), _spread(x, pad.camera.blur))
+        return cls(_spread(y, blur), _spread(x, blur))
 
-    def blurred(self, image: Single) -> Single:
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Those of an image, twice."""
+        image = len(self.rows), len(self.columns)
+        return image, image
+
+    def forward(self, values: Single) -> Single:
         """An image, shape (..., rows, columns), as the sensor sees it."""
-        if self.rows is None or self.columns is None:
-            return image
-        return np.asarray(self.rows @ image @ self.columns.T, dtype=np.float32)
+        return np.asarray(self.rows @ values @ self.columns.T, dtype=np.float32)
 
-    def adjoint(self, image: Single) -> Single:
-        """The transpose of `blurred`."""
-        if self.rows is None or self.columns is None:
-            return image
-        return np.asarray(self.rows.T @ image @ self.columns, dtype=np.float32)
-
-    @cached_property
-    def none(self) -> bool:
-        """Whether it is perfect."""
-        return self.rows is None
+    def adjoint(self, values: Single) -> Single:
+        """The derivative by the image, from that by what the sensor sees."""
+        return np.asarray(self.rows.T @ values @ self.columns, dtype=np.float32)
 
 
 def _spread(places: Array, deviation: float) -> Single:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.estimation.bounds import systematic_covariance
-from fringeforce.estimation.chi_square import GROUP
 from fringeforce.estimation.likelihood import Response
+from fringeforce.estimation.residual_test import GROUP
 from fringeforce.models.imaging import Imaging
 
 Array = NDArray[np.float64]

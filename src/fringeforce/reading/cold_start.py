@@ -10,11 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.levenberg_marquardt import Top
+from fringeforce.estimation.bad_pixels import FEW, outlying
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.phase.folding import Fringes, phase_pace
 from fringeforce.estimation.phase.tracking import explanations
+from fringeforce.estimation.residual_test import PLAIN
 from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.strip_fit import Top
 from fringeforce.reading.frame_problem import Doubt, Scene
 from fringeforce.reading.hypothesis_selection import Interpretation, judged
 from fringeforce.reading.reading import Status
@@ -26,10 +28,6 @@ CANDIDATES = 6
 """Distinct interpretations of one search that are climbed to the top."""
 SAME_BASIN = 0.5
 """Phases nowhere farther apart are one interpretation of the search [rad]."""
-SATISFIED = 2.5
-"""Standard deviations of pure noise within which an explanation ends the search."""
-OUTLIER, OUTLIERS = 5.0, 0.03
-"""Residual that makes a pixel suspect, and the share of pixels that may be."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
 DENSE = 1.3
@@ -77,13 +75,13 @@ def interpret(
     for starts in explanations(lines):
         tops = sorted([*tops, *_climbed(scene, starts)], key=lambda top: top.loss)
         loads = tops[0].loads
-        if scene.explained(loads, SATISFIED):
+        if scene.explained(loads, PLAIN):
             break
         sound = _sound_pixels(scene.estimate(loads).misfit.slope)
         if sound is not None and not scene.explained(loads):
             rest = scene.only(sound)
             top = rest.top(loads)
-            if rest.explained(top.loads, SATISFIED):
+            if rest.explained(top.loads, PLAIN):
                 return judged(rest, [top])
             if spared is None and rest.explained(top.loads):
                 spared = rest, [top]
@@ -142,5 +140,5 @@ def _climbed(scene: Scene, starts: Array) -> list[Top]:
 
 def _sound_pixels(left: Array) -> Mask | None:
     """All pixels but a few that alone spoil a fit, if there are such."""
-    sound = np.abs(left) < OUTLIER
-    return sound if 0 < np.count_nonzero(~sound) <= OUTLIERS * len(sound) else None
+    sound = ~outlying(left[None])
+    return sound if 0 < np.count_nonzero(~sound) <= FEW * len(sound) else None

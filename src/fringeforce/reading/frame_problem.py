@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.bounds import covariance, phase_information
-from fringeforce.estimation.chi_square import DEVIATIONS, absorbed, is_noise
 from fringeforce.estimation.estimate import Estimate, evaluated
-from fringeforce.estimation.levenberg_marquardt import Phases, Top, climb, node_phase
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.model_discrepancy import ShapeError, shape_error
 from fringeforce.estimation.phase.reflections import reflections
+from fringeforce.estimation.residual_test import FALSE_ALARM, absorbed, is_noise
 from fringeforce.estimation.strip import Strip
+from fringeforce.estimation.strip_fit import Phases, Top, climb, node_phase
 from fringeforce.estimation.vector_loops import Single
 
 Array = NDArray[np.float64]
@@ -124,16 +124,16 @@ class Scene:
         """Given loads and what they leave of the frame."""
         return evaluated(self.frame, self.influence, self.response, loads)
 
-    def explained(self, loads: Array, deviations: float = DEVIATIONS) -> bool:
-        """Whether loads leave nothing of the frame but noise, within so many deviations of it."""
+    def explained(self, loads: Array, chance: float = FALSE_ALARM) -> bool:
+        """Whether loads leave nothing of the frame but noise; see `is_noise`."""
         found, m = self.estimate(loads), len(loads)
         left = found.misfit.slope
         # what a fit takes from sums over neighbours need not be known where it does not matter
-        if is_noise(left, m, deviations) or not is_noise(left, m, deviations, taken=0):
-            return is_noise(left, m, deviations)
+        if is_noise(left, m, chance) or not is_noise(left, m, chance, taken=0):
+            return is_noise(left, m, chance)
         slope = self.response.slope(found.phase) / np.sqrt(self.response.variance)
         taken = absorbed(slope, self.influence, self.covariance(found))
-        return is_noise(left, m, deviations, taken)
+        return is_noise(left, m, chance, taken)
 
     def covariance(self, estimate: Estimate) -> Array:
         """Covariance of an estimate."""

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.estimate import Estimate
-from fringeforce.estimation.levenberg_marquardt import Top
 from fringeforce.estimation.likelihood import misfit
 from fringeforce.estimation.model_discrepancy import ShapeError
+from fringeforce.estimation.residual_test import FALSE_CONTACT, square_limit
+from fringeforce.estimation.strip_fit import Top
 from fringeforce.reading.frame_problem import Scene
 from fringeforce.reading.reading import Status
 
@@ -28,8 +29,6 @@ ANCHOR = 1.5
 """Phase that a frame must reach for its signs to hang together where not all was tried [rad]."""
 PUSH = 5.0
 """Standard deviations that the sum of the pushes must have to tell a load from its negative."""
-CONTACT = 6.0
-"""Standard deviations of pure noise by which an explanation must beat silence."""
 DOUBTFUL, IMPOSSIBLE = 0.05, 1e-5
 """Chances of a misfit below which it widens the deviations, and below which the model is wrong."""
 
@@ -100,7 +99,7 @@ def _silence(scene: Scene, best: Top) -> Interpretation | None:
     """No contact, if the best explanation beats it by no more than noise would."""
     unknowns, dark = len(best.loads), np.zeros(len(scene.frame))
     silent = misfit(scene.frame, scene.response.level(dark), scene.response)
-    if silent.loss - best.loss > unknowns + CONTACT * np.sqrt(2 * unknowns):
+    if silent.loss - best.loss > square_limit(unknowns, FALSE_CONTACT):
         return None
     # a load and its negative are equally likely, and neither shows: their mean is none
     nothing = Estimate(np.zeros(unknowns), dark, silent)

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import admissible
+from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.bounds import covariance as noise_covariance
-from fringeforce.estimation.chi_square import reduced_chi_square
-from fringeforce.estimation.likelihood import Response
+from fringeforce.estimation.residual_test import reduced_chi_square
 from fringeforce.estimation.strip import Strip
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.calibration_uncertainty import CalibrationDoubt
@@ -108,7 +108,7 @@ class SingleFrameReader:
         if noise != 1:
             response = replace(response, variance=noise * response.variance)
             doubt = doubt and replace(doubt, response=response)
-        sound = used & ~_dead(levels, response)
+        sound = used & ~isolated(levels, response)
         found = interpret_in_own_light(
             levels,
             sound,
@@ -271,13 +271,3 @@ class SingleFrameReader:
             alternatives=np.empty((0, unknowns // 2, 2)),
             limited=np.zeros(unknowns // 2, dtype=bool),
         )
-
-
-def _dead(levels: Array, response: Response) -> Mask:
-    """Single pixels that stand out from both of their neighbours as no fringe does."""
-    middle = (levels[:-2] + levels[2:]) / 2
-    apart = np.abs(levels[2:] - levels[:-2])
-    alone = np.abs(levels[1:-1] - middle)
-    inner = response.at(slice(1, -1))
-    limit = np.maximum(8 * np.sqrt(inner.variance), inner.amplitude / 4)
-    return np.pad((alone > limit) & (alone > 3 * apart), 1)

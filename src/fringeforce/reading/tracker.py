@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.chi_square import absorbed
-from fringeforce.estimation.evaluation import OUTLIER, REPORTED, SQUARES
+from fringeforce.estimation.bad_pixels import outlying
+from fringeforce.estimation.evaluation import REPORT
 from fringeforce.estimation.following import (
     NONE,
     STEP,
@@ -24,18 +24,10 @@ from fringeforce.estimation.following import (
 from fringeforce.estimation.gauss_newton import Place
 from fringeforce.estimation.model_discrepancy import shape_error
 from fringeforce.estimation.residual_monitor import begin_trend
-from fringeforce.estimation.running_mean import (
-    FRAMES,
-    LAGGING,
-    RECALLS,
-    SPREAD,
-    STEADY,
-    SURPRISE,
-    steady,
-)
+from fringeforce.estimation.residual_test import FALSE_CONTACT, absorbed, square_limit
+from fringeforce.estimation.running_mean import LAGGING, steady
 from fringeforce.estimation.strip import Strip
 from fringeforce.estimation.track_status import (
-    CONTACT,
     FEW,
     FOLLOWED,
     HELD,
@@ -66,7 +58,7 @@ class Track:
 
     loads: Array
     covariances: Array
-    reports: Array
+    reports: NDArray[np.void]
     verdicts: NDArray[np.int64]
 
     @classmethod
@@ -75,7 +67,7 @@ class Track:
         return cls(
             np.empty((frames, loads)),
             np.empty((frames if covariances else 0, loads, loads)),
-            np.empty((frames, REPORTED)),
+            np.empty(frames, REPORT),
             np.empty(frames, dtype=np.int64),
         )
 
@@ -166,12 +158,12 @@ class Tracker:
         place, memory, strip, used = self._place, self._memory, self._strip, self._used
         if place is None or memory is None or strip is None or used is None:
             return False
-        mean = memory.mean.copy()
-        if not mean[STEADY] or mean[RECALLS] < FEW or mean[SURPRISE] > LAGGING:
+        mean = memory.mean.copy()[0]
+        if not mean["steady"] or mean["recalled"] < FEW or mean["surprise"] > LAGGING:
             return False
         left = np.divide(memory.rest, strip.inverse, where=strip.inverse > 0, out=0 * memory.rest)
         levels = strip.layout.pick(place.level - left).astype(float)
-        found, sound = self.single.explained(levels, self._sound, float(mean[SPREAD]))
+        found, sound = self.single.explained(levels, self._sound, float(mean["spread"]))
         if found.status not in (Status.OK, Status.AMBIGUOUS):
             return False
         self._lock(levels, used, found, sound, mean)
@@ -193,13 +185,13 @@ class Tracker:
         used: Mask,
         found: Interpretation,
         sound: Mask,
-        mean: Array | None = None,
+        mean: np.void | None = None,
     ) -> None:
         """Take the lock where a search ended, with what was known of a mean that was searched."""
         response, loads = self.single.model.response, found.loads
         expected = response.level(self.single.influence @ loads)
         # the search, too, leaves out pixels that alone contradict all others
-        sound = sound & ~(np.abs(levels - expected) > OUTLIER * np.sqrt(response.variance))
+        sound = sound & ~outlying((levels - expected)[None] / np.sqrt(response.variance))
         if self._strip is None or not np.array_equal(sound, self._sound):
             self._strip = self.single.strip.without(sound)
             self._sound, self._memory = sound, None
@@ -209,13 +201,14 @@ class Tracker:
         self._place = place = Place.at(strip, loads)
         self._excess = found.covariance - found.noise
         unsettled = found.status is Status.AMBIGUOUS
-        memory.mean[:] = 0
+        memory.mean["steady"] = False
         begin_trend(memory.lasting, self._confirms(found))
         begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled or mean is not None:
-            steady(strip.arrays, place.arrays, memory.variance, memory.mean)
+            steady(strip.arrays, place.arrays, memory.variance, memory.mean[0])
         if mean is not None:
-            memory.mean[FRAMES : SURPRISE + 1] = mean[FRAMES : SURPRISE + 1]
+            for name in ("frames", "share", "surprise"):
+                memory.mean[name] = mean[name]
         self._state = state_of(strip, place, memory, self._limits)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
 
@@ -224,8 +217,8 @@ class Tracker:
         if self._last is None:
             return False
         off = found.loads - self._last.loads
-        size = len(off)
-        return bool(off @ np.linalg.solve(found.noise, off) < size + CONTACT * np.sqrt(2 * size))
+        square = off @ np.linalg.solve(found.noise, off)
+        return bool(square < square_limit(len(off), FALSE_CONTACT))
 
     def _taken(self, found: Interpretation, sound: Mask) -> float:
         """Degrees of freedom that the loads take from sums over neighbours."""
@@ -237,7 +230,7 @@ class Tracker:
         """What computes the covariance of the frame that was followed last, shape (2n, 2n)."""
         if self._strip is None or self._place is None or self._memory is None:
             raise RuntimeError("There is no lock yet.")
-        if not self._memory.mean[STEADY]:
+        if not self._memory.mean["steady"][0]:
             return partial(covariance_at, self._strip, loads)
         return partial(np.asarray, self.excess(verdict) + self._place.covariance)
 
@@ -245,9 +238,9 @@ class Tracker:
         """What the last search's doubts add to the covariance of a frame, shape (2n, 2n) [N^2]."""
         return self._excess if verdict in (HELD, UNSETTLED) else np.zeros_like(self._excess)
 
-    def chi2(self, reports: Array) -> Array:
-        """Reduced chi-square of frames that were followed, shape (k,) for reports (k, REPORTED)."""
-        return reports[..., SQUARES] / self._limits.pixels
+    def chi2(self, reports: NDArray[np.void] | np.void) -> Array:
+        """Reduced chi-square of frames that were followed, shape (k,)."""
+        return np.asarray(reports["squares"] / self._limits.pixels)
 
     @property
     def widens(self) -> bool:

@@ -1,19 +1,19 @@
 """To the top of the likelihood of a frame, through the optics of every pixel.
 
 The gradient is exact and takes all pixels, by the adjoint; its matrix takes some thousands of
-them.  Levenberg and Marquardt's method joins the two.
+them.  Levenberg and Marquardt's method joins the two; see `levenberg_marquardt`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
 from fringeforce.reading.pads.sampling import Sampling
@@ -29,10 +29,6 @@ Noise itself moves the top by a gain of one for each load."""
 NEAR = 3.0
 """The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
 below which it is the last."""
-SLOW = 0.1
-"""Share of a promise left after a step, above which the matrix is computed again."""
-STALE = 0.01
-"""The same for a matrix of an earlier frame, before the last step."""
 RIDGE, MASKED = 1e-9, 1e-6
 """Shares of the mean information that keep steps finite where a load leaves no trace, and where a
 mask may hide it, beyond what sums in single precision leave."""
@@ -77,37 +73,6 @@ class Place(Start):
 
 
 @dataclass(frozen=True, eq=False)
-class Curvature:
-    """Half the expected second derivative of a loss.
-
-    Attributes
-    ----------
-    information : ndarray, shape (3 n, 3 n)
-        The matrix [1/N^2].
-    """
-
-    information: Array
-
-    @cached_property
-    def _factor(self) -> Array | None:
-        return _factor(self.information)
-
-    def step(self, gradient: Array, damping: float = 0.0) -> tuple[Array, float]:
-        """Newton's step, shape (3 n,) [N], and the gain of the loss that it promises.
-
-        Not numbers where there is none.
-        """
-        factor = self._factor
-        if damping:
-            diagonal = damping * np.diag(self.information)
-            factor = _factor(self.information + np.diag(diagonal))
-        if factor is None:
-            return np.full_like(gradient, np.nan), np.nan
-        step = -cho_solve((factor, False), gradient, check_finite=False)
-        return step, float(-(step @ gradient))
-
-
-@dataclass(frozen=True, eq=False)
 class Top:
     """Where the likelihood is largest.
 
@@ -116,7 +81,7 @@ class Top:
     forces : ndarray, shape (3 n,)
         N, T_x, T_y of tactel after tactel [N].
     curvature : Curvature
-        Last used.
+        Used last.
     place : Place
         Where all was evaluated last, a small step away.
     misfit : Misfit
@@ -182,7 +147,7 @@ class Fit:
             self.model.picture_adjoint(place.modes, picture, light, pull)
             for picture, light, pull in zip(self.model.pictures, place.lights, pulls, strict=True)
         ]
-        return self.model.modes_adjoint(reduce(np.add, by_modes)).ravel()
+        return self.model.retarding.adjoint(reduce(np.add, by_modes)).ravel()
 
     def information(self, place: Place) -> Array:
         """Half the expected second derivative of the loss, shape (3 n, 3 n), from some pixels."""
@@ -211,44 +176,29 @@ class Fit:
             Of a place near by; computed if not given.
         """
         here = self.place(start) if isinstance(start, Start) else self.at(start)
-        left, given = self.misfit(here), curvature is not None
-        curvature = curvature or Curvature(self.information(here))
-        fresh, damping, promised = not given, 0.0, np.inf
-        for _ in range(steps):
-            gradient, before = self.gradient(here, left), promised
-            step, promised = curvature.step(gradient, damping)
-            last = promised < CLOSE * len(step)
-            if promised > (STALE if last and given else SLOW) * before:
-                curvature, fresh, given = Curvature(self.information(here)), True, False
-                step, promised = curvature.step(gradient, damping)
-                last = promised < CLOSE * len(step)
-            if not np.isfinite(promised):
-                # retardance beyond what the optics are computed for
-                break
-            if last:
-                gained = replace(left, loss=left.loss - promised)
-                return Top(here.forces + step, curvature, here, gained)
-            there = self.at(here.forces + step)
+        stop = Stop(CLOSE * len(here.forces), NEAR * len(here.forces))
+        found = minimise(
+            (here, self.misfit(here)),
+            self._expanded,
+            steps,
+            stop,
+            damping=0.0,
+            reuse=True,
+            curvature=curvature,
+        )
+        place, left = found.place
+        matrix = found.curvature or Curvature(self.information(place))
+        gained = replace(left, loss=left.loss - found.gain)
+        return Top(place.forces + found.step, matrix, place, gained)
+
+    def _expanded(self, here: tuple[Place, Misfit]) -> Expansion[tuple[Place, Misfit]]:
+        place, left = here
+
+        def ahead(step: Array) -> tuple[tuple[Place, Misfit], float]:
+            there = self.at(place.forces + step)
             beyond = self.misfit(there)
-            while not beyond.loss < left.loss and damping < 1e6:
-                damping, fresh = max(10 * damping, 1e-3), False
-                step, _ = curvature.step(gradient, damping)
-                if not np.isfinite(step).all():
-                    break
-                there = self.at(here.forces + step)
-                beyond = self.misfit(there)
-            if not beyond.loss < left.loss:
-                break
-            here, left = there, beyond
-            if fresh and not damping and promised < NEAR * len(step):
-                break
-            damping, fresh = damping / 10 if damping > 1e-3 else 0.0, False
-        return Top(here.forces, curvature, here, left)
+            return (there, beyond), beyond.loss
 
-
-def _factor(matrix: Array) -> Array | None:
-    """Cholesky's, upper triangle, or None."""
-    try:
-        return cho_factor(matrix, check_finite=False)[0]
-    except LinAlgError:
-        return None
+        return Expansion(
+            left.loss, self.gradient(place, left), lambda: self.information(place), ahead
+        )

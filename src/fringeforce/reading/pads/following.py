@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.reading.batch import Batch, checked_recording
-from fringeforce.reading.pads.fit import Curvature, Start, Top
+from fringeforce.reading.pads.fit import Start, Top
 from fringeforce.reading.pads.reading import PadReading
 from fringeforce.reading.pads.verdict import Judge
 from fringeforce.reading.reading import Status

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.optics.arrangement import signed
 from fringeforce.reading.batch import Batch
-from fringeforce.reading.pads.fit import Curvature, Fit, Start, Top
+from fringeforce.reading.pads.fit import Fit, Start, Top
 from fringeforce.reading.pads.following import TRUSTED, PadFollower
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
 from fringeforce.reading.pads.reading import PadReading

@@ -80,7 +80,7 @@ class Sampling:
         """Derivatives by the modes whose squares add up to the mean of all kinds of pixels."""
         profile = np.float32(picture.dispersion) * self.model.profile
         flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
-        if self.model.lens.none:
+        if self.model.lens is None:
             few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
             return [_back(few, profile, shone, pull) for pull in _roots(shone, picture.forms)]
         found = []
@@ -88,7 +88,7 @@ class Sampling:
             pull = (2 / np.sqrt(len(picture.forms)) * form).astype(np.float32) @ light
             # influences hardly change over the blur, so that it may act on the other factor alone
             image = _back(flat, profile, light, pull).reshape(modes.shape)
-            blurred = self.model.lens.blurred(image)[..., self.rows[:, None], self.columns]
+            blurred = self.model.lens.forward(image)[..., self.rows[:, None], self.columns]
             found.append(blurred.reshape(*modes.shape[:2], -1))
         return found
 

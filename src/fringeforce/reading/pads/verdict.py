@@ -9,8 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.estimation.chi_square import DEVIATIONS, GROUP, is_noise, reduced_chi_square
 from fringeforce.estimation.likelihood import Response, misfit
+from fringeforce.estimation.residual_test import (
+    FALSE_CONTACT,
+    GROUP,
+    is_noise,
+    reduced_chi_square,
+    square_limit,
+)
 from fringeforce.models.pad import PadModel
 from fringeforce.reading.pads.fit import Top
 from fringeforce.reading.pads.mirror_images import Verdict
@@ -22,8 +28,6 @@ Mask = NDArray[np.bool_]
 
 BLOCK = 4
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
-CONTACT = 6.0
-"""Standard deviations of pure noise by which an explanation must beat silence."""
 MISTAKEN = 0.01
 """Share of a load's trace in a frame that a mistaken explanation leaves at least."""
 CLIPPED = 0.02
@@ -65,11 +69,8 @@ class Judge:
     def explained(self, top: Top) -> bool:
         """Whether forces leave nothing but noise."""
         residuals, unknowns = top.misfit.slope[self._order], len(top.forces)
-        if len(residuals) // GROUP > unknowns:
-            return is_noise(residuals, unknowns)
-        # squares are fewer than loads, which leave nothing of them
-        freedom = max(len(residuals) - unknowns, 1)
-        return float(residuals @ residuals) < freedom + DEVIATIONS * np.sqrt(2 * freedom)
+        # where squares are fewer than loads, these leave nothing of them
+        return is_noise(residuals, unknowns, grouped=len(residuals) // GROUP > unknowns)
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -84,7 +85,7 @@ class Judge:
     def plain(self, levels: Array, top: Top) -> bool:
         """Whether what other forces would leave of a frame could not be taken for noise."""
         freedom = len(self._order)
-        return MISTAKEN * self._shown(levels, top) > DEVIATIONS * np.sqrt(2 * freedom)
+        return MISTAKEN * self._shown(levels, top) > square_limit(freedom) - freedom
 
     def _shown(self, levels: Array, top: Top) -> float:
         """Loss of silence beyond that of an explanation."""
@@ -97,7 +98,7 @@ class Judge:
     ) -> PadReading:
         """What an explanation comes to, or several, that are surely all or not."""
         status, unknowns, detail = Status.OK, len(top.forces), ""
-        if self._shown(levels, top) <= unknowns + CONTACT * np.sqrt(2 * unknowns):
+        if self._shown(levels, top) <= square_limit(unknowns, FALSE_CONTACT):
             status = Status.NO_CONTACT
         elif len(verdict.others) or not sure:
             status = Status.AMBIGUOUS

@@ -1,16 +1,40 @@
-"""Whether what is left of a frame looks like noise."""
+"""Whether what is left of a frame looks like noise: the one test, at a stated false-alarm rate.
+
+The squares of f independent residuals of pure noise add up to a chi-square number of f degrees of
+freedom; a sum beyond the limit that noise exceeds with a given chance is a misfit.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 Array = NDArray[np.float64]
 
 GROUP = 16
 """Neighbouring pixels that are summed to find a misfit that noise would average away."""
-DEVIATIONS = 6.0
-"""Standard deviations of pure noise beyond which a misfit is real."""
+FALSE_ALARM = 1e-7
+"""Chance that noise alone exceeds a limit: once in five minutes at 30,000 frames per second."""
+FALSE_CONTACT = 1e-5
+"""Chance that noise alone makes loads beat silence.  It costs no more than a frame of loads that
+are near zero, and what is touched lightly shows earlier."""
+PLAIN = 0.01
+"""Chance of noise below which residuals are not plainly noise: of a hundred good explanations one
+is looked at again."""
+
+
+def square_limit(freedom: float, chance: float = FALSE_ALARM) -> float:
+    """Sum of squares that noise of some degrees of freedom, at least one, exceeds by chance.
+
+    Parameters
+    ----------
+    freedom : float
+        Degrees of freedom.
+    chance : float
+        The false-alarm rate.
+    """
+    return float(chdtri(max(freedom, 1.0), chance))
 
 
 def reduced_chi_square(residuals: Array, unknowns: int) -> float:
@@ -27,13 +51,17 @@ def reduced_chi_square(residuals: Array, unknowns: int) -> float:
 
 
 def is_noise(
-    residuals: Array, unknowns: int, deviations: float = DEVIATIONS, taken: float | None = None
+    residuals: Array,
+    unknowns: int,
+    chance: float = FALSE_ALARM,
+    taken: float | None = None,
+    grouped: bool = True,
 ) -> bool:
     """Whether residuals are as small and as unordered as noise.
 
-    Two tests: their mean square, and the mean square of sums over neighbouring pixels.  A wrong
-    model leaves waves that are far longer than a pixel, and the second test sees them when they are
-    still small against the noise of one pixel.
+    The sum of their squares is tested, and that of the squared sums over neighbouring pixels.  A
+    wrong model leaves waves that are far longer than a pixel, and those sums show them when they
+    are still small against the noise of one pixel.
 
     Parameters
     ----------
@@ -41,18 +69,20 @@ def is_noise(
         Residuals in units of the noise, in the order of the pixels.
     unknowns : int
         Loads that were fitted.
-    deviations : float
-        Standard deviations of pure noise that are allowed.
+    chance : float
+        The false-alarm rate of each of the two.
     taken : float, optional
         Degrees of freedom that the fit takes from the sums; see `absorbed`.  As many as loads if
         not given, which is the most that it can be.
+    grouped : bool
+        Whether the sums are tested as well.
     """
-    sums = group_sums(residuals[:, None])[:, 0]
-    fitted = unknowns if taken is None else taken
+    tests = [(residuals, float(unknowns))]
+    if grouped:
+        sums = group_sums(residuals[:, None])[:, 0]
+        tests.append((sums, unknowns if taken is None else taken))
     return all(
-        float(values @ values) < freedom + deviations * np.sqrt(2 * freedom)
-        for values, lost in ((residuals, unknowns), (sums, fitted))
-        for freedom in (max(len(values) - lost, 1),)
+        float(values @ values) < square_limit(len(values) - lost, chance) for values, lost in tests
     )
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, kstest
+from scipy.stats import binomtest, chi2, kstest
 
-from fringeforce.estimation.chi_square import (
+from fringeforce.estimation.residual_test import (
     GROUP,
     absorbed,
     group_sums,
@@ -31,23 +31,21 @@ def test_sums_of_neighbours_keep_unit_noise_and_add_up_a_wave() -> None:
 
 
 @pytest.mark.parametrize("unknowns", [0, 22])
-@pytest.mark.parametrize("deviations", [3.0, 6.0])
-def test_the_mean_square_may_exceed_its_expectation_by_so_many_deviations(
-    unknowns: int, deviations: float
+@pytest.mark.parametrize("chance", [1e-2, 1e-7])
+def test_squares_may_be_as_large_as_noise_makes_them_by_the_stated_chance(
+    unknowns: int, chance: float
 ) -> None:
-    freedom = 1024 - unknowns
-    limit = freedom + deviations * np.sqrt(2 * freedom)
+    limit = chi2.isf(chance, 1024 - unknowns)
     alternating = np.resize([1.0, -1.0], 1024)  # sums over neighbours vanish
     below, above = (np.sqrt(limit * share / 1024) * alternating for share in (0.999, 1.001))
-    assert is_noise(below, unknowns, deviations)
-    assert not is_noise(above, unknowns, deviations)
+    assert is_noise(below, unknowns, chance)
+    assert not is_noise(above, unknowns, chance)
 
 
 @pytest.mark.parametrize("unknowns", [0, 22])
 def test_a_long_wave_shows_in_the_sums_long_before_it_shows_in_pixels(unknowns: int) -> None:
     groups = 1024 // GROUP
-    freedom = groups - unknowns
-    limit = freedom + 6 * np.sqrt(2 * freedom)
+    limit = chi2.isf(1e-7, groups - unknowns)
     for share, noise in ((0.999, True), (1.001, False)):
         wave = np.full(1024, np.sqrt(limit * share / groups / GROUP))
         assert wave @ wave < 1024
@@ -68,3 +66,13 @@ def test_a_fit_takes_from_the_sums_as_much_as_their_mean_square_falls_short(frin
     taken = absorbed(slope, influence, covariance)
     assert taken == pytest.approx(found, abs=4 * np.sqrt(2 * 32 / 3000))
     assert taken < 13 / (1 if fringes < 10 else 2)
+
+
+@pytest.mark.parametrize("unknowns", [0, 22])
+def test_noise_fails_as_often_as_the_stated_chance(unknowns: int) -> None:
+    rng, chance, tries = np.random.default_rng(4), 0.02, 4000
+    basis = np.linalg.qr(rng.normal(size=(1024, unknowns)))[0]
+    noise = rng.normal(size=(tries, 1024))
+    left = noise - noise @ basis @ basis.T
+    alarms = sum(not is_noise(each, unknowns, chance, grouped=False) for each in left)
+    assert binomtest(alarms, tries, chance).pvalue > 1e-3

@@ -1,0 +1,70 @@
+"""Every linear map passes the dot test: <A x, y> = <x, A' y> (Claerbout, Earth Soundings, 1992)."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import LinearOperator
+
+from fringeforce.base.linear_map import LinearMap
+from fringeforce.estimation.layout import Layout
+from fringeforce.estimation.vector_loops import gather, interpolate
+from fringeforce.models.int16_matrix import Packed
+from fringeforce.models.pad import PadModel
+from fringeforce.models.splines import Band
+from fringeforce.optics.area_camera import Lens
+
+LAYOUTS = [(2048, 1, 4), (700, 1, 2), (300, 3, 4), (97, 1, 1)]
+
+
+class Between(LinearMap):
+    """From phases at the nodes of a strip to those at its pixels."""
+
+    def __init__(self, pixels: int, channels: int, every: int) -> None:
+        self.layout, self.pixels = Layout(pixels, channels, every), pixels
+
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        return (self.layout.places,), (self.pixels,)
+
+    def forward(self, values: np.ndarray) -> np.ndarray:
+        base, found = np.zeros((2, self.layout.size), np.float32)
+        interpolate(values, self.layout.shares, base, found)
+        return self.layout.pick(found)
+
+    def adjoint(self, values: np.ndarray) -> np.ndarray:
+        found = np.zeros(self.layout.places, np.float32)
+        gather(self.layout.lay(values), self.layout.shares, found)
+        return found
+
+
+@pytest.fixture
+def operators(model: PadModel) -> dict[str, LinearOperator]:
+    blurred = Lens.of(model.sensor.replace(camera={"blur": "60 um"}))
+    assert blurred is not None
+    matrix = np.random.default_rng(0).normal(size=(70, 30)).astype(np.float32)
+    samples = np.linspace(-1, 1, 12)
+    maps: dict[str, LinearMap] = {
+        "splines": Band.of(samples, np.linspace(-1.1, 1.1, 50)),
+        "whole numbers": Packed.of(matrix),
+        "influence of a pad": model.influence,
+        "retardance of a pad": model.retarding,
+        "lens": blurred,
+        **{f"nodes of a strip {layout}": Between(*layout) for layout in LAYOUTS},
+    }
+    return {name: one.operator for name, one in maps.items()}
+
+
+def test_every_adjoint_is_the_transpose(operators: dict[str, LinearOperator]) -> None:
+    rng = np.random.default_rng(1)
+    for name, operator in operators.items():
+        x, y = (rng.normal(size=size).astype(np.float32) for size in operator.shape[::-1])
+        ahead, back = operator.matvec(x), operator.rmatvec(y)
+        size = float(np.linalg.norm(ahead) * np.linalg.norm(y))
+        assert np.vdot(ahead, y) == pytest.approx(np.vdot(x, back), abs=1e-5 * size), name
+
+
+def test_every_map_is_linear(operators: dict[str, LinearOperator]) -> None:
+    rng = np.random.default_rng(2)
+    for name, operator in operators.items():
+        one, other = rng.normal(size=(2, operator.shape[1])).astype(np.float32)
+        whole, parts = operator @ (2 * one - other), 2 * (operator @ one) - operator @ other
+        np.testing.assert_allclose(whole, parts, atol=1e-4 * np.abs(parts).max(), err_msg=name)
