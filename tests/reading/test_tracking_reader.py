@@ -91,18 +91,18 @@ def test_a_batch_says_what_the_stream_says(model, touch) -> None:
 
 @pytest.mark.parametrize("largest", [1.0, 4.0, 12.0])
 def test_after_steps_no_ok_is_wrong_and_the_lock_is_regained(model, largest) -> None:
-    rng, reader = np.random.default_rng(int(largest)), ff.Reader(model)
-    searched = regained = 0
+    rng, reader, lost, regained = np.random.default_rng(int(largest)), ff.Reader(model), 0, 0
     for _ in range(8):
         magnitude = rng.uniform(0, largest, N) * (rng.random(N) < 0.7)
         forces = ff.polar(magnitude, rng.uniform(-20, 20, N))
         readings = [reader.read(model.expose(forces, rng=rng)) for _ in range(6)]
-        searched += not all(r.tracked for r in readings[:3])
+        lost += not all(r.tracked for r in readings[:3])
         regained += all(r.tracked for r in readings[3:])
         for reading in readings:
             if reading.status is ff.Status.OK:
                 assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
-    assert searched >= 6  # a small step may be followed
+    # of small steps 2 in 100 are followed at once, and rightly
+    assert lost >= (6 if largest < 4 else 8)
     assert regained >= 6  # a load with a mirror image near by is searched for as long as it lasts
 
 
