@@ -6,14 +6,14 @@ import threading
 from collections import deque
 
 from fringeforce.acquisition.cameras.camera import Block, Camera
-from fringeforce.acquisition.run_statistics import Tally
+from fringeforce.acquisition.run_statistics import RunStatistics
 from fringeforce.base.errors import CameraLost
 
 PAUSE, LONGEST_PAUSE = 0.25, 8.0
 """Time before a lost camera is looked for again, at first and at most [s]."""
 
 
-class Feed:
+class CameraThread:
     """Blocks of a camera through a bounded queue.
 
     When the queue is full, a camera that waits for nobody loses all that is in it, which is
@@ -26,12 +26,12 @@ class Feed:
         Not yet connected.
     depth : int
         Blocks in the queue.
-    tally : Tally
+    counts : RunStatistics
         Counts what is lost.
     """
 
-    def __init__(self, camera: Camera, depth: int, tally: Tally) -> None:
-        self._camera, self._depth, self._tally = camera, depth, tally
+    def __init__(self, camera: Camera, depth: int, counts: RunStatistics) -> None:
+        self._camera, self._depth, self._counts = camera, depth, counts
         self._blocks: deque[Block] = deque()
         self._change = threading.Condition()
         self._stopping = threading.Event()
@@ -89,7 +89,7 @@ class Feed:
             self._change.notify_all()
         self._thread.join(5)
         with self._change:
-            self._tally.dropped(queue=sum(len(block) for block in self._blocks))
+            self._counts.dropped(queue=sum(len(block) for block in self._blocks))
             self._blocks.clear()
 
     def _run(self) -> None:
@@ -108,7 +108,7 @@ class Feed:
                 with self._camera as camera:
                     for block in camera:
                         if lost:
-                            self._tally.camera_back()
+                            self._counts.camera_back()
                         seen, lost, pause = True, False, PAUSE
                         self._put(block)
                         if self._stopping.is_set():
@@ -118,19 +118,19 @@ class Feed:
                 if not seen:
                     raise  # it was never there: better to say so than to wait for ever
                 lost = True
-                self._tally.camera_lost(str(reason))
+                self._counts.camera_lost(str(reason))
             self._stopping.wait(pause)
             pause = min(2 * pause, LONGEST_PAUSE)
 
     def _put(self, block: Block) -> None:
-        self._tally.dropped(camera=block.dropped)
+        self._counts.dropped(camera=block.dropped)
         with self._change:
             if self._camera.patient:
                 self._change.wait_for(
                     lambda: len(self._blocks) < self._depth or self._stopping.is_set()
                 )
             elif len(self._blocks) >= self._depth:
-                self._tally.dropped(queue=sum(len(old) for old in self._blocks))
+                self._counts.dropped(queue=sum(len(old) for old in self._blocks))
                 self._blocks.clear()
             self._blocks.append(block)
             self._change.notify_all()

@@ -104,7 +104,7 @@ class Statistics:
         return tuple(found)
 
 
-class Tally:
+class RunStatistics:
     """Counts a run; one thread each for the camera's and the reader's numbers.
 
     Parameters

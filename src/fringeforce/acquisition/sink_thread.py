@@ -15,7 +15,7 @@ FAREWELL = 10.0
 FULL = {errno.ENOSPC: "The disk is full.", errno.EDQUOT: "The disk quota is used up."}
 
 
-class Outlet:
+class SinkThread:
     """Readings to one sink through a bounded queue; the oldest go when it is full.
 
     What a sink gathers is written together: small pieces cost it more than their size.

@@ -26,8 +26,10 @@ NEIGHBOURS = 51
 """Pixels whose median misfit tells what is usual around a pixel."""
 
 
-def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple[Array, Array]:
-    """Grey levels (F, P) and loads (F, 2n) of a bench, as floats.
+def checked_measurements(
+    sensor: Sensor, frames: ArrayLike, forces: ArrayLike
+) -> tuple[Array, Array]:
+    """Grey levels (F, P) and loads (F, 2n) of measurements, as floats.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from fringeforce.design.strip import Sensor
-    from fringeforce.studies.study_result import Statement
+    from fringeforce.studies.study_result import StudyResult
 
 Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")]
 Results = Annotated[
@@ -61,13 +61,13 @@ def sweep(
     study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
 ) -> None:
     """Evaluate many designs; a sweep that was stopped goes on where it was."""
-    from fringeforce.studies.outcome import sweep_statement
+    from fringeforce.studies.outcome import sweep_result
     from fringeforce.studies.study_file import load_study
     from fringeforce.studies.sweep import run_sweep
 
     plan, sensor = load_study(study)
     with _executor(scheduler, workers) as pool, progress_bar() as advance:
-        found = sweep_statement(run_sweep(plan, sensor, output, pool, advance), output.stem)
+        found = sweep_result(run_sweep(plan, sensor, output, pool, advance), output.stem)
     _tell(found, output.parent, output)
 
 
@@ -76,7 +76,7 @@ def optimise(
 ) -> None:
     """Seek the best design within the constraints, and read noisy frames of it."""
     from fringeforce.studies.optimise import optimise as sought
-    from fringeforce.studies.outcome import optimum_statement
+    from fringeforce.studies.outcome import optimum_result
     from fringeforce.studies.study_file import load_study
     from fringeforce.studies.sweep import prepared
     from fringeforce.studies.verification import verified
@@ -90,13 +90,13 @@ def optimise(
         checks = [
             verified(one, plan.working_load, seed, frames, pool) for one in (sensor, best.sensor)
         ]
-    found = optimum_statement(best, checks, output.stem)
+    found = optimum_result(best, checks, output.stem)
     drawing = output.with_suffix(".toml")
     drawing.write_text(best.sensor.to_toml(), encoding="utf-8")
     _tell(found, output.parent, drawing, output)
 
 
-def _tell(found: Statement, folder: Path, *written: Path) -> None:
+def _tell(found: StudyResult, folder: Path, *written: Path) -> None:
     """Print what a study says, save it, and name all files that there are of it."""
     print("\n".join(found.lines()))
     print("\n" + ", ".join(str(path) for path in [*written, *found.save(folder)]))
@@ -109,7 +109,7 @@ def _answer(
     seed: int,
     where: tuple[str | None, int | None],
     advance: Callable[[str, int, int], None],
-) -> Statement:
+) -> StudyResult:
     if question is Question.range:
         from fringeforce.studies.range import range_study
 

@@ -12,7 +12,7 @@ from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import coarse_model, performance
-from fringeforce.studies.result_store import OPEN, Ledger, Outcome
+from fringeforce.studies.result_store import OPEN, Outcome, ResultStore
 from fringeforce.studies.sampling import Value
 
 
@@ -63,7 +63,7 @@ def evaluate(candidate: Candidate) -> Outcome:
 
 def evaluate_missing(
     pool: Executor,
-    ledger: Ledger,
+    store: ResultStore,
     setting: Setting,
     candidates: Sequence[Mapping[str, Value]],
     first: int = 0,
@@ -75,7 +75,7 @@ def evaluate_missing(
     ----------
     pool : Executor
         Where they are evaluated.
-    ledger : Ledger
+    store : ResultStore
         Keeps the results.
     setting : Setting
         What they share.
@@ -91,7 +91,7 @@ def evaluate_missing(
     list
         Outcomes in the order of the candidates.
     """
-    states = ledger.states
+    states = store.states
     places = range(first, first + len(candidates))
 
     def tasks() -> Iterator[tuple[int, Candidate]]:
@@ -103,9 +103,9 @@ def evaluate_missing(
     if progress:
         progress("designs", known, len(states))
     for place, outcome in completed(pool, evaluate, tasks()):
-        ledger.record(place, candidates[place - first], outcome)
+        store.record(place, candidates[place - first], outcome)
         known += 1
         if progress:
             progress("designs", known, len(states))
-    found = [ledger.outcome(place) for place in places]
+    found = [store.outcome(place) for place in places]
     return [outcome for outcome in found if outcome is not None]

@@ -16,7 +16,7 @@ from fringeforce.plotting import axes as plot
 
 
 @dataclass(frozen=True)
-class Statement:
+class StudyResult:
     """The outcome of a study.
 
     Attributes

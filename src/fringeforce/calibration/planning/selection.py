@@ -20,7 +20,7 @@ WORTHWHILE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Stakes:
+class CandidateExperiments:
     """What experiments tell and what it is worth, in versions v of the truth.
 
     Unknowns are such that each has unit variance, free of the others, before any experiment.
