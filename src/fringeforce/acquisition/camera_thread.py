@@ -6,6 +6,7 @@ import threading
 from collections import deque
 
 from fringeforce.acquisition.cameras.camera import Block, Camera
+from fringeforce.acquisition.consecutive import taken
 from fringeforce.acquisition.run_statistics import RunStatistics
 from fringeforce.base.errors import CameraLost
 
@@ -64,22 +65,15 @@ class CameraThread:
         with self._change:
             self._change.wait_for(lambda: self._blocks or self._ended, timeout)
             if self._blocks:
-                taken = self._take(together)
+                most = min(together, self._depth // 8 * len(self._blocks[0]))
+                found = taken(self._blocks, most)
                 self._change.notify_all()
-                return Block.joined(taken)
+                return Block.joined(found)
             if self._error:
                 raise self._error
             if self._ended:
                 raise StopIteration
             return None
-
-    def _take(self, together: int) -> list[Block]:
-        taken = [self._blocks.popleft()]
-        room = min(together, self._depth // 8 * len(taken[0])) - len(taken[0])
-        while self._blocks and taken[-1].precede(self._blocks[0]) and len(self._blocks[0]) <= room:
-            taken.append(self._blocks.popleft())
-            room -= len(taken[-1])
-        return taken
 
     def stop(self) -> None:
         """End the camera; what was not taken counts as dropped."""

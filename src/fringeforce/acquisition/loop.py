@@ -73,7 +73,7 @@ def live(
     Parameters
     ----------
     reader : Reader or PadReader
-        Of the sensor; a pad's images are followed as `PadReader.stream` does it.
+        Reader of the sensor; a pad's images are followed as `PadReader.stream` does it.
     camera : Camera
         Not yet connected.
     sinks : sequence of Sink
@@ -93,8 +93,8 @@ def live(
     Returns
     -------
     Statistics
-        Of the whole run.  Every line or image that the camera numbered was read or is counted as
-        dropped.
+        Statistics of the whole run.  Every line or image that the camera numbered was read or is
+        counted as dropped.
 
     Raises
     ------

@@ -6,7 +6,9 @@ import errno
 import threading
 import time
 from collections import deque
+from math import inf
 
+from fringeforce.acquisition.consecutive import taken
 from fringeforce.acquisition.run_statistics import Delivery
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 
@@ -100,12 +102,10 @@ class SinkThread:
                     lambda: self._waiting() >= self._room // 2 or self._ending,
                     self._taken + interval - time.monotonic(),
                 )
-            taken = [self._blocks.popleft()]
-            while interval > 0 and self._blocks and taken[-1].precede(self._blocks[0]):
-                taken.append(self._blocks.popleft())
+            found = taken(self._blocks, inf if interval > 0 else 0)
             self._taken = time.monotonic()
             self._change.notify_all()
-        return Readings.joined(taken)
+        return Readings.joined(found)
 
     def _stop(self, trouble: str, unwritten: int = 0) -> None:
         with self._change:

@@ -133,7 +133,7 @@ def misfitting_frames(residuals: Array) -> Mask:
     Parameters
     ----------
     residuals : ndarray, shape (F, p)
-        Of the sound pixels, in units of the noise.
+        Residuals of the sound pixels, in units of the noise.
     """
     sums = group_sums(residuals.T)
     scores = np.stack(

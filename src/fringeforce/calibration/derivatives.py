@@ -25,7 +25,7 @@ class Derivatives:
     loads : ndarray, shape (F, 2n)
         Known loads [N].
     weights : ndarray, shape (F, P)
-        Of all levels.
+        Weights of all levels.
     turn : ndarray, shape (F, P)
         Derivative by the phase [1/rad].
     lit : ndarray, shape (2, F, P)
@@ -55,7 +55,7 @@ def matrix_changes(
     measured, at, jacobian
         Frames, their explanation, and the matrix about a design.
     pixels : slice
-        Those that are wanted.
+        Pixels that are wanted.
     """
     positions = at.positions(measured.sensor)[pixels]
     slope = jacobian.matrix(at.design, positions, slope=True)

@@ -64,7 +64,7 @@ class DesignJacobian:
         return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
 
     def plus(self, change: Array) -> DesignJacobian:
-        """The same derivatives of a matrix that differs by values (GRID, 2n) on the grid."""
+        """Derivatives as these, of a matrix that differs by values (GRID, 2n) on the grid."""
         values = np.array(self.spline(self.spline.x))
         values[:, 0] += change
         return replace(self, spline=CubicSpline(self.spline.x, values))
@@ -84,7 +84,7 @@ def design_jacobian(
     centre : ndarray, shape (d,)
         Entries of the design.
     step : float
-        Of the central differences; the mesh follows the design, so it must be well above the
+        Step of the central differences; the mesh follows the design, so it must be well above the
         finite elements' relative error.
 
     Raises
@@ -141,11 +141,11 @@ def relinearised(
     design : ndarray, shape (d,)
         Entries of the new design.
     covariance : ndarray
-        Of the unknowns, the design's entries first.
+        Covariance of the unknowns, the design's entries first.
     jacobian : DesignJacobian
         The old one.
     share : float
-        Of the way to go.
+        Share of the way to go.
     """
     step = design - jacobian.centre
     unsure = np.sqrt(np.diag(covariance)[: len(step)])

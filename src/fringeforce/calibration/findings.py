@@ -36,7 +36,7 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
     paths : tuple of str, length d
         Dotted paths of the values.
     covariance : ndarray, shape (d, d)
-        Of their logarithms, the drawing's own uncertainty included.
+        Covariance of their logarithms, the drawing's own uncertainty included.
     """
     variances, directions = np.linalg.eigh(covariance) if paths else (np.empty(0), np.empty((0, 0)))
     unknown = variances > ((1 - LEARNT) * DEVIATION["value"]) ** 2
@@ -62,7 +62,7 @@ def findings(measured: Measurements, model: SensorModel, references: Mask) -> tu
     model : SensorModel
         Calibrated.
     references : ndarray of bool, shape (r,)
-        Of the references after the frames, whether they agree with the frames.
+        Whether each of the references after the frames agrees with the frames.
     """
     found = model.calibration
     if found is None:

@@ -36,7 +36,7 @@ class FrameFit:
     unknowns : Unknowns
         The estimate.
     covariance : ndarray
-        Of all unknowns, for unit reduced chi-square.
+        Covariance of all unknowns, for unit reduced chi-square.
     jacobian : DesignJacobian
         About which the matrix was linear.
     normal : NormalEquations
@@ -184,7 +184,7 @@ def consistent(
     measured : Measurements
         All frames.
     at : Unknowns
-        Their explanation.
+        Unknowns that explain the frames.
     jacobian : DesignJacobian
         The matrix about a design.
     sound : ndarray of bool, shape (P,)

@@ -36,7 +36,7 @@ class NormalEquations:
     coupling : ndarray, shape (P, m + 2F, 2)
         Mixed ones with the pixels' pattern.
     pixel_gradient, pixels : ndarray, shapes (2, P), (2, 2, P)
-        Those of the pattern itself.
+        Gradient and second derivatives by the pattern itself.
     """
 
     predicted: Predictions
@@ -81,7 +81,7 @@ class LevelJacobian:
     turn : ndarray, shape (F, P)
         By the phase [1/rad].
     changes : ndarray, shape (d + 2, P, 2n)
-        Those of the matrix by the design and the camera's place [rad/N].
+        Derivatives of the matrix by the design and the camera's place [rad/N].
     lit : ndarray, shape (2, F, P)
         By amplitude and offset at the pixel.
     basis : ndarray, shape (P, k)
@@ -106,7 +106,7 @@ class LevelJacobian:
         return np.concatenate([self.moving, *self.lit[:, None] * self.basis.T[None, :, None]])
 
     def frames(self) -> Iterator[LevelJacobian]:
-        """Those of one frame after the other."""
+        """Jacobians of one frame after the other."""
         for row in range(len(self.turn)):
             one = slice(row, row + 1)
             yield replace(

@@ -32,7 +32,7 @@ class Predictions:
     light : ndarray, shape (F, P)
         Normalised intensity.
     response : Response
-        Of the camera.
+        Response of the camera.
     scale : ndarray, shape (F, 1)
         Inverse deviation of the noise of every row, 1 / grey levels.
     shifts : ndarray, shape (2, F, P)
@@ -78,11 +78,11 @@ def predict(
     measured : Measurements
         The frames.
     at : Unknowns
-        Their explanation.
+        Unknowns that explain the frames.
     jacobian : DesignJacobian
         The matrix about a design.
     weight : ndarray, shape (P,), optional
-        Of the pixels, when a frame's own light is found; all alike if not given.
+        Weights of the pixels when a frame's own light is found; all alike if not given.
     """
     matrix = jacobian.matrix(at.design, at.positions(measured.sensor))
     phase = measured.loads @ matrix.T + measured.turned[:, None]

@@ -31,7 +31,7 @@ class Found:
     measured : Measurements
         All rows, references last.
     fit : FrameFit
-        Of the rows that were kept.
+        Fit of the rows that were kept.
     sound : ndarray of bool, shape (P,)
         Pixels that follow the light.
     kept : ndarray of bool, shape (F,)

@@ -20,7 +20,7 @@ ORDERS, REFINEMENTS = range(2, 10), (1, 2, 3)
 FINEST = 12
 """Order of the elements that stand for the exact solution where none is known."""
 TERMS = 1500
-"""Of the exact series for roller edges."""
+"""Terms of the exact series for roller edges."""
 
 
 def relative_error(found: Array, reference: Array) -> float:

@@ -27,9 +27,9 @@ class Setting:
     working_load : float
         Largest normal force on a tactel [N].
     mesh_order : int
-        Of the elements.
+        Order of the elements.
     seed : SeedSequence
-        Of the loads that designs are judged by.
+        Seed of the loads that designs are judged by.
     """
 
     sensor: Sensor
@@ -69,7 +69,7 @@ def evaluate_missing(
     first: int = 0,
     progress: Progress | None = None,
 ) -> list[Outcome]:
-    """Evaluate designs that the ledger does not know yet, and write each down as it comes.
+    """Evaluate designs that the store does not know yet, and write each down as it comes.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def evaluate_missing(
     setting : Setting
         What they share.
     candidates : sequence of mapping
-        Their values by path; they have the ledger's places `first`, `first + 1`, ...
+        Values of the designs by path; they have the places `first`, `first + 1`, ...
     first : int
         Place of the first.
     progress : callable, optional

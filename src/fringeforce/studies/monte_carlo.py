@@ -91,7 +91,7 @@ def reading_limit(
     count : int
         Random loads at every level.
     seed : int
-        Of loads and noise.
+        Seed of loads and noise.
 
     Returns
     -------

@@ -44,7 +44,7 @@ class Optimum:
     sweep : Sweep
         All designs that were tried on the way, feasible or not.
     best : int
-        Its place among them.
+        Place of the design in the sweep.
     """
 
     sensor: Sensor

@@ -52,7 +52,7 @@ def optimum_result(optimum: Optimum, verified: Sequence[Verified], name: str) ->
     verified : sequence of Verified
         Noisy frames of the design it started from and of the one found.
     name : str
-        Of the files.
+        Name of the files.
     """
     sweep, best = optimum.sweep, optimum.best
     rows = [

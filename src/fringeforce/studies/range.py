@@ -83,7 +83,7 @@ def range_study(
     frames : int
         Random loads at each level of the Monte Carlo search.
     seed : int
-        Of loads and noise.
+        Seed of loads and noise.
     progress : callable, optional
         Called with words, the cases done and their count.
     """

@@ -86,7 +86,7 @@ def open_store(
     Parameters
     ----------
     path : path
-        Of the HDF5 file.
+        Path of the HDF5 file.
     study : str
         Canonical text of the study; a file of another one is not touched.
     axes : sequence of Axis

@@ -56,7 +56,7 @@ class LocalSensitivity:
     Attributes
     ----------
     paths : tuple of str, length d
-        Of the values.
+        Dotted paths of the values.
     psi : ndarray, shape (d, n_pixels, n, 2)
         Derivative of the influence matrix by the logarithm of each value [rad/N].
     forces : ndarray, shape (d, n, 2)
@@ -109,13 +109,13 @@ def variance_indices(
     Parameters
     ----------
     function : callable
-        Of points (k, d), to outputs (k, s).
+        From points (k, d) to outputs (k, s).
     lowest, highest : ndarray, shape (d,)
         The box; values are uniform in it.
     samples : int
         Base samples, a power of two.
     seed : int
-        Of the sequence.
+        Seed of the sequence.
 
     Returns
     -------

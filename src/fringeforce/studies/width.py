@@ -42,7 +42,7 @@ class AtWidth:
     width : float
         [m].
     lead : ndarray, shape (len(PLACES), SAMPLES)
-        Of the places across the strip [rad].
+        Phase lead at the places across the strip [rad].
     turned : float
         Largest excess of the equivalent retardance over the lead [rad].
     """

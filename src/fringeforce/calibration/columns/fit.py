@@ -56,7 +56,7 @@ class ColumnFit:
     responses : ndarray, shape (U, r)
         What the other shared unknowns do in each mode of the corrections.
     own : ndarray, shape (U, U)
-        Their covariance for given corrections.
+        Covariance of the other shared unknowns for given corrections.
     """
 
     measured: Measurements
@@ -96,7 +96,7 @@ def fit_columns(
     paths : tuple of str
         Design values.
     fit : FrameFit
-        Of the design.
+        Fit of the design.
     stuck : ndarray of bool, shape (P,)
         Pixels that do not follow the light at all.
     kept : ndarray of bool, shape (F,)
@@ -146,7 +146,8 @@ def fit_columns(
 class _Solved:
     """Posterior of the corrections, and the step of the other unknowns (U,) that goes with it.
 
-    Their responses (U, r) to its modes, and their covariance (U, U) for given corrections.
+    Responses (U, r) of the other unknowns to its modes, and the covariance (U, U) of these unknowns
+    for given corrections.
     """
 
     posterior: Posterior

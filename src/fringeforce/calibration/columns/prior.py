@@ -46,7 +46,7 @@ class Shapes:
     parts : CubicSpline
         Every column along the strip and its slope scaled to the same size, (m, 2, 2n) [rad/N].
     knots : ndarray
-        Of the cubic splines [m].
+        Knots of the cubic splines [m].
     depth : float
         Thickness of the strip [m].
     """
@@ -127,7 +127,7 @@ class Posterior:
     mean : ndarray, shape (4n, K)
         Coefficients.
     modes : ndarray, shape (r, 4n, K)
-        Their covariance is the sum of the modes' outer products.
+        Modes of the coefficients, whose covariance is the sum of the modes' outer products.
     """
 
     choice: tuple[int, int]

@@ -85,7 +85,7 @@ def expanded(
     possible : Shapes
         Corrections.
     weight : ndarray, shape (P,)
-        Of the pixels.
+        Weights of the pixels.
     """
     normal = linearised(measured, at, jacobian, weight)
     sides = _sides(measured, normal)
@@ -125,11 +125,11 @@ def pattern_after(
     normal : NormalEquations
         The frames that the step is made from.
     step : ndarray, shape (U,)
-        Of the other unknowns.
+        Step of the other unknowns.
     correction : ndarray, shape (P, 2n)
-        Of the matrix [rad/N].
+        Correction of the matrix [rad/N].
     share : float
-        Of the step.
+        Share of the step.
     """
     pattern = measured.pattern
     if pattern is None:
@@ -171,7 +171,7 @@ def _sides(measured: Measurements, normal: NormalEquations) -> _Sides:
 
 
 def _without_pattern(sides: _Sides, normal: NormalEquations, pattern: FixedPatternNoise) -> _Sides:
-    """The same with the pattern free."""
+    """Derivatives with the pattern free."""
     pixels = pattern.information(normal.pixels)
     pixel_gradients = normal.pixel_gradient + pattern.precision * (pattern.levels - pattern.known)
     by_matrix = np.swapaxes(normal.derivatives.by_matrix(normal.derivatives.lit), 0, 1)

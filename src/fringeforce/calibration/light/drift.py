@@ -43,11 +43,11 @@ def drifting(
     measured : Measurements
         The frames.
     at : Unknowns
-        Their explanation.
+        Unknowns that explain the frames.
     jacobian : DesignJacobian
         The matrix about a design.
     weight : ndarray, shape (P,)
-        Of the pixels.
+        Weights of the pixels.
     """
     predicted = predict(replace(measured, drift=(0.0, 0.0)), at, jacobian, weight)
     amplitude = predicted.response.amplitude

@@ -24,7 +24,7 @@ class FixedPatternNoise:
     Attributes
     ----------
     levels : ndarray, shape (2, P)
-        Of the amplitude, then of the offset, grey levels.
+        Deviations of the amplitude, then of the offset, grey levels.
     known : ndarray, shape (2, P)
         What is known of them from elsewhere, such as the offset's from frames in the dark.
     precision : ndarray, shape (2, P)
@@ -50,7 +50,7 @@ class FixedPatternNoise:
         dark : ndarray, shape (P,)
             Measured deviations of the offset, grey levels.
         variance : float
-            Of `dark`, squared grey levels.
+            Variance of `dark`, squared grey levels.
         """
         own = 1 / np.maximum(sizes, NONE) ** 2
         measured = np.array([0.0, 0.0 if dark is None else 1 / variance])

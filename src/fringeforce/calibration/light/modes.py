@@ -30,7 +30,7 @@ def fitted_imaging(
     measured : Measurements
         All rows.
     fit : FrameFit
-        Of the rows that were kept.
+        Fit of the rows that were kept.
     used : ndarray of bool, shape (P,)
         Pixels that are sound and see the strip.
     modes : ndarray, shape (m, k)

@@ -122,7 +122,7 @@ def patterned(
     measured : Measurements
         All frames, lit references last, with no pattern yet.
     fit : FrameFit
-        Of these frames.
+        Fit of these frames.
     references : dict of ndarray
         As checked.
     sound : ndarray of bool, shape (P,)
@@ -187,7 +187,7 @@ def improved(measured: Measurements, fit: FrameFit) -> tuple[Measurements, Unkno
     measured : Measurements
         With the pattern that is there so far, if any.
     fit : FrameFit
-        Of frames with that pattern.
+        Fit of frames with that pattern.
     """
     pattern, at = measured.pattern, fit.unknowns
     if pattern is None:

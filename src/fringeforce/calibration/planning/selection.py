@@ -28,7 +28,7 @@ class CandidateExperiments:
     Attributes
     ----------
     information : ndarray, shape (v, C, u, u)
-        Of every experiment.
+        Information of every experiment.
     weights : ndarray, shape (v, u, u)
         Variance of what is to be predicted is the trace of these times the covariance.
     """
