@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from single_press import single_press_matrix
 
 import fringeforce as ff
-from fringeforce.calibration.single_press import single_press_matrix
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.calibration.frame_fit import climb
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.frame_fit import levenberg_marquardt
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.planning.candidates import candidates, typical_loads
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
 from fringeforce.estimation.bounds import covariance
@@ -44,7 +44,7 @@ def simulated(
     known: Knowledge, typical: np.ndarray, draws: Sequence[np.ndarray], rng: np.random.Generator
 ) -> tuple[float, float]:
     """Added share of error, the draws in turn, and its standard error."""
-    model, sensor = known.tangent.model, known.sensor
+    model, sensor = known.jacobian.model, known.sensor
     flat = typical.reshape(len(typical), -1)
     truth = model.pixel_influence.reshape(sensor.camera.pixels, -1)
     response = camera_response(sensor.camera)
@@ -54,9 +54,9 @@ def simulated(
     for number in range(REPEATS):
         loads = draws[number % len(draws)]
         frames = model.expose(loads, rng=rng).astype(float)
-        bench = Bench(sensor, frames, loads.reshape(len(loads), -1), known.bench.basis)
-        at = climb(bench, known.unknowns, known.tangent, known.used).unknowns
-        matrix = known.tangent.matrix(at.design, at.positions(sensor))[known.used]
+        bench = Measurements(sensor, frames, loads.reshape(len(loads), -1), known.measured.basis)
+        at = levenberg_marquardt(bench, known.unknowns, known.jacobian, known.used).unknowns
+        matrix = known.jacobian.matrix(at.design, at.positions(sensor))[known.used]
         seen = at.response(bench).at(known.used)
         off = [
             least_squares(_left, f, args=(level, matrix, seen), xtol=1e-12).x - f
@@ -76,7 +76,7 @@ def main() -> None:
     """Print the table."""
     sensor = ff.load_sensor(sys.argv[1] if len(sys.argv) > 1 else "saad")
     known, rng = knowledge(sensor), np.random.default_rng(0)
-    limits, n, model = ff.Limits(FORCE), sensor.tactels.count, known.tangent.model
+    limits, n, model = ff.Limits(FORCE), sensor.tactels.count, known.jacobian.model
     pool, typical = candidates(model, limits), typical_loads(model, limits, TYPICAL)
     print("presses  kind      predicted  simulated        readings err")
     for budget in BUDGETS:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.explorer.limits import check
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
@@ -146,6 +146,6 @@ def test_what_needs_a_plane_says_so(sensor: ff.Sensor) -> None:
     with pytest.raises(ff.FringeforceError, match='take plane = "stress"'):
         ff.characterize(solid, "paper")
     with pytest.raises(ff.FringeforceError, match='"3d"; calibrate, plan'):
-        design_tangent(solid, ("transducer.length",), np.zeros(1))
+        design_jacobian(solid, ("transducer.length",), np.zeros(1))
     with pytest.raises(ff.FringeforceError, match='take "stress" or "strain" here'):
         check(solid)

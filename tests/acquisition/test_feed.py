@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from fringeforce.acquisition.camera_thread import Feed
+from fringeforce.acquisition.camera_thread import CameraThread
 from fringeforce.acquisition.cameras.camera import Block
-from fringeforce.acquisition.run_statistics import Tally
+from fringeforce.acquisition.run_statistics import RunStatistics
 
 
 class Ready:
@@ -41,17 +41,17 @@ def block(first: int, size: int, dropped: int = 0) -> Block:
 def handed_over(blocks: list[Block], together: int) -> list[Block]:
     """What a feed hands over when all blocks of a camera wait."""
     camera = Ready(blocks)
-    feed = Feed(camera, 64, Tally())
-    feed.start()
+    camera_thread = CameraThread(camera, 64, RunStatistics())
+    camera_thread.start()
     assert camera.over.wait(20)
-    found = list(iter(partial(_next, feed, together), None))
-    feed.stop()
+    found = list(iter(partial(_next, camera_thread, together), None))
+    camera_thread.stop()
     return found
 
 
-def _next(feed: Feed, together: int) -> Block | None:
+def _next(camera_thread: CameraThread, together: int) -> Block | None:
     try:
-        return feed.next(1.0, together)
+        return camera_thread.next(1.0, together)
     except StopIteration:
         return None
 

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.calibration.frame_fit import climb
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.frame_fit import levenberg_marquardt
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.estimation.bounds import covariance
 from fringeforce.models.imaging import camera_response
@@ -33,9 +33,9 @@ class Simulation:
     def _one(self, loads: np.ndarray, rng: np.random.Generator) -> float:
         frames, sensor = self.model.expose(loads, rng=rng).astype(float), self.model.sensor
         flat, used = loads.reshape(len(loads), -1), self.known.used
-        bench = Bench(sensor, frames, flat, self.known.bench.basis)
-        at = climb(bench, self.known.unknowns, self.known.tangent, used).unknowns
-        matrix = self.known.tangent.matrix(at.design, at.positions(sensor))[used]
+        bench = Measurements(sensor, frames, flat, self.known.measured.basis)
+        at = levenberg_marquardt(bench, self.known.unknowns, self.known.jacobian, used).unknowns
+        matrix = self.known.jacobian.matrix(at.design, at.positions(sensor))[used]
         response = at.response(bench).at(used)
         off = [
             least_squares(

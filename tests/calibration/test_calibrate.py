@@ -9,9 +9,9 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.frame_fit import light_basis, residuals, start
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.normal_equations import linearised
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
@@ -201,7 +201,7 @@ def test_young_s_moduli_and_the_strain_optic_coefficient_are_not_told_apart(sens
 def test_derivatives_of_the_design_do_not_depend_on_their_step(sensor) -> None:
     paths = (*PARAMETERS, "transducer.photoelastic.poissons_ratio", "tactels.pitch")
     centre, x = np.full(len(paths), -0.05), np.linspace(-0.012, 0.012, 301)
-    fine, coarse = (design_tangent(sensor, paths, centre, step).at(x) for step in (0.002, 0.004))
+    fine, coarse = (design_jacobian(sensor, paths, centre, step).at(x) for step in (0.002, 0.004))
     scale = np.abs(fine).max(axis=(1, 2))
     assert (np.abs(fine - coarse).max(axis=(1, 2)) < 3e-3 * scale).all()
 
@@ -209,15 +209,15 @@ def test_derivatives_of_the_design_do_not_depend_on_their_step(sensor) -> None:
 def test_the_gradient_of_the_fit_is_that_of_its_loss(sensor) -> None:
     rng = np.random.default_rng(17)
     forces = combined(rng, 5, largest=0.7)
-    tangent = design_tangent(sensor, PARAMETERS, np.zeros(3))
-    frames = tangent.model.expose(forces, rng=rng).astype(float)
-    bench = Bench(sensor, frames, forces.reshape(5, -1), light_basis(PIXELS, 6))
+    jacobian = design_jacobian(sensor, PARAMETERS, np.zeros(3))
+    frames = jacobian.model.expose(forces, rng=rng).astype(float)
+    bench = Measurements(sensor, frames, forces.reshape(5, -1), light_basis(PIXELS, 6))
     at = start(bench, 3).moved(np.full(17, 0.01))
     weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
-    gradient = linearised(bench, at, tangent, weight).gradient
+    gradient = linearised(bench, at, jacobian, weight).gradient
 
     def loss(step: np.ndarray) -> float:
-        return float((residuals(bench, at.moved(step), tangent) ** 2 @ weight).sum()) / 2
+        return float((residuals(bench, at.moved(step), jacobian) ** 2 @ weight).sum()) / 2
 
     steps = 1e-5 * np.eye(len(gradient))
     differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]

@@ -11,10 +11,10 @@ from benches import presses, shots  # isort: skip
 import fringeforce as ff
 from fringeforce.calibration.columns.prior import shapes
 from fringeforce.calibration.columns.quadratic import expanded
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.light.fixed_pattern_noise import Pattern
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.estimation.bounds import covariance, systematic_covariance
 from fringeforce.estimation.residual_test import group_sums
 from fringeforce.reading.single_frame import SingleFrameReader
@@ -113,21 +113,21 @@ def test_the_free_light_is_a_schur_complement_and_the_gradient_that_of_the_loss(
     """Against the columns' own loss, minimised over pattern and frames' light by least squares."""
     rng, sensor = np.random.default_rng(66), drawing()
     forces = combined(rng, 6)
-    tangent = design_tangent(sensor, (STRAIN_OPTIC,), np.zeros(1))
-    levels = shots(lit(tangent.model, rng), forces, rng).astype(float)
-    bench = Bench(
+    jacobian = design_jacobian(sensor, (STRAIN_OPTIC,), np.zeros(1))
+    levels = shots(lit(jacobian.model, rng), forces, rng).astype(float)
+    bench = Measurements(
         sensor, levels, forces.reshape(6, -1), light_basis(PIXELS, 6), drift=(0.02, 0.7),
-        pattern=Pattern.unseen(PIXELS, (3.0, 1.0), None, 1.0),
+        pattern=FixedPatternNoise.unseen(PIXELS, (3.0, 1.0), None, 1.0),
     )  # fmt: skip
-    at, possible = start(bench, 1), shapes(sensor, tangent, np.zeros(1))
+    at, possible = start(bench, 1), shapes(sensor, jacobian, np.zeros(1))
     weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
-    found = expanded(bench, at, tangent, possible, weight)
+    found = expanded(bench, at, jacobian, possible, weight)
     normal, pattern = found.normal, bench.pattern
     assert pattern is not None
     # all derivatives at once, pattern included, as one dense least-squares problem
     change = rng.normal(size=(44, possible.count))
     positions = at.positions(sensor)
-    derivatives, view = normal.derivatives, normal.view
+    derivatives, view = normal.derivatives, normal.predicted
     turned = derivatives.turn * (bench.loads @ possible.correction(change, positions).T)
     root = np.sqrt(derivatives.weights)
     pixel = np.stack([(root * lit)[:, :, None] * np.eye(PIXELS) for lit in derivatives.lit])
@@ -142,5 +142,5 @@ def test_the_free_light_is_a_schur_complement_and_the_gradient_that_of_the_loss(
     left = (root * view.residuals).ravel()
     pulled = columns @ left + prior * (pattern.levels - pattern.known).ravel()
     slope = (root * turned).ravel() @ left - mixed @ np.linalg.solve(inside, pulled)
-    assert flat @ found.pull == pytest.approx(slope, rel=1e-6)
+    assert flat @ found.column_gradient == pytest.approx(slope, rel=1e-6)
     assert np.linalg.eigvalsh(found.hessian).min() > -1e-6

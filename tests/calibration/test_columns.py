@@ -13,12 +13,10 @@ from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.columns.prior import LENGTHS, most_probable, shapes
 from fringeforce.calibration.columns.quadratic import expanded
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
-from fringeforce.calibration.design_jacobian import design_tangent
-from fringeforce.calibration.frame_fit import climb, light_basis, residuals, start
-from fringeforce.calibration.measurements import Bench
-from fringeforce.calibration.single_press import single_press_matrix
+from fringeforce.calibration.design_jacobian import design_jacobian
+from fringeforce.calibration.frame_fit import levenberg_marquardt, light_basis, residuals, start
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.estimation.bounds import covariance, cramer_rao_bound, systematic_covariance
-from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
 pytestmark = pytest.mark.slow
@@ -166,18 +164,18 @@ def test_readings_with_corrected_columns_scatter_as_they_state(true, corrected) 
 def test_the_gradient_by_the_columns_is_that_of_the_loss(small, made) -> None:
     rng = np.random.default_rng(38)
     forces = known_loads(rng, 5)
-    tangent = design_tangent(small, (STRAIN_OPTIC,), np.zeros(1))
-    bench = Bench(
+    jacobian = design_jacobian(small, (STRAIN_OPTIC,), np.zeros(1))
+    bench = Measurements(
         small, made.expose(forces, rng=rng).astype(float), forces.reshape(5, -1),
         light_basis(PIXELS, 6),
     )  # fmt: skip
     at = start(bench, 1)
-    possible = shapes(small, tangent, at.design)
+    possible = shapes(small, jacobian, at.design)
     coefficients = 0.01 * rng.normal(size=(4 * N, possible.count))
     weight = (np.abs(small.pixel_positions) < 11e-3).astype(float)
 
     def bent(change: np.ndarray):
-        return tangent.plus(possible.correction(coefficients + change, tangent.spline.x))
+        return jacobian.plus(possible.correction(coefficients + change, jacobian.spline.x))
 
     none = np.zeros_like(coefficients)
     found = expanded(bench, at, bent(none), possible, weight)
@@ -189,13 +187,13 @@ def test_the_gradient_by_the_columns_is_that_of_the_loss(small, made) -> None:
         step = none.copy()
         step.flat[number] = 1e-4
         difference = (loss(step) - loss(-step)) / 2e-4
-        assert found.pull[number] == pytest.approx(difference, rel=1e-3, abs=0.05)
+        assert found.column_gradient[number] == pytest.approx(difference, rel=1e-3, abs=0.05)
 
 
 def test_the_evidence_finds_the_size_and_nothing_in_noise(small) -> None:
     """Coefficients drawn from the prior, seen through unit noise."""
-    tangent = design_tangent(small, (STRAIN_OPTIC,), np.zeros(1))
-    possible = shapes(small, tangent, np.zeros(1))
+    jacobian = design_jacobian(small, (STRAIN_OPTIC,), np.zeros(1))
+    possible = shapes(small, jacobian, np.zeros(1))
     rng = np.random.default_rng(39)
     length, size, info = 5, 0.03, 1e5
     root = possible.root(float(LENGTHS[length] * possible.depth))
@@ -226,16 +224,16 @@ def test_few_modes_state_what_all_of_them_would(small, bench) -> None:
     """Also for a load that the calibration has not seen."""
     frames, forces = bench
     flat = forces.reshape(len(forces), -1)
-    rows = Bench(small, frames.astype(float), flat, light_basis(PIXELS, 10))
-    tangent = design_tangent(small, (STRAIN_OPTIC,), np.array([np.log(FACTOR)]))
+    rows = Measurements(small, frames.astype(float), flat, light_basis(PIXELS, 10))
+    jacobian = design_jacobian(small, (STRAIN_OPTIC,), np.array([np.log(FACTOR)]))
     sound = np.ones(PIXELS, dtype=bool)
-    fit = climb(rows, start(rows, 1), tangent, sound)
+    fit = levenberg_marquardt(rows, start(rows, 1), jacobian, sound)
     found = fit_columns(rows, (STRAIN_OPTIC,), fit, ~sound, np.ones(len(frames), dtype=bool))
     assert found.posterior.modes.shape[0] > 100
     few, every = (column_imaging(found, found.sound, 1.0, share) for share in (0.01, 0.0))
     assert len(few.influence_modes) < 0.8 * len(every.influence_modes)
     load = ff.polar(1.5, 5, n=N).ravel()
-    influence = found.fit.tangent.matrix(found.fit.unknowns.design, few.positions)
+    influence = found.fit.jacobian.matrix(found.fit.unknowns.design, few.positions)
     phase, response = influence @ load, found.fit.unknowns.response(rows)
     spread = covariance(phase, influence, response)
     kept, whole = (
@@ -247,40 +245,3 @@ def test_few_modes_state_what_all_of_them_would(small, bench) -> None:
     )
     noise = np.diag(spread)
     assert (noise + kept > 0.95 * (noise + whole)).all()
-
-
-def test_single_presses_measure_the_matrix_of_a_bench_without_noise(small, made) -> None:
-    still = small.replace(**{"camera.noise": 0.0, "camera.bits": 16, "camera.amplitude": 6e4})
-    quiet = replace(made, sensor=still)
-    loads = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
-    model = single_press_matrix(still, quiet.expose(loads), loads)
-    found, truth = model.pixel_influence, made.pixel_influence
-    np.testing.assert_allclose(np.abs(found), np.abs(truth), atol=0.03)
-    # the least intensity places a change of sign to some pixels
-    assert (np.sign(found) * np.sign(truth))[np.abs(truth) > 0.03].mean() > 0.99
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda p: p + 0.1, ["Frame 0", "several loads"]),
-        (lambda p: p * (np.arange(2 * N) != 3)[:, None, None], ["Tactel 2", "both ways"]),
-        (lambda p: p * 40, ["folds", "stay below"]),
-    ],
-)
-def test_presses_that_the_arcsine_cannot_use_are_named(small, change, words) -> None:
-    loads = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
-    with pytest.raises(ff.FringeforceError) as caught:
-        single_press_matrix(small, np.full((2 * N, PIXELS), 9.0), change(loads))
-    assert all(word in str(caught.value) for word in words)
-
-
-def test_weak_presses_measure_more_bias_than_signal_far_from_the_tactel(small, made) -> None:
-    """The arcsine of an intensity that noise has spread is not zero where the phase is."""
-    loads = np.eye(2 * N).reshape(2 * N, N, 2) * [0.4, 0.2]
-    forces = np.repeat(loads, 4, axis=0)
-    model = single_press_matrix(small, made.expose(forces, rng=5), forces)
-    assert isinstance(model.imaging, Imaging)
-    off = model.pixel_influence - made.pixel_influence
-    quiet = np.abs(made.pixel_influence) < 0.02
-    assert np.abs(off[quiet]).mean() > 2 * np.abs(made.pixel_influence[quiet]).mean()

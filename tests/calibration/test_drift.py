@@ -18,11 +18,11 @@ from benches import (
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.normal_equations import linearised
-from fringeforce.calibration.predictions import seen
+from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.frame_illumination import own_light
 
 pytestmark = pytest.mark.slow
@@ -80,19 +80,26 @@ def test_estimates_under_a_drift_scatter_as_their_covariance_says(true) -> None:
 
 def test_the_gradient_of_a_drifting_fit_is_that_of_its_loss(true) -> None:
     rng, sensor = np.random.default_rng(44), drawing()
-    tangent = design_tangent(sensor, (STRAIN_OPTIC, COVER), np.zeros(2))
+    jacobian = design_jacobian(sensor, (STRAIN_OPTIC, COVER), np.zeros(2))
     forces = presses(rng, 0)[::4]
     frames = shots(true, forces, rng, 0.02, 0.7)
     loads, basis = forces.reshape(len(forces), -1), light_basis(PIXELS, 5)
-    bench = Bench(sensor, frames, loads, basis, averaged=np.arange(1.0, 7), drift=(0.03, 1.0))
+    bench = Measurements(
+        sensor, frames, loads, basis, averaged=np.arange(1.0, 7), drift=(0.03, 1.0)
+    )
     at, even = start(bench, 2).moved(np.full(14, 0.01)), np.ones(PIXELS)
-    normal = linearised(bench, at, tangent, even)
+    normal = linearised(bench, at, jacobian, even)
 
     def loss(step: np.ndarray) -> float:
-        view = seen(bench, at.moved(step), tangent, even)
-        sizes = np.median(normal.view.residuals**2, axis=1) / bench.averaged
+        predicted = predict(bench, at.moved(step), jacobian, even)
+        sizes = np.median(normal.predicted.residuals**2, axis=1) / bench.averaged
         weights = 1 / np.maximum(1, sizes / (3 * np.median(sizes))) ** 2
-        return float(weights @ ((view.residuals**2).sum(axis=1) + (view.drift**2).sum(axis=0))) / 2
+        return (
+            float(
+                weights @ ((predicted.residuals**2).sum(axis=1) + (predicted.drift**2).sum(axis=0))
+            )
+            / 2
+        )
 
     steps = 1e-5 * np.eye(len(at.flat))
     differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]
@@ -101,12 +108,12 @@ def test_the_gradient_of_a_drifting_fit_is_that_of_its_loss(true) -> None:
 
 def test_eliminating_the_frames_own_light_is_a_schur_complement(true) -> None:
     rng, sensor = np.random.default_rng(45), drawing()
-    tangent = design_tangent(sensor, (STRAIN_OPTIC,), np.zeros(1))
+    jacobian = design_jacobian(sensor, (STRAIN_OPTIC,), np.zeros(1))
     forces = presses(rng, 0)[::4]
     frames = shots(true, forces, rng, 0.02, 0.7)
     loads, basis = forces.reshape(len(forces), -1), light_basis(PIXELS, 5)
-    bench = Bench(sensor, frames, loads, basis, drift=(0.03, 1.0))
-    normal = linearised(bench, start(bench, 1), tangent, np.ones(PIXELS))
+    bench = Measurements(sensor, frames, loads, basis, drift=(0.03, 1.0))
+    normal = linearised(bench, start(bench, 1), jacobian, np.ones(PIXELS))
     m = len(normal.hessian)
     whole = normal.whole
     expected = whole[:m, :m] - whole[:m, m:] @ np.linalg.solve(whole[m:, m:], whole[m:, :m])

@@ -11,13 +11,13 @@ from simulation import REPEATS, Simulation
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC
-from fringeforce.calibration.design_jacobian import design_tangent
-from fringeforce.calibration.frame_fit import climb, light_basis, start
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.design_jacobian import design_jacobian
+from fringeforce.calibration.frame_fit import levenberg_marquardt, light_basis, start
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.planning.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.calibration.planning.plan import next_presses
-from fringeforce.calibration.planning.selection import Stakes
+from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.calibration.result import Found, built
 from fringeforce.estimation.bounds import covariance
 from fringeforce.estimation.frame_illumination import own_light
@@ -73,11 +73,13 @@ def moved(small, small_model):
     lit = replace(small_model, imaging=Imaging.known(small.pixel_positions, *LIGHT))
     frames = shots(lit, loads, rng, gains=0.02 * rng.standard_normal(12)).astype(float)
     paths = (STRAIN_OPTIC, "transducer.photoelastic.poissons_ratio", POSITIONS)
-    tangent = design_tangent(small, paths, np.zeros(2 + N))
-    bench = Bench(small, frames, loads.reshape(12, -1), light_basis(256, 10), drift=(0.02, 0.0))
+    jacobian = design_jacobian(small, paths, np.zeros(2 + N))
+    bench = Measurements(
+        small, frames, loads.reshape(12, -1), light_basis(256, 10), drift=(0.02, 0.0)
+    )
     sound = np.ones(256, dtype=bool)
-    fit = climb(bench, start(bench, 2 + N), tangent, sound)
-    return built(Found(bench, fit, sound, np.ones(12, dtype=bool)), paths, 12), tangent
+    fit = levenberg_marquardt(bench, start(bench, 2 + N), jacobian, sound)
+    return built(Found(bench, fit, sound, np.ones(12, dtype=bool)), paths, 12), jacobian
 
 
 def even_singles() -> np.ndarray:
@@ -150,7 +152,7 @@ def test_exchange_finds_the_best_of_all_small_plans() -> None:
     rng = np.random.default_rng(7)
     slopes = rng.standard_normal((2, 7, 3, 3))
     root = rng.standard_normal((2, 3, 3))
-    stakes = Stakes(slopes @ slopes.swapaxes(2, 3), root @ root.swapaxes(1, 2))
+    stakes = CandidateExperiments(slopes @ slopes.swapaxes(2, 3), root @ root.swapaxes(1, 2))
     pairs = [[i, j] for i in range(7) for j in range(i, 7)]
     best = min(stakes.variances(pair)[-1] for pair in pairs)
     assert stakes.variances(stakes.chosen(2))[-1] == pytest.approx(best, rel=1e-9)
@@ -187,11 +189,11 @@ def test_a_calibration_is_the_prior_of_the_next(timid, small, small_model) -> No
 
 
 def test_a_calibration_gives_back_its_derivatives_and_deviations(moved) -> None:
-    model, tangent = moved
+    model, jacobian = moved
     known, x = knowledge(model), model.pixel_positions[model.imaging.usable]
-    np.testing.assert_allclose(known.tangent.at(x)[1:], tangent.at(x)[1:], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(known.jacobian.at(x)[1:], jacobian.at(x)[1:], rtol=0, atol=1e-8)
     slope = (model.influence(x + 1e-7) - model.influence(x - 1e-7)).reshape(len(x), -1) / 2e-7
-    off = known.tangent.matrix(np.zeros(2 + N), x, slope=True) - slope
+    off = known.jacobian.matrix(np.zeros(2 + N), x, slope=True) - slope
     assert np.abs(off).max() < 0.01 * np.abs(slope).max()
     said = ff.assess_presses(model, np.ones((1, N, 2)), typical=np.ones((1, N, 2)))
     np.testing.assert_allclose(said.std[0], model.calibration.std, rtol=1e-6)

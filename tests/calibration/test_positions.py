@@ -6,7 +6,7 @@ from benches import STRAIN_OPTIC, N, drawing, findings, is_plausible, lit, press
 
 import fringeforce as ff
 from fringeforce.calibration.design_entries import POSITIONS, units, values, varied
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 
 pytestmark = pytest.mark.slow
 
@@ -16,8 +16,8 @@ NU = "transducer.compliant.poissons_ratio"
 def test_all_places_are_differentiated_at_once_as_one_by_one() -> None:
     sensor, x = drawing(), np.linspace(-0.012, 0.012, 301)
     base = np.random.default_rng(51).normal(0, 0.05, N)
-    tangent = design_tangent(sensor, (POSITIONS,), base)
-    together = tangent.at(x)[1:]
+    jacobian = design_jacobian(sensor, (POSITIONS,), base)
+    together = jacobian.at(x)[1:]
     step, size = 0.004, np.abs(together).max()
     for j in (0, 4, 10):
         ahead, behind = (

@@ -19,10 +19,10 @@ from benches import (
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.light.fixed_pattern_noise import Pattern, eliminated
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise, eliminated
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.normal_equations import linearised
 from fringeforce.optics.camera import expose, noise_variance
 
@@ -127,13 +127,13 @@ def test_estimates_scatter_as_their_covariance_says(plain) -> None:
 
 def test_eliminating_the_pattern_is_a_schur_complement() -> None:
     rng, sensor, pixels = np.random.default_rng(36), drawing().replace(camera={"pixels": 24}), 24
-    tangent = design_tangent(sensor, (STRAIN_OPTIC,), np.zeros(1))
+    jacobian = design_jacobian(sensor, (STRAIN_OPTIC,), np.zeros(1))
     forces = presses(rng, 0)[::5]
-    frames = tangent.model.expose(forces, rng=rng).astype(float)
-    pattern = Pattern.unseen(pixels, (6.0, 2.0), None, 1.0)
+    frames = jacobian.model.expose(forces, rng=rng).astype(float)
+    pattern = FixedPatternNoise.unseen(pixels, (6.0, 2.0), None, 1.0)
     basis = light_basis(pixels, 4)
-    bench = Bench(sensor, frames, forces.reshape(len(forces), -1), basis, pattern=pattern)
-    normal = linearised(bench, start(bench, 1), tangent, np.ones(pixels))
+    bench = Measurements(sensor, frames, forces.reshape(len(forces), -1), basis, pattern=pattern)
+    normal = linearised(bench, start(bench, 1), jacobian, np.ones(pixels))
     blocks = pattern.information(normal.pixels)
     corner = np.zeros((pixels, 2, pixels, 2))
     corner[np.arange(pixels), :, np.arange(pixels), :] = blocks

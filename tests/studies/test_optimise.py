@@ -9,7 +9,7 @@ import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.studies.execution import Inline
 from fringeforce.studies.optimise import cost, optimise
-from fringeforce.studies.outcome import optimum_statement
+from fringeforce.studies.outcome import optimum_result
 from fringeforce.studies.performance import performance
 from fringeforce.studies.study_file import load_study
 from fringeforce.studies.verification import verified
@@ -36,7 +36,7 @@ def test_the_best_design_meets_the_limits_and_is_the_best_of_all_tried(
     np.testing.assert_array_equal(again.sweep.columns["worst_uncertainty"], tried)
     frames = [verified(one, 1.0, np.random.SeedSequence(1), 40, Inline())
               for one in (sensor, best.sensor)]  # fmt: skip
-    found = optimum_statement(best, frames, "search")
+    found = optimum_result(best, frames, "search")
     assert f"{best.performance.worst_uncertainty * 1e3:.3g} mN" in found.text
     assert all(path.stat().st_size for path in found.save(tmp_path))
 

@@ -14,7 +14,7 @@ import xarray
 
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.studies.execution import Inline, completed, executor
-from fringeforce.studies.outcome import sweep_statement
+from fringeforce.studies.outcome import sweep_result
 from fringeforce.studies.result_store import DONE, FAILED, OPEN, read_results
 from fringeforce.studies.study_file import load_study
 from fringeforce.studies.sweep import Sweep, run_sweep
@@ -96,7 +96,6 @@ def test_constraints_mark_designs_and_the_front_is_beaten_by_none(inline: Sweep)
 
 KILLED = """
 import sys
-from fringeforce.studies import ledger
 from fringeforce.studies.execution import executor
 from fringeforce.studies.study_file import load_study
 from fringeforce.studies.sweep import run_sweep
@@ -189,7 +188,7 @@ def test_results_of_another_study_are_not_touched(study_path: Path, tmp_path: Pa
 
 
 def test_a_sweep_says_what_it_found(inline: Sweep, tmp_path: Path) -> None:
-    found = sweep_statement(inline, "results")
+    found = sweep_result(inline, "results")
     best = inline.columns["worst_uncertainty"][inline.feasible].min()
     assert f"{best * 1e3:.3g} mN" in found.text
     assert f"{inline.failed} that could not be computed" in found.text

@@ -6,14 +6,15 @@ import threading
 from collections import deque
 
 from fringeforce.acquisition.cameras.camera import Block, Camera
-from fringeforce.acquisition.run_statistics import Tally
+from fringeforce.acquisition.consecutive import taken
+from fringeforce.acquisition.run_statistics import RunStatistics
 from fringeforce.base.errors import CameraLost
 
 PAUSE, LONGEST_PAUSE = 0.25, 8.0
 """Time before a lost camera is looked for again, at first and at most [s]."""
 
 
-class Feed:
+class CameraThread:
     """Blocks of a camera through a bounded queue.
 
     When the queue is full, a camera that waits for nobody loses all that is in it, which is
@@ -26,12 +27,12 @@ class Feed:
         Not yet connected.
     depth : int
         Blocks in the queue.
-    tally : Tally
+    counts : RunStatistics
         Counts what is lost.
     """
 
-    def __init__(self, camera: Camera, depth: int, tally: Tally) -> None:
-        self._camera, self._depth, self._tally = camera, depth, tally
+    def __init__(self, camera: Camera, depth: int, counts: RunStatistics) -> None:
+        self._camera, self._depth, self._counts = camera, depth, counts
         self._blocks: deque[Block] = deque()
         self._change = threading.Condition()
         self._stopping = threading.Event()
@@ -64,22 +65,15 @@ class Feed:
         with self._change:
             self._change.wait_for(lambda: self._blocks or self._ended, timeout)
             if self._blocks:
-                taken = self._take(together)
+                most = min(together, self._depth // 8 * len(self._blocks[0]))
+                found = taken(self._blocks, most)
                 self._change.notify_all()
-                return Block.joined(taken)
+                return Block.joined(found)
             if self._error:
                 raise self._error
             if self._ended:
                 raise StopIteration
             return None
-
-    def _take(self, together: int) -> list[Block]:
-        taken = [self._blocks.popleft()]
-        room = min(together, self._depth // 8 * len(taken[0])) - len(taken[0])
-        while self._blocks and taken[-1].precede(self._blocks[0]) and len(self._blocks[0]) <= room:
-            taken.append(self._blocks.popleft())
-            room -= len(taken[-1])
-        return taken
 
     def stop(self) -> None:
         """End the camera; what was not taken counts as dropped."""
@@ -89,7 +83,7 @@ class Feed:
             self._change.notify_all()
         self._thread.join(5)
         with self._change:
-            self._tally.dropped(queue=sum(len(block) for block in self._blocks))
+            self._counts.dropped(queue=sum(len(block) for block in self._blocks))
             self._blocks.clear()
 
     def _run(self) -> None:
@@ -108,7 +102,7 @@ class Feed:
                 with self._camera as camera:
                     for block in camera:
                         if lost:
-                            self._tally.camera_back()
+                            self._counts.camera_back()
                         seen, lost, pause = True, False, PAUSE
                         self._put(block)
                         if self._stopping.is_set():
@@ -118,19 +112,19 @@ class Feed:
                 if not seen:
                     raise  # it was never there: better to say so than to wait for ever
                 lost = True
-                self._tally.camera_lost(str(reason))
+                self._counts.camera_lost(str(reason))
             self._stopping.wait(pause)
             pause = min(2 * pause, LONGEST_PAUSE)
 
     def _put(self, block: Block) -> None:
-        self._tally.dropped(camera=block.dropped)
+        self._counts.dropped(camera=block.dropped)
         with self._change:
             if self._camera.patient:
                 self._change.wait_for(
                     lambda: len(self._blocks) < self._depth or self._stopping.is_set()
                 )
             elif len(self._blocks) >= self._depth:
-                self._tally.dropped(queue=sum(len(old) for old in self._blocks))
+                self._counts.dropped(queue=sum(len(old) for old in self._blocks))
                 self._blocks.clear()
             self._blocks.append(block)
             self._change.notify_all()

@@ -11,10 +11,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fringeforce.acquisition.camera_thread import Feed
+from fringeforce.acquisition.camera_thread import CameraThread
 from fringeforce.acquisition.cameras.camera import Block, Camera
-from fringeforce.acquisition.run_statistics import Delivery, Statistics, Tally
-from fringeforce.acquisition.sink_thread import Outlet
+from fringeforce.acquisition.run_statistics import Delivery, RunStatistics, Statistics
+from fringeforce.acquisition.sink_thread import SinkThread
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -73,7 +73,7 @@ def live(
     Parameters
     ----------
     reader : Reader or PadReader
-        Of the sensor; a pad's images are followed as `PadReader.stream` does it.
+        Reader of the sensor; a pad's images are followed as `PadReader.stream` does it.
     camera : Camera
         Not yet connected.
     sinks : sequence of Sink
@@ -93,8 +93,8 @@ def live(
     Returns
     -------
     Statistics
-        Of the whole run.  Every line or image that the camera numbered was read or is counted as
-        dropped.
+        Statistics of the whole run.  Every line or image that the camera numbered was read or is
+        counted as dropped.
 
     Raises
     ------
@@ -116,33 +116,33 @@ def live(
     images = isinstance(follower.model, PadModel)
     stopping = stop or threading.Event()
     with ExitStack() as finishing:
-        outlets: list[Outlet] = []
+        sink_threads: list[SinkThread] = []
         for sink in sinks:
-            outlets.append(Outlet(sink, queue or QUEUE, camera.patient))
-            finishing.callback(outlets[-1].finish)
+            sink_threads.append(SinkThread(sink, queue or QUEUE, camera.patient))
+            finishing.callback(sink_threads[-1].finish)
         follower.prepare()
-        tally = Tally("images" if images else "lines")
-        feed = Feed(camera, queue or (IMAGE_QUEUE if images else QUEUE), tally)
-        finishing.callback(feed.stop)
-        feed.start()
+        counts = RunStatistics("images" if images else "lines")
+        camera_thread = CameraThread(camera, queue or (IMAGE_QUEUE if images else QUEUE), counts)
+        finishing.callback(camera_thread.stop)
+        camera_thread.start()
         deadline = time.monotonic() + (float("inf") if seconds is None else seconds)
         told, last, together = -np.inf, None, 1
         while not stopping.is_set() and time.monotonic() < deadline:
             try:
-                block = feed.next(POLL, together)
+                block = camera_thread.next(POLL, together)
             except StopIteration:
                 break
             if block is not None:
                 began = time.monotonic()
                 last = read_block(follower, block)
                 together = 1 if images or time.monotonic() - began > SLOW else TOGETHER
-                tally.read(last)
-                for outlet in outlets:
-                    outlet.put(last)
+                counts.read(last)
+                for sink_thread in sink_threads:
+                    sink_thread.put(last)
             if report and time.monotonic() - told > every:
                 told = time.monotonic()
-                report(tally.statistics(_deliveries(outlets)), last)
-    statistics = tally.statistics(_deliveries(outlets))
+                report(counts.statistics(_deliveries(sink_threads)), last)
+    statistics = counts.statistics(_deliveries(sink_threads))
     if report:
         report(statistics, last)
     return statistics
@@ -162,5 +162,5 @@ def read_block(reader: FrameReader, block: Block) -> Readings:
     )
 
 
-def _deliveries(outlets: Sequence[Outlet]) -> tuple[Delivery, ...]:
-    return tuple(outlet.delivery for outlet in outlets)
+def _deliveries(sink_threads: Sequence[SinkThread]) -> tuple[Delivery, ...]:
+    return tuple(sink_thread.delivery for sink_thread in sink_threads)

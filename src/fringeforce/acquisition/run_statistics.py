@@ -13,7 +13,7 @@ import numpy as np
 from fringeforce.acquisition.sinks.sink import Readings
 
 EDGES = np.geomspace(1e-5, 1e3, 379)
-"""Of bins of 5 %, into which latencies fall so that a run of any length fits [s]."""
+"""Edges of bins of 5 %, into which latencies fall so that a run of any length fits [s]."""
 PERCENTILES = (50, 95, 99)
 WINDOW = 2.0
 """Time over which the rate is a mean [s]."""
@@ -26,7 +26,7 @@ class Delivery:
     Attributes
     ----------
     name : str
-        Of the sink.
+        Name of the sink.
     written, dropped : int
         Lines it took, and lines it was too slow for or got after it stopped.
     trouble : str
@@ -104,7 +104,7 @@ class Statistics:
         return tuple(found)
 
 
-class Tally:
+class RunStatistics:
     """Counts a run; one thread each for the camera's and the reader's numbers.
 
     Parameters

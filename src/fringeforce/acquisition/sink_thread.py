@@ -6,7 +6,9 @@ import errno
 import threading
 import time
 from collections import deque
+from math import inf
 
+from fringeforce.acquisition.consecutive import taken
 from fringeforce.acquisition.run_statistics import Delivery
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 
@@ -15,7 +17,7 @@ FAREWELL = 10.0
 FULL = {errno.ENOSPC: "The disk is full.", errno.EDQUOT: "The disk quota is used up."}
 
 
-class Outlet:
+class SinkThread:
     """Readings to one sink through a bounded queue; the oldest go when it is full.
 
     What a sink gathers is written together: small pieces cost it more than their size.
@@ -100,12 +102,10 @@ class Outlet:
                     lambda: self._waiting() >= self._room // 2 or self._ending,
                     self._taken + interval - time.monotonic(),
                 )
-            taken = [self._blocks.popleft()]
-            while interval > 0 and self._blocks and taken[-1].precede(self._blocks[0]):
-                taken.append(self._blocks.popleft())
+            found = taken(self._blocks, inf if interval > 0 else 0)
             self._taken = time.monotonic()
             self._change.notify_all()
-        return Readings.joined(taken)
+        return Readings.joined(found)
 
     def _stop(self, trouble: str, unwritten: int = 0) -> None:
         with self._change:

@@ -14,7 +14,7 @@ def extra(module: str, group: str) -> ModuleType:
     Parameters
     ----------
     module : str
-        Its dotted name.
+        Dotted name of the module.
     group : str
         The group of extras that installs it.
 

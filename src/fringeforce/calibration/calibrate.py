@@ -16,16 +16,16 @@ from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.columns.fit import fit_columns
 from fringeforce.calibration.design_entries import checked_paths, entries
-from fringeforce.calibration.design_jacobian import DesignTangent, design_tangent, followed
+from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
-    calm,
-    climb,
+    consistent,
+    levenberg_marquardt,
     light_basis,
     on_strip,
     pixel_weight,
     residuals,
-    sifted,
+    small_phases,
     start,
 )
 from fringeforce.calibration.light.drift import drifting
@@ -35,7 +35,7 @@ from fringeforce.calibration.light.references import (
     patterned,
     with_references,
 )
-from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.result import Found, built
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
@@ -54,7 +54,7 @@ LIGHTS = 10
 """Smooth functions along the frame that make up amplitude and offset each."""
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts that are tried first, in units of SHIFT."""
-ROUNDS = 10
+RELINEARISATIONS = 10
 """Largest number of tangents of the last stage."""
 
 
@@ -118,12 +118,12 @@ def calibrate(
     >>> round(model.sensor.transducer.photoelastic.strain_optic_coefficient, 3)
     0.054
     """
-    levels, loads = checks.checked_bench(sensor, frames, forces)
+    levels, loads = checks.checked_measurements(sensor, frames, forces)
     paths = checked_paths(sensor, tuple(parameters))
     lights = (references or References()).checked(sensor)
-    bench = Bench(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
+    measured = Measurements(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
     report = progress or (lambda title, done, expected: None)
-    found = _fitted(with_references(bench, lights), paths, lights, report)
+    found = _fitted(with_references(measured, lights), paths, lights, report)
     if columns:
         report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))
         found = _corrected(found, paths)
@@ -133,62 +133,64 @@ def calibrate(
 
 
 def _fitted(
-    bench: Bench, paths: tuple[str, ...], lights: dict[str, Array], report: Progress
+    measured: Measurements, paths: tuple[str, ...], lights: dict[str, Array], report: Progress
 ) -> Found:
     """The fit, in stages of growing phase, and what it leaves out."""
     report("Finding the strip", 0, 2 * len(STAGES))
-    sensor, at = bench.sensor, start(bench, len(entries(bench.sensor, paths)))
-    sound = ~stuck_pixels(bench.levels, sensor.camera.noise)
-    kept = np.ones(len(bench.levels), dtype=bool)
-    tangent = design_tangent(sensor, paths, at.design)
-    at = _placed(bench, at, tangent, sound)
+    sensor, at = measured.sensor, start(measured, len(entries(measured.sensor, paths)))
+    sound = ~stuck_pixels(measured.levels, sensor.camera.noise)
+    kept = np.ones(len(measured.levels), dtype=bool)
+    jacobian = design_jacobian(sensor, paths, at.design)
+    at = _placed(measured, at, jacobian, sound)
     for number, limit in enumerate(STAGES):
-        chosen = calm(bench, at, tangent, limit)
+        chosen = small_phases(measured, at, jacobian, limit)
         report(f"Fitting {chosen.sum()} frames", 1 + number, 2 * len(STAGES))
-        fit = climb(bench.rows(chosen), at, tangent, sound)
+        fit = levenberg_marquardt(measured.rows(chosen), at, jacobian, sound)
         at = fit.unknowns
-        tangent = followed(sensor, paths, at.design, fit.covariance, tangent)
-    fit = climb(bench, at, tangent, sound)
+        jacobian = relinearised(sensor, paths, at.design, fit.covariance, jacobian)
+    fit = levenberg_marquardt(measured, at, jacobian, sound)
     if lights:
-        bench = patterned(bench, fit, lights, sound)
-        fit = climb(bench, fit.unknowns, tangent, sound)
+        measured = patterned(measured, fit, lights, sound)
+        fit = levenberg_marquardt(measured, fit.unknowns, jacobian, sound)
     previous = None
-    for number in range(ROUNDS):
+    for number in range(RELINEARISATIONS):
         report(f"Fitting {kept.sum()} frames", min(4 + number, 5), 2 * len(STAGES))
-        weight = pixel_weight(bench, fit.unknowns, sound)
-        before = bench, kept, sound
-        bench, at = improved(bench, fit)
-        if previous is tangent:
-            bench = drifting(bench, at, tangent, weight)
-        clear, kept = sifted(bench, at, tangent, sound)
+        weight = pixel_weight(measured, fit.unknowns, sound)
+        before = measured, kept, sound
+        measured, at = improved(measured, fit)
+        if previous is jacobian:
+            measured = drifting(measured, at, jacobian, weight)
+        clear, kept = consistent(measured, at, jacobian, sound)
         sound = sound & clear
-        same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
-        if same and previous is tangent:
+        same = measured is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
+        if same and previous is jacobian:
             break
         share, design = 0.5 if number else 1.0, fit.unknowns.design
-        previous = tangent
-        tangent = followed(sensor, paths, design, fit.covariance, tangent, share)
-        fit = climb(bench.rows(kept), at, tangent, sound)
-    return Found(bench, fit, sound, kept)
+        previous = jacobian
+        jacobian = relinearised(sensor, paths, design, fit.covariance, jacobian, share)
+        fit = levenberg_marquardt(measured.rows(kept), at, jacobian, sound)
+    return Found(measured, fit, sound, kept)
 
 
 def _corrected(found: Found, paths: tuple[str, ...]) -> Found:
     """The fit with corrected columns, or the one without if the frames show no error of them."""
-    bench = found.bench
-    stuck = stuck_pixels(bench.levels, bench.sensor.camera.noise)
-    columns = fit_columns(bench, paths, found.fit, stuck, found.kept)
+    measured = found.measured
+    stuck = stuck_pixels(measured.levels, measured.sensor.camera.noise)
+    columns = fit_columns(measured, paths, found.fit, stuck, found.kept)
     if columns.posterior.size == 0:
         return found
-    return Found(columns.bench, columns.fit, columns.sound, columns.kept, columns)
+    return Found(columns.measured, columns.fit, columns.sound, columns.kept, columns)
 
 
-def _placed(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask) -> Unknowns:
+def _placed(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, sound: Mask
+) -> Unknowns:
     """The start with the shift under which calm frames fit best."""
-    few = bench.rows(calm(bench, at, tangent, STAGES[0]))
+    few = measured.rows(small_phases(measured, at, jacobian, STAGES[0]))
     trials = [replace(at, place=np.array([shift, 0.0])) for shift in SHIFTS]
     losses = []
     for trial in trials:
-        seen = sound & on_strip(trial.positions(bench.sensor), bench.sensor)
-        left = residuals(few, trial, tangent)[:, seen] ** 2
+        seen = sound & on_strip(trial.positions(measured.sensor), measured.sensor)
+        left = residuals(few, trial, jacobian)[:, seen] ** 2
         losses.append(np.minimum(left, 1e3).mean(axis=1).sum())
     return trials[int(np.argmin(losses))]

@@ -25,8 +25,10 @@ NEIGHBOURS = 51
 """Pixels whose median misfit tells what is usual around a pixel."""
 
 
-def checked_bench(sensor: Sensor, frames: ArrayLike, forces: ArrayLike) -> tuple[Array, Array]:
-    """Grey levels (F, P) and loads (F, 2n) of a bench, as floats.
+def checked_measurements(
+    sensor: Sensor, frames: ArrayLike, forces: ArrayLike
+) -> tuple[Array, Array]:
+    """Grey levels (F, P) and loads (F, 2n) of measurements, as floats.
 
     Parameters
     ----------
@@ -121,7 +123,7 @@ def misfitting_frames(residuals: Array) -> Mask:
     Parameters
     ----------
     residuals : ndarray, shape (F, p)
-        Of the sound pixels, in units of the noise.
+        Residuals of the sound pixels, in units of the noise.
     """
     found = np.zeros(len(residuals), dtype=bool)
     for values in (residuals.T, group_sums(residuals.T)):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.design_jacobian import DesignTangent
-from fringeforce.calibration.measurements import SHIFT, Bench, Unknowns
+from fringeforce.calibration.design_jacobian import DesignJacobian
+from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ class Derivatives:
     loads : ndarray, shape (F, 2n)
         Known loads [N].
     weights : ndarray, shape (F, P)
-        Of all levels.
+        Weights of all levels.
     turn : ndarray, shape (F, P)
         Derivative by the phase [1/rad].
     lit : ndarray, shape (2, F, P)
@@ -46,18 +46,18 @@ class Derivatives:
 
 
 def matrix_changes(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, pixels: slice = EVERY
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, pixels: slice = EVERY
 ) -> Array:
     """Derivatives of the matrix by the design and the camera's place, shape (d + 2, p, 2n).
 
     Parameters
     ----------
-    bench, at, tangent
+    measured, at, jacobian
         Frames, their explanation, and the matrix about a design.
     pixels : slice
-        Those that are wanted.
+        Pixels that are wanted.
     """
-    positions = at.positions(bench.sensor)[pixels]
-    slope = tangent.matrix(at.design, positions, slope=True)
-    along = np.stack([slope * SHIFT, slope * bench.sensor.pixel_positions[pixels, None]])
-    return np.concatenate([tangent.at(positions)[1:], along])
+    positions = at.positions(measured.sensor)[pixels]
+    slope = jacobian.matrix(at.design, positions, slope=True)
+    along = np.stack([slope * SHIFT, slope * measured.sensor.pixel_positions[pixels, None]])
+    return np.concatenate([jacobian.at(positions)[1:], along])

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 STEP = 0.004
 """Step of an entry for central differences."""
-SETTLED = 1e-3
+ENTRY_TOLERANCE = 1e-3
 """Change of a design's entry below which a tangent is as good as the matrix itself."""
 UNSURE = 0.1
 """Change in an entry's own deviations below which following it is not worth the elements."""
@@ -32,7 +32,7 @@ GRID = 2001
 
 
 @dataclass(frozen=True, eq=False)
-class DesignTangent:
+class DesignJacobian:
     """Influence matrix and its derivatives by the entries of a design.
 
     Attributes
@@ -63,16 +63,16 @@ class DesignTangent:
         parts = self.at(x, slope)
         return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
 
-    def plus(self, change: Array) -> DesignTangent:
-        """The same derivatives of a matrix that differs by values (GRID, 2n) on the grid."""
+    def plus(self, change: Array) -> DesignJacobian:
+        """Derivatives as these, of a matrix that differs by values (GRID, 2n) on the grid."""
         values = np.array(self.spline(self.spline.x))
         values[:, 0] += change
         return replace(self, spline=CubicSpline(self.spline.x, values))
 
 
-def design_tangent(
+def design_jacobian(
     sensor: Sensor, paths: tuple[str, ...], centre: Array, step: float = STEP
-) -> DesignTangent:
+) -> DesignJacobian:
     """Characterise a varied design and differentiate by every varied value.
 
     Parameters
@@ -84,7 +84,7 @@ def design_tangent(
     centre : ndarray, shape (d,)
         Entries of the design.
     step : float
-        Of the central differences; the mesh follows the design, so it must be well above the
+        Step of the central differences; the mesh follows the design, so it must be well above the
         finite elements' relative error.
 
     Raises
@@ -118,17 +118,17 @@ def design_tangent(
         # a tactel's place moves nothing but its own columns: all are differentiated at once
         values += [change * own[:, None] for own in np.eye(change.shape[1])]
     stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
-    return DesignTangent(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
+    return DesignJacobian(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
 
 
-def followed(
+def relinearised(
     sensor: Sensor,
     paths: tuple[str, ...],
     design: Array,
     covariance: Array,
-    tangent: DesignTangent,
+    jacobian: DesignJacobian,
     share: float = 1.0,
-) -> DesignTangent:
+) -> DesignJacobian:
     """A tangent at another design or on the way to it, or the old one if that is near enough.
 
     Meshes follow the design, so that two tangents may each point to the other along what frames
@@ -137,18 +137,18 @@ def followed(
     Parameters
     ----------
     sensor, paths
-        As of `design_tangent`.
+        As of `design_jacobian`.
     design : ndarray, shape (d,)
         Entries of the new design.
     covariance : ndarray
-        Of the unknowns, the design's entries first.
-    tangent : DesignTangent
+        Covariance of the unknowns, the design's entries first.
+    jacobian : DesignJacobian
         The old one.
     share : float
-        Of the way to go.
+        Share of the way to go.
     """
-    step = design - tangent.centre
+    step = design - jacobian.centre
     unsure = np.sqrt(np.diag(covariance)[: len(step)])
-    if (np.abs(step) < np.maximum(SETTLED, UNSURE * unsure)).all():
-        return tangent
-    return design_tangent(sensor, paths, tangent.centre + share * step)
+    if (np.abs(step) < np.maximum(ENTRY_TOLERANCE, UNSURE * unsure)).all():
+        return jacobian
+    return design_jacobian(sensor, paths, jacobian.centre + share * step)

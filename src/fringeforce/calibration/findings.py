@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
-from fringeforce.calibration.measurements import Bench
+from fringeforce.calibration.measurements import Measurements
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
@@ -36,7 +36,7 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
     paths : tuple of str, length d
         Dotted paths of the values.
     covariance : ndarray, shape (d, d)
-        Of their logarithms, the drawing's own uncertainty included.
+        Covariance of their logarithms, the drawing's own uncertainty included.
     """
     variances, directions = np.linalg.eigh(covariance) if paths else (np.empty(0), np.empty((0, 0)))
     unknown = variances > ((1 - LEARNT) * DEVIATION["value"]) ** 2
@@ -52,23 +52,23 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
     return tuple(found)
 
 
-def findings(bench: Bench, model: SensorModel, references: Mask) -> tuple[str, ...]:
+def findings(measured: Measurements, model: SensorModel, references: Mask) -> tuple[str, ...]:
     """Sentences on a calibrated model and the frames behind it.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         All frames, those left out included.
     model : SensorModel
         Calibrated.
     references : ndarray of bool, shape (r,)
-        Of the references at the end of the bench, whether they agree with the frames.
+        Whether each of the references after the frames agrees with the frames.
     """
     found = model.calibration
     if found is None:
         return ()
-    frames = len(bench.levels) - len(references)
-    said = remarks(bench.levels[:frames], bench.loads[:frames], bench.sensor.camera)
+    frames = len(measured.levels) - len(references)
+    said = remarks(measured.levels[:frames], measured.loads[:frames], measured.sensor.camera)
     if found.chi2 > EXPLAINED:
         said.append(
             f"The frames are not explained: reduced chi-square {found.chi2:.3g} instead of 1. "
@@ -84,8 +84,8 @@ def findings(bench: Bench, model: SensorModel, references: Mask) -> tuple[str, .
             f"The frames say nothing of {combination}; the drawing was kept along it. Young's "
             "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
         )
-    said += [*_vague(found), *_places(bench, found), *_light(bench, references)]
-    said += [_wrong_press(bench, model, row) for row in found.outliers[:DESCRIBED]]
+    said += [*_vague(found), *_places(measured, found), *_light(measured, references)]
+    said += [_wrong_press(measured, model, row) for row in found.outliers[:DESCRIBED]]
     if others := found.outliers[DESCRIBED:]:
         rows = ", ".join(map(str, others))
         said.append(f"Frames {rows} contradict the others too and were left out.")
@@ -109,13 +109,13 @@ def _vague(found: Calibration) -> list[str]:
     return said
 
 
-def _places(bench: Bench, found: Calibration) -> list[str]:
+def _places(measured: Measurements, found: Calibration) -> list[str]:
     """What is not known of the tactels' places."""
     own = np.array([name.startswith("tactel ") for name in found.names])
     if not own.any():
         return []
     common = float(np.sqrt(found.covariance[np.ix_(own, own)].mean()))
-    before = DEVIATION["position"] * bench.sensor.tactels.pitch / np.sqrt(own.sum())
+    before = DEVIATION["position"] * measured.sensor.tactels.pitch / np.sqrt(own.sum())
     if common < LEARNT * before:
         return []
     return [
@@ -124,10 +124,10 @@ def _places(bench: Bench, found: Calibration) -> list[str]:
     ]
 
 
-def _light(bench: Bench, references: Mask) -> list[str]:
+def _light(measured: Measurements, references: Mask) -> list[str]:
     """A lamp that drifts, and references that do not belong to the frames."""
     said = []
-    gain, offset = bench.drift
+    gain, offset = measured.drift
     if gain or offset:
         said.append(
             f"The light drifted by {gain:.2%} of the amplitude and {offset:.2g} grey levels over "
@@ -142,11 +142,11 @@ def _light(bench: Bench, references: Mask) -> list[str]:
     return said
 
 
-def _wrong_press(bench: Bench, model: SensorModel, row: int) -> str:
+def _wrong_press(measured: Measurements, model: SensorModel, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
-    recorded = bench.loads[row].reshape(-1, 2)
+    recorded = measured.loads[row].reshape(-1, 2)
     said = f"Frame {row}, recorded as {named(recorded)}, contradicts the others and was left out"
-    reading = Reader(model).search(bench.levels[row])
+    reading = Reader(model).search(measured.levels[row])
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from fringeforce.calibration import checks
-from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.light.fixed_pattern_noise import eliminated
-from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
-from fringeforce.calibration.predictions import View, frame_weights, seen
+from fringeforce.calibration.predictions import Predictions, frame_weights, predict
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 
@@ -31,7 +31,7 @@ SETTLED = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class FrameFit:
     """Unknowns, how sure they are, and what they were found with.
 
     Attributes
@@ -39,8 +39,8 @@ class Fit:
     unknowns : Unknowns
         The estimate.
     covariance : ndarray
-        Of all unknowns, for unit reduced chi-square.
-    tangent : DesignTangent
+        Covariance of all unknowns, for unit reduced chi-square.
+    jacobian : DesignJacobian
         About which the matrix was linear.
     normal : NormalEquations
         The frames linearised there.
@@ -48,7 +48,7 @@ class Fit:
 
     unknowns: Unknowns
     covariance: Array
-    tangent: DesignTangent
+    jacobian: DesignJacobian
     normal: NormalEquations
 
 
@@ -67,29 +67,29 @@ def on_strip(positions: Array, sensor: Sensor) -> Mask:
     return np.abs(positions) < sensor.transducer.length / 2 - margin
 
 
-def pixel_weight(bench: Bench, at: Unknowns, sound: Mask) -> Array:
+def pixel_weight(measured: Measurements, at: Unknowns, sound: Mask) -> Array:
     """One for sound pixels that see the strip, zero for the others, shape (P,)."""
-    return (sound & on_strip(at.positions(bench.sensor), bench.sensor)).astype(float)
+    return (sound & on_strip(at.positions(measured.sensor), measured.sensor)).astype(float)
 
 
-def start(bench: Bench, parameters: int) -> Unknowns:
+def start(measured: Measurements, parameters: int) -> Unknowns:
     """Unknowns as drawn."""
-    camera, ones = bench.sensor.camera, np.ones(bench.basis.shape[1])
+    camera, ones = measured.sensor.camera, np.ones(measured.basis.shape[1])
     lights = camera.amplitude * ones, camera.offset * ones
     return Unknowns(np.zeros(parameters), np.zeros(2), *lights)
 
 
-def precision(bench: Bench, design: Array) -> Array:
+def precision(measured: Measurements, design: Array) -> Array:
     """Inverse variances of the unknowns before any frame is seen.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         The frames.
     design : ndarray, shape (d,)
         Standard deviations of the design's entries.
     """
-    size, k = bench.sensor.camera.amplitude, bench.basis.shape[1]
+    size, k = measured.sensor.camera.amplitude, measured.basis.shape[1]
     deviations = np.concatenate(
         [
             design,
@@ -101,7 +101,9 @@ def precision(bench: Bench, design: Array) -> Array:
     return 1 / deviations**2
 
 
-def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps: int = 12) -> Fit:
+def levenberg_marquardt(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, sound: Mask, steps: int = 12
+) -> FrameFit:
     """Minimise the frames' loss with the matrix linear in the design; see `minimise`.
 
     Frames that fit much worse than most lose weight in every step, so that a wrong press cannot
@@ -109,95 +111,99 @@ def climb(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask, steps
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         The frames.
     at : Unknowns
         Where to start.
-    tangent : DesignTangent
+    jacobian : DesignJacobian
         The matrix about a design.
     sound : ndarray of bool, shape (P,)
         Pixels to use.
     steps : int
         Largest number of steps.
     """
-    prior = precision(bench, tangent.deviations)
-    origin = start(bench, len(at.design)).flat
+    prior = precision(measured, jacobian.deviations)
+    origin = start(measured, len(at.design)).flat
 
     def expand(here: Unknowns) -> Expansion[Unknowns]:
-        weight = pixel_weight(bench, here, sound)
-        normal = linearised(bench, here, tangent, weight)
-        shares = frame_weights(normal.view.residuals, bench.averaged)
+        weight = pixel_weight(measured, here, sound)
+        normal = linearised(measured, here, jacobian, weight)
+        shares = frame_weights(normal.predicted.residuals, measured.averaged)
 
-        def loss(place: Unknowns, view: View) -> float:
-            return _loss(view, weight, shares) + float(prior @ (place.flat - origin) ** 2)
+        def loss(place: Unknowns, predicted: Predictions) -> float:
+            return _loss(predicted, weight, shares) + float(prior @ (place.flat - origin) ** 2)
 
         def ahead(step: Array) -> tuple[Unknowns, float]:
-            reach = np.abs((here.design + step[: len(here.design)]) - tangent.centre)
+            reach = np.abs((here.design + step[: len(here.design)]) - jacobian.centre)
             there = here.moved(step * (FAR / reach.max(initial=FAR)))
-            return there, loss(there, seen(bench, there, tangent, weight))
+            return there, loss(there, predict(measured, there, jacobian, weight))
 
         gradient = normal.gradient + prior * (here.flat - origin)
         return Expansion(
-            loss(here, normal.view), gradient, lambda: normal.profiled + np.diag(prior), ahead
+            loss(here, normal.predicted), gradient, lambda: normal.profiled + np.diag(prior), ahead
         )
 
     def within(place: Unknowns) -> bool:
-        return bool(np.abs(place.design - tangent.centre).max(initial=0.0) <= 0.99 * FAR)
+        return bool(np.abs(place.design - jacobian.centre).max(initial=0.0) <= 0.99 * FAR)
 
     at = minimise(at, expand, steps, Stop(near=SETTLED), within).place
-    weight = pixel_weight(bench, at, sound)
-    normal = linearised(bench, at, tangent, weight)
-    return Fit(at, _covariance(bench, normal, prior), tangent, normal)
+    weight = pixel_weight(measured, at, sound)
+    normal = linearised(measured, at, jacobian, weight)
+    return FrameFit(at, _covariance(measured, normal, prior), jacobian, normal)
 
 
-def _covariance(bench: Bench, normal: NormalEquations, prior: Array) -> Array:
-    """Of the unknowns of the bench, with frames' own light and the pixels' pattern free."""
+def _covariance(measured: Measurements, normal: NormalEquations, prior: Array) -> Array:
+    """Covariance of the shared unknowns, with frames' own light and the pixels' pattern free."""
     unknowns = len(prior)
-    if bench.pattern is None:
+    if measured.pattern is None:
         information = normal.profiled + np.diag(prior)
     else:
-        pixels = bench.pattern.information(normal.pixels)
+        pixels = measured.pattern.information(normal.pixels)
         information = eliminated(normal.whole, normal.coupling, pixels)
         information[np.diag_indices(unknowns)] += prior
     return np.asarray(np.linalg.inv(information), float)[:unknowns, :unknowns]
 
 
 def residuals(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array | None = None
 ) -> Array:
     """Residuals of all frames in units of the noise, shape (F, P)."""
-    return seen(bench, at, tangent, weight).residuals
+    return predict(measured, at, jacobian, weight).residuals
 
 
-def calm(bench: Bench, at: Unknowns, tangent: DesignTangent, limit: float) -> Mask:
+def small_phases(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, limit: float
+) -> Mask:
     """Frames whose phase is small enough, but never less than the calmest quarter, shape (F,)."""
-    phase = bench.loads @ tangent.matrix(at.design, at.positions(bench.sensor)).T
+    phase = measured.loads @ jacobian.matrix(at.design, at.positions(measured.sensor)).T
     peaks = np.abs(phase).max(axis=1)
     return peaks <= max(limit, float(np.quantile(peaks, 0.25)))
 
 
-def sifted(bench: Bench, at: Unknowns, tangent: DesignTangent, sound: Mask) -> tuple[Mask, Mask]:
+def consistent(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, sound: Mask
+) -> tuple[Mask, Mask]:
     """Pixels and frames that do not contradict the others, shapes (P,) and (F,).
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         All frames.
     at : Unknowns
-        Their explanation.
-    tangent : DesignTangent
+        Unknowns that explain the frames.
+    jacobian : DesignJacobian
         The matrix about a design.
     sound : ndarray of bool, shape (P,)
         Pixels by which frames are judged.
     """
-    seen_strip = on_strip(at.positions(bench.sensor), bench.sensor)
+    seen_strip = on_strip(at.positions(measured.sensor), measured.sensor)
     used = sound & seen_strip
-    left = residuals(bench, at, tangent, used.astype(float))
-    single = left / np.sqrt(bench.averaged)[:, None]
+    left = residuals(measured, at, jacobian, used.astype(float))
+    single = left / np.sqrt(measured.averaged)[:, None]
     kept = ~checks.misfitting_frames(single[:, used])
     return ~(checks.misfitting_pixels(left[kept]) & seen_strip), kept
 
 
-def _loss(view: View, weight: Array, shares: Array) -> float:
-    own = (view.drift**2).sum(axis=0) if view.drift.size else np.zeros(len(shares))
-    return float(shares @ (view.residuals**2 @ weight + own))
+def _loss(predicted: Predictions, weight: Array, shares: Array) -> float:
+    own = (predicted.drift**2).sum(axis=0) if predicted.drift.size else np.zeros(len(shares))
+    return float(shares @ (predicted.residuals**2 @ weight + own))

@@ -1,4 +1,4 @@
-"""What was measured on a bench, and the unknowns that explain it.
+"""What was measured, and the unknowns that explain it.
 
 Unknowns, in this order: the design's entries, the camera's shift (in units of SHIFT) and scale,
 coefficients of the amplitude and of the offset along the frame.
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.light.fixed_pattern_noise import Pattern
+from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.imaging import camera_response
@@ -25,7 +25,7 @@ DIMMEST = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Measurements:
     """What was measured.
 
     Attributes
@@ -42,7 +42,7 @@ class Bench:
         Phase that the analyser adds: pi where it is parallel, zero where it is crossed [rad].
     averaged : ndarray, shape (F,)
         How many frames each row is the mean of.
-    pattern : Pattern, optional
+    pattern : FixedPatternNoise, optional
         What single pixels add to the smooth lighting.
     drift : pair of float
         Standard deviations of a frame's own gain, and of its own offset in grey levels.
@@ -54,7 +54,7 @@ class Bench:
     basis: Array
     turned: Array = field(default_factory=lambda: np.zeros(1))
     averaged: Array = field(default_factory=lambda: np.ones(1))
-    pattern: Pattern | None = None
+    pattern: FixedPatternNoise | None = None
     drift: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -62,7 +62,7 @@ class Bench:
             whole = np.broadcast_to(getattr(self, name), len(self.levels))
             object.__setattr__(self, name, whole)
 
-    def rows(self, chosen: NDArray[np.bool_]) -> Bench:
+    def rows(self, chosen: NDArray[np.bool_]) -> Measurements:
         """Some of the frames."""
         return replace(
             self,
@@ -96,9 +96,9 @@ class Unknowns:
         """Where the pixels look [m]."""
         return self.place[0] * SHIFT + (1 + self.place[1]) * sensor.pixel_positions
 
-    def response(self, bench: Bench) -> Response:
+    def response(self, measured: Measurements) -> Response:
         """Response of the camera under this lighting."""
-        lights = np.stack([bench.basis @ self.amplitude, bench.basis @ self.offset])
-        if bench.pattern is not None:
-            lights = lights + bench.pattern.levels
-        return camera_response(bench.sensor.camera, *np.maximum(lights, [[DIMMEST], [0.0]]))
+        lights = np.stack([measured.basis @ self.amplitude, measured.basis @ self.offset])
+        if measured.pattern is not None:
+            lights = lights + measured.pattern.levels
+        return camera_response(measured.sensor.camera, *np.maximum(lights, [[DIMMEST], [0.0]]))

@@ -1,4 +1,4 @@
-"""Normal equations of all unknowns of a bench: its expected grey levels, linearised."""
+"""Normal equations of all unknowns: its expected grey levels, linearised."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.calibration.derivatives import Derivatives, matrix_changes
-from fringeforce.calibration.design_jacobian import DesignTangent
-from fringeforce.calibration.measurements import Bench, Unknowns
-from fringeforce.calibration.predictions import View, frame_weights, seen
+from fringeforce.calibration.design_jacobian import DesignJacobian
+from fringeforce.calibration.measurements import Measurements, Unknowns
+from fringeforce.calibration.predictions import Predictions, frame_weights, predict
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
-    """Normal equations about some unknowns; m of the bench, two of each frame and pixel.
+    """Normal equations about some unknowns; m shared ones, two of each frame and pixel.
 
     Attributes
     ----------
-    view : View
+    predicted : Predictions
         What they were linearised about.
     derivatives : Derivatives
         That they are made from.
@@ -36,10 +36,10 @@ class NormalEquations:
     coupling : ndarray, shape (P, m + 2F, 2)
         Mixed ones with the pixels' pattern.
     pixel_gradient, pixels : ndarray, shapes (2, P), (2, 2, P)
-        Those of the pattern itself.
+        Gradient and second derivatives by the pattern itself.
     """
 
-    view: View
+    predicted: Predictions
     derivatives: Derivatives
     gradient: Array
     hessian: Array
@@ -51,7 +51,7 @@ class NormalEquations:
 
     @property
     def profiled(self) -> Array:
-        """Information on the unknowns of the bench once every frame's own light is free."""
+        """Information on the shared unknowns once every frame's own light is free."""
         if not len(self.own):
             return self.hessian
         side = np.moveaxis(self.side.reshape(len(self.hessian), -1, 2), 1, 0)
@@ -60,7 +60,7 @@ class NormalEquations:
 
     @property
     def whole(self) -> Array:
-        """Information on the unknowns of the bench and of the frames, shape (m + 2F,) squared."""
+        """Information on the shared unknowns and those of the frames, shape (m + 2F,) squared."""
         frames = len(self.own)
         corner = np.zeros((frames, 2, frames, 2))
         corner[np.arange(frames), :, np.arange(frames), :] = self.own
@@ -74,21 +74,21 @@ class LevelJacobian:
 
     Attributes
     ----------
-    view : View
+    predicted : Predictions
         Where they were taken.
     loads : ndarray, shape (F, 2n)
         Known loads [N].
     turn : ndarray, shape (F, P)
         By the phase [1/rad].
     changes : ndarray, shape (d + 2, P, 2n)
-        Those of the matrix by the design and the camera's place [rad/N].
+        Derivatives of the matrix by the design and the camera's place [rad/N].
     lit : ndarray, shape (2, F, P)
         By amplitude and offset at the pixel.
     basis : ndarray, shape (P, k)
         Smooth functions that make up the lighting.
     """
 
-    view: View
+    predicted: Predictions
     loads: Array
     turn: Array
     changes: Array
@@ -102,16 +102,16 @@ class LevelJacobian:
 
     @property
     def dense(self) -> Array:
-        """Unknown by unknown of the bench, shape (d + 2 + 2k, F, P)."""
+        """Derivatives by each shared unknown, shape (d + 2 + 2k, F, P)."""
         return np.concatenate([self.moving, *self.lit[:, None] * self.basis.T[None, :, None]])
 
     def frames(self) -> Iterator[LevelJacobian]:
-        """Those of one frame after the other."""
+        """Jacobians of one frame after the other."""
         for row in range(len(self.turn)):
             one = slice(row, row + 1)
             yield replace(
                 self,
-                view=self.view.rows(one),
+                predicted=self.predicted.rows(one),
                 loads=self.loads[one],
                 turn=self.turn[one],
                 lit=self.lit[:, one],
@@ -119,8 +119,8 @@ class LevelJacobian:
 
     def normal(self, weight: Array) -> NormalEquations:
         """Normal equations of the frames, with weights (P,) of the pixels."""
-        view, moving, lit, basis = self.view, self.moving, self.lit, self.basis
-        shares = frame_weights(view.residuals, view.averaged)
+        predicted, moving, lit, basis = self.predicted, self.moving, self.lit, self.basis
+        shares = frame_weights(predicted.residuals, predicted.averaged)
         weights = shares[:, None] * weight
         heavy = weights * lit
         flat = (moving * np.sqrt(weights)).reshape(len(moving), -1)
@@ -128,13 +128,13 @@ class LevelJacobian:
         pixels = np.einsum("afp,bfp->abp", heavy, lit)
         mixed = np.concatenate(list(np.moveaxis(to_pixels @ basis, 1, 0)), axis=1)
         block = np.block([[basis.T @ (each[:, None] * basis) for each in row] for row in pixels])
-        pixel_gradient = (heavy * view.residuals).sum(axis=1)
-        to_frames, own, drifting = _drifting(view, moving, lit, weights, shares, basis)
+        pixel_gradient = (heavy * predicted.residuals).sum(axis=1)
+        to_frames, own, drifting = _drifting(predicted, moving, lit, weights, shares, basis)
         lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
         return NormalEquations(
-            view=view,
+            predicted=predicted,
             derivatives=Derivatives(self.loads, weights, self.turn, lit, self.changes),
-            gradient=np.concatenate([flat @ (view.residuals * np.sqrt(weights)).ravel(),
+            gradient=np.concatenate([flat @ (predicted.residuals * np.sqrt(weights)).ravel(),
                                      (pixel_gradient @ basis).ravel()]),
             hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
             side=to_frames,
@@ -146,36 +146,36 @@ class LevelJacobian:
 
 
 def linearised(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array
 ) -> NormalEquations:
-    """Normal equations of all frames; parameters as in `seen`."""
-    return level_jacobian(bench, at, tangent, weight).normal(weight)
+    """Normal equations of all frames; parameters as in `predict`."""
+    return level_jacobian(measured, at, jacobian, weight).normal(weight)
 
 
 def level_jacobian(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array | None = None
 ) -> LevelJacobian:
-    """Jacobian of the grey levels of all frames; parameters as in `seen`."""
-    view = seen(bench, at, tangent, weight)
-    gain = np.ones((len(view.residuals), 1))
-    if bench.drift[0]:
-        gain += bench.drift[0] * view.drift[0][:, None]
-    even = np.broadcast_to(view.scale, view.light.shape)
+    """Jacobian of the grey levels of all frames; parameters as in `predict`."""
+    predicted = predict(measured, at, jacobian, weight)
+    gain = np.ones((len(predicted.residuals), 1))
+    if measured.drift[0]:
+        gain += measured.drift[0] * predicted.drift[0][:, None]
+    even = np.broadcast_to(predicted.scale, predicted.light.shape)
     return LevelJacobian(
-        view=view,
-        loads=bench.loads,
-        turn=view.response.slope(view.phase) * view.scale * gain,
-        changes=matrix_changes(bench, at, tangent),
-        lit=np.stack([view.light * gain * view.scale, even]),
-        basis=bench.basis,
+        predicted=predicted,
+        loads=measured.loads,
+        turn=predicted.response.slope(predicted.phase) * predicted.scale * gain,
+        changes=matrix_changes(measured, at, jacobian),
+        lit=np.stack([predicted.light * gain * predicted.scale, even]),
+        basis=measured.basis,
     )
 
 
 def _drifting(
-    view: View, moving: Array, lit: Array, weights: Array, shares: Array, basis: Array
+    predicted: Predictions, moving: Array, lit: Array, weights: Array, shares: Array, basis: Array
 ) -> tuple[Array, Array, Array]:
     """Second derivatives by the frames' own light: mixed, pure, and with the pattern."""
-    frames, shifts = view.shifts.shape[1], view.shifts
+    frames, shifts = predicted.shifts.shape[1], predicted.shifts
     unknowns = len(moving) + 2 * basis.shape[1]
     if not frames:
         none = np.empty((len(basis), 0, 2))

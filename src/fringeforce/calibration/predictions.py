@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.design_jacobian import DesignTangent
-from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.design_jacobian import DesignJacobian
+from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.estimation.likelihood import Response, misfit
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ SUSPECT = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class Predictions:
     """What the unknowns let expect of every frame, and how the frames differ from it.
 
     Attributes
@@ -32,7 +32,7 @@ class View:
     light : ndarray, shape (F, P)
         Normalised intensity.
     response : Response
-        Of the camera.
+        Response of the camera.
     scale : ndarray, shape (F, 1)
         Inverse deviation of the noise of every row, 1 / grey levels.
     shifts : ndarray, shape (2, F, P)
@@ -54,9 +54,9 @@ class View:
     residuals: Array
     averaged: Array
 
-    def rows(self, chosen: slice) -> View:
+    def rows(self, chosen: slice) -> Predictions:
         """Some of the frames."""
-        return View(
+        return Predictions(
             phase=self.phase[chosen],
             light=self.light[chosen],
             response=self.response,
@@ -68,49 +68,51 @@ class View:
         )
 
 
-def seen(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array | None = None) -> View:
+def predict(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array | None = None
+) -> Predictions:
     """Compare all frames with what the unknowns let expect.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         The frames.
     at : Unknowns
-        Their explanation.
-    tangent : DesignTangent
+        Unknowns that explain the frames.
+    jacobian : DesignJacobian
         The matrix about a design.
     weight : ndarray, shape (P,), optional
-        Of the pixels, when a frame's own light is found; all alike if not given.
+        Weights of the pixels when a frame's own light is found; all alike if not given.
     """
-    matrix = tangent.matrix(at.design, at.positions(bench.sensor))
-    phase = bench.loads @ matrix.T + bench.turned[:, None]
-    light, response = np.sin(phase / 2) ** 2, at.response(bench)
-    scale = np.sqrt(bench.averaged / response.variance)[:, None]
-    root = np.sqrt(bench.averaged)[:, None]
+    matrix = jacobian.matrix(at.design, at.positions(measured.sensor))
+    phase = measured.loads @ matrix.T + measured.turned[:, None]
+    light, response = np.sin(phase / 2) ** 2, at.response(measured)
+    scale = np.sqrt(measured.averaged / response.variance)[:, None]
+    root = np.sqrt(measured.averaged)[:, None]
     level = response.amplitude * light + response.offset
-    residuals = misfit(bench.levels, level, response).slope * root
-    gain, offset = bench.drift
+    residuals = misfit(measured.levels, level, response).slope * root
+    gain, offset = measured.drift
     if not (gain or offset):
         none = np.empty((2, 0, light.shape[1]))
-        return View(
-            phase, light, response, scale, none, np.zeros((2, 0)), residuals, bench.averaged
+        return Predictions(
+            phase, light, response, scale, none, np.zeros((2, 0)), residuals, measured.averaged
         )
     shifts = np.stack([gain * response.amplitude * light, np.full_like(light, offset)]) * scale
     even = np.ones(light.shape[1]) if weight is None else weight
-    drift = own_light(residuals, shifts, even)
+    drift = frame_illumination(residuals, shifts, even)
     level = level + np.einsum("cf,cfp->fp", drift, shifts) / scale
-    residuals = misfit(bench.levels, level, response).slope * root
-    return View(phase, light, response, scale, shifts, drift, residuals, bench.averaged)
+    residuals = misfit(measured.levels, level, response).slope * root
+    return Predictions(phase, light, response, scale, shifts, drift, residuals, measured.averaged)
 
 
-def own_light(residuals: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
+def frame_illumination(residuals: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
     """Likeliest gain and offset of every frame, shape (2, F), in units of their deviations."""
-    own = light_information(shifts, weight, prior)
-    pull = np.einsum("afp,fp,p->fa", shifts, residuals, weight)
-    return -np.linalg.solve(own, pull[..., None])[..., 0].T
+    own = illumination_information(shifts, weight, prior)
+    gradients = np.einsum("afp,fp,p->fa", shifts, residuals, weight)
+    return -np.linalg.solve(own, gradients[..., None])[..., 0].T
 
 
-def light_information(shifts: Array, weight: Array, prior: float) -> Array:
+def illumination_information(shifts: Array, weight: Array, prior: float) -> Array:
     """Information on every frame's gain and offset, that of the prior included, (F, 2, 2)."""
     return np.einsum("afp,bfp,p->fab", shifts, shifts, weight) + prior * np.eye(2)
 

@@ -11,10 +11,10 @@ from fringeforce.calibration.columns.fit import ColumnFit
 from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
-from fringeforce.calibration.frame_fit import Fit, on_strip, residuals
+from fringeforce.calibration.frame_fit import FrameFit, on_strip, residuals
 from fringeforce.calibration.light.modes import fitted_imaging
 from fringeforce.calibration.light.references import pattern_freedom
-from fringeforce.calibration.measurements import SHIFT, Bench
+from fringeforce.calibration.measurements import SHIFT, Measurements
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel, characterize
 
@@ -28,10 +28,10 @@ class Found:
 
     Attributes
     ----------
-    bench : Bench
+    measured : Measurements
         All rows, references last.
-    fit : Fit
-        Of the rows that were kept.
+    fit : FrameFit
+        Fit of the rows that were kept.
     sound : ndarray of bool, shape (P,)
         Pixels that follow the light.
     kept : ndarray of bool, shape (F,)
@@ -40,8 +40,8 @@ class Found:
         Corrections of the columns, if there are any.
     """
 
-    bench: Bench
-    fit: Fit
+    measured: Measurements
+    fit: FrameFit
     sound: Mask
     kept: Mask
     columns: ColumnFit | None = None
@@ -49,7 +49,7 @@ class Found:
     @property
     def used(self) -> Mask:
         """Pixels that are sound and see the strip, shape (P,)."""
-        sensor = self.bench.sensor
+        sensor = self.measured.sensor
         return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
 
 
@@ -63,13 +63,13 @@ def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
     paths : tuple of str
         Dotted paths of the design values that were estimated.
     frames : int
-        Rows of the bench that are frames with loads; the rest are references.
+        Measured rows that are frames with loads; the rest are references.
     """
-    bench, kept, used = found.bench, found.kept, found.used
-    sensor, at, normal = bench.sensor, found.fit.unknowns, found.fit.normal
+    measured, kept, used = found.measured, found.kept, found.used
+    sensor, at, normal = measured.sensor, found.fit.unknowns, found.fit.normal
     model = characterize(varied(sensor, paths, at.design))
-    left = residuals(bench, at, found.fit.tangent, used.astype(float))[kept][:, used]
-    free = len(at.flat) + pattern_freedom(bench, normal, used) + normal.side.shape[1]
+    left = residuals(measured, at, found.fit.jacobian, used.astype(float))[kept][:, used]
+    free = len(at.flat) + pattern_freedom(measured, normal, used) + normal.side.shape[1]
     chi2 = float((left**2).sum()) / (left.size - free)
     covariance = found.fit.covariance * max(chi2, 1.0)
     whole = names(sensor, paths)
@@ -96,7 +96,7 @@ def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
     }
     if found.columns is None:
         root = np.asarray(np.linalg.cholesky(covariance), dtype=float)
-        imaging = fitted_imaging(bench, found.fit, used, root)
+        imaging = fitted_imaging(measured, found.fit, used, root)
     else:
         imaging = column_imaging(found.columns, used, max(chi2, 1.0))
         correction = found.columns.correction(model.x).reshape(model.psi.shape)
@@ -108,5 +108,5 @@ def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
         calibration=calibration,
         provenance={**model.provenance, **origin},
     )
-    said = findings(bench, model, kept[frames:])
+    said = findings(measured, model, kept[frames:])
     return replace(model, calibration=replace(calibration, findings=said))

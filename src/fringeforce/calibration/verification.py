@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2 as chi_square
 
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.checks import checked_bench
+from fringeforce.calibration.checks import checked_measurements
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
@@ -68,7 +68,7 @@ def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verifica
     InputError
         If they do not fit the sensor or each other, or not one frame can be read.
     """
-    levels, loads = checked_bench(model.sensor, frames, forces)
+    levels, loads = checked_measurements(model.sensor, frames, forces)
     reader = Reader(model)
     readings = [reader.search(frame) for frame in levels]
     read = np.array([np.isfinite(reading.forces).all() for reading in readings])

@@ -8,14 +8,13 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.bench import calibrate, check
+from fringeforce.cli.calibration import calibrate, check, plan
 from fringeforce.cli.datasets import dataset
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
-from fringeforce.cli.planning import plan
 from fringeforce.cli.studies import optimise, study, sweep
 
 __all__ = ["app", "main"]

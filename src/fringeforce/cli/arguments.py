@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -47,3 +48,10 @@ def is_model(path: str) -> bool:
     from fringeforce.base.storage import HDF5
 
     return Path(path).suffix.lower() in HDF5 or is_hdf5(path)
+
+
+def draw_beside(output: Path, words: str, draw: Callable[[Path], object]) -> None:
+    """Draw a picture beside a file that was written, and say what it shows."""
+    picture = output.with_suffix(".png")
+    draw(picture)
+    print(f"{picture}: {words}")

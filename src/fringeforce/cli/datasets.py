@@ -14,7 +14,7 @@ from fringeforce.cli.progress import progress_bar
 def dataset(
     study: Annotated[Path, typer.Argument(help="Study file; see examples/dataset.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder of the data set; gone on with.")
+        Path, typer.Option("-o", "--output", help="Folder of the data set; resumed if it exists.")
     ],
     sheet: Annotated[
         Path | None, typer.Option(help="Picture to write of the first images, such as sheet.png.")

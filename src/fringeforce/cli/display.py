@@ -22,7 +22,7 @@ Report = Callable[[Statistics, Readings | None], None]
 BAR = 20
 FULL_SCALES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 EIGHTHS = " ▏▎▍▌▋▊▉█"
-NORMAL, TANGENTIAL, QUIET, WARNING = "cyan", "magenta", "dim", "yellow"
+NORMAL, TANGENTIAL, DIM, WARNING = "cyan", "magenta", "dim", "yellow"
 
 
 @contextmanager
@@ -74,19 +74,19 @@ def picture(
     pad: Pad | None = None,
 ) -> RenderableType:
     """The whole screen; bars and shades end at `scale` newtons."""
-    head = Text.assemble((sensor, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", QUIET))
+    head = Text.assemble((sensor, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", DIM))
     parts: list[RenderableType] = [head, Text()]
     if readings is None:
-        parts.append(Text(f"Waiting for {statistics.counted} ...", style=QUIET))
+        parts.append(Text(f"Waiting for {statistics.counted} ...", style=DIM))
     else:
         parts.append(pad_picture(pad, readings, scale) if pad else _forces(readings, scale))
         status = readings.status[-1]
         calm = status in (Status.OK, Status.NO_CONTACT)
         words = "" if calm else f": {status.advice}"
-        parts += [Text(), Text(f"{status.name}{words}", style=QUIET if calm else WARNING)]
-    parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=QUIET)]
+        parts += [Text(), Text(f"{status.name}{words}", style=DIM if calm else WARNING)]
+    parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=DIM)]
     parts += [
-        Text(_sink(sink, statistics.counted), style=QUIET)
+        Text(_sink(sink, statistics.counted), style=DIM)
         for sink in statistics.deliveries
         if not sink.trouble
     ]
@@ -131,11 +131,11 @@ def _forces(readings: Readings, scale: float) -> Table:
     for justify in ("right", "left", "right", "center", "right"):
         table.add_column(justify=justify)
     heads = "tactel", f"normal, to {scale:g} N", "N", f"tangential, to {scale:g} N", "N"
-    table.add_row(*(Text(head, style=QUIET) for head in heads))
+    table.add_row(*(Text(head, style=DIM) for head in heads))
     forces, std = readings.forces[-1], readings.std[-1]
     for tactel, ((normal, tangential), spread) in enumerate(zip(forces, std, strict=True), 1):
         table.add_row(
-            Text(str(tactel), style=QUIET),
+            Text(str(tactel), style=DIM),
             Text(_bar(normal, scale, BAR), style=NORMAL),
             _value(normal, spread[0]),
             Text(_both_ways(tangential, scale), style=TANGENTIAL),
@@ -145,7 +145,7 @@ def _forces(readings: Readings, scale: float) -> Table:
 
 
 def _value(value: float, std: float) -> Text:
-    return Text.assemble(f"{value:+.3f} ", (f"± {std:.3f}", QUIET))
+    return Text.assemble(f"{value:+.3f} ", (f"± {std:.3f}", DIM))
 
 
 def _bar(value: float, scale: float, width: int) -> str:

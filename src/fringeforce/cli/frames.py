@@ -8,7 +8,14 @@ from typing import Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import Frames, Friction, Model, ModelError, refuse_for_pads
+from fringeforce.cli.arguments import (
+    Frames,
+    Friction,
+    Model,
+    ModelError,
+    draw_beside,
+    refuse_for_pads,
+)
 from fringeforce.cli.progress import progress_bar
 
 
@@ -79,6 +86,4 @@ def read(
         if status.name != "OK":
             print(f"  {status.name}: {status.advice}")
     if plot:
-        picture = output.with_suffix(".png")
-        draw(readings, picture)
-        print(f"{picture}: the forces drawn")
+        draw_beside(output, "the forces drawn", partial(draw, readings))

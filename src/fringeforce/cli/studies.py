@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,14 +13,11 @@ from fringeforce.cli.arguments import Design, Scheduler, Workers
 from fringeforce.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from fringeforce.design.strip import Sensor
-    from fringeforce.studies.study_result import Statement
+    from fringeforce.studies.study_result import StudyResult
 
 Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")]
 Results = Annotated[
-    Path, typer.Option("-o", "--output", help="HDF5 file of results; gone on with if it exists.")
+    Path, typer.Option("-o", "--output", help="HDF5 file of results; resumed if it exists.")
 ]
 
 
@@ -50,10 +46,26 @@ def study(
 ) -> None:
     """Answer one question about a design: a figure, a table and a paragraph of plain words."""
     from fringeforce.design.files import load_strip
+    from fringeforce.models.strip import characterize
+    from fringeforce.studies.convergence import convergence_study
+    from fringeforce.studies.execution import executor
+    from fringeforce.studies.range import range_study
+    from fringeforce.studies.resolution import resolution_study
+    from fringeforce.studies.sensitivity import sensitivity_study
+    from fringeforce.studies.width import width_study
 
     sensor = load_strip(design)
-    with progress_bar() as advance:
-        found = _answer(question, sensor, load, seed, (scheduler, workers), advance)
+    with executor(scheduler, workers) as pool, progress_bar() as advance:
+        answers: dict[Question, Callable[[], StudyResult]] = {
+            Question.range: lambda: range_study(sensor, pool, seed=seed, progress=advance),
+            Question.resolution: lambda: resolution_study(characterize(sensor), load, seed),
+            Question.convergence: lambda: convergence_study(sensor),
+            Question.sensitivity: lambda: sensitivity_study(
+                sensor, pool, seed=seed, progress=advance
+            ),
+            Question.width: lambda: width_study(sensor, pool, seed, advance),
+        }
+        found = answers[question]()
     _tell(found, out)
 
 
@@ -61,83 +73,44 @@ def sweep(
     study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
 ) -> None:
     """Evaluate many designs; a sweep that was stopped goes on where it was."""
-    from fringeforce.studies.outcome import sweep_statement
+    from fringeforce.studies.execution import executor
+    from fringeforce.studies.outcome import sweep_result
     from fringeforce.studies.study_file import load_study
     from fringeforce.studies.sweep import run_sweep
 
     plan, sensor = load_study(study)
-    with _executor(scheduler, workers) as pool, progress_bar() as advance:
-        found = sweep_statement(run_sweep(plan, sensor, output, pool, advance), output.stem)
+    with executor(scheduler, workers) as pool, progress_bar() as advance:
+        found = sweep_result(run_sweep(plan, sensor, output, pool, advance), output.stem)
     _tell(found, output.parent, output)
 
 
 def optimise(
     study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
 ) -> None:
-    """Seek the best design within the constraints, and read noisy frames of it."""
-    from fringeforce.studies.optimise import optimise as sought
-    from fringeforce.studies.outcome import optimum_statement
+    """Find the best design within the constraints, and read noisy frames of it."""
+    from fringeforce.studies.execution import executor
+    from fringeforce.studies.optimise import optimise as best_of
+    from fringeforce.studies.outcome import optimum_result
     from fringeforce.studies.study_file import load_study
     from fringeforce.studies.sweep import prepared
     from fringeforce.studies.verification import verified
 
     plan, sensor = load_study(study)
-    with _executor(scheduler, workers) as pool, progress_bar() as advance:
-        best = sought(plan, sensor, output, pool, advance)
+    with executor(scheduler, workers) as pool, progress_bar() as advance:
+        best = best_of(plan, sensor, output, pool, advance)
         assert plan.search is not None
         advance("reading noisy frames", 0, 2)
         seed, frames = prepared(plan, sensor)[1].seed, plan.search.verify
         checks = [
             verified(one, plan.working_load, seed, frames, pool) for one in (sensor, best.sensor)
         ]
-    found = optimum_statement(best, checks, output.stem)
+    found = optimum_result(best, checks, output.stem)
     drawing = output.with_suffix(".toml")
     drawing.write_text(best.sensor.to_toml(), encoding="utf-8")
     _tell(found, output.parent, drawing, output)
 
 
-def _tell(found: Statement, folder: Path, *written: Path) -> None:
+def _tell(found: StudyResult, folder: Path, *written: Path) -> None:
     """Print what a study says, save it, and name all files that there are of it."""
     print("\n".join(found.lines()))
     print("\n" + ", ".join(str(path) for path in [*written, *found.save(folder)]))
-
-
-def _answer(
-    question: Question,
-    sensor: Sensor,
-    load: float,
-    seed: int,
-    where: tuple[str | None, int | None],
-    advance: Callable[[str, int, int], None],
-) -> Statement:
-    if question is Question.range:
-        from fringeforce.studies.range import range_study
-
-        with _executor(*where) as pool:
-            return range_study(sensor, pool, seed=seed, progress=advance)
-    if question is Question.resolution:
-        from fringeforce.models.strip import characterize
-        from fringeforce.studies.resolution import resolution_study
-
-        return resolution_study(characterize(sensor), load, seed)
-    if question is Question.convergence:
-        from fringeforce.studies.convergence import convergence_study
-
-        return convergence_study(sensor)
-    if question is Question.width:
-        from fringeforce.studies.width import width_study
-
-        with _executor(*where) as pool:
-            return width_study(sensor, pool, seed, advance)
-    from fringeforce.studies.sensitivity import sensitivity_study
-
-    with _executor(*where) as pool:
-        return sensitivity_study(sensor, pool, seed=seed, progress=advance)
-
-
-@contextmanager
-def _executor(scheduler: str | None, workers: int | None) -> Iterator[Executor]:
-    from fringeforce.studies.execution import executor
-
-    with executor(scheduler, workers) as pool:
-        yield pool

@@ -49,9 +49,9 @@ class Friction:
     Attributes
     ----------
     coefficient : float
-        Of Coulomb's law, |T| = coefficient N where a contact slides.
+        Coefficient of Coulomb's law, |T| = coefficient N where a contact slides.
     variance : float
-        Of the coefficient; infinite while nothing is known.
+        Variance of the coefficient; infinite while nothing is known.
 
     Examples
     --------
@@ -80,7 +80,7 @@ class Friction:
         reading : fringeforce.Reading
             Taken while they slid; its noise independent of that of earlier ones.
         tactels : ndarray of bool, shape (n,)
-            Those that slid.
+            Tactels that slid.
         """
         if not reading.ok or not tactels.any():
             return self

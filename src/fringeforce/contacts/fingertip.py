@@ -19,7 +19,7 @@ def touch(
     t : array_like, shape (k,)
         Times [s].
     positions : array_like, shape (n,)
-        Of the tactels [m].
+        Positions of the tactels [m].
     force : float
         Sum of the normal forces while it presses [N].
     friction : float
@@ -56,7 +56,7 @@ def pad_touch(
     t : array_like, shape (k,)
         Times [s].
     places : array_like, shape (n, 2)
-        Of the tactels [m].
+        Places of the tactels [m].
     force : float
         Sum of the normal forces while it presses [N].
     friction : float

@@ -20,7 +20,7 @@ def admissible(loads: Array, covariance: Array, friction: float) -> tuple[Array,
     loads : ndarray, shape (2n,)
         Most likely loads without limits, normal and tangential by turns [N].
     covariance : ndarray, shape (2n, 2n)
-        Their covariance [N^2].
+        Covariance of the forces [N^2].
     friction : float
         Coefficient of friction.
 

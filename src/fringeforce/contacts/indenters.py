@@ -33,7 +33,7 @@ class Imprint:
     forces : ndarray, shape (n, 3)
         N, T_x, T_y of every tactel [N].
     force : ndarray, shape (3,)
-        Their sum [N].
+        Sum of the forces [N].
     centre : ndarray, shape (2,)
         Centre of pressure [m].
     torsion : float
@@ -74,11 +74,11 @@ class Indenter(ABC):
         """Radius of a circle about the place that holds the contact [m]."""
 
     def at(self, place: tuple[float, float]) -> Self:
-        """The same body elsewhere [m]."""
+        """The body at another place [m]."""
         return replace(self, place=place)
 
     def rubbing(self, shear: tuple[float, float], torsion: float = 0.0) -> Self:
-        """The same body under a shear force [N] and a moment about the normal [N m]."""
+        """The body under a shear force [N] and a moment about the normal [N m]."""
         return replace(self, shear=shear, torsion=torsion)
 
     def arm(self, pad: Pad) -> float:

@@ -33,7 +33,7 @@ class Squares:
 
     @classmethod
     def of(cls, tactels: PadTactels) -> Squares:
-        """Those of a design."""
+        """Squares of a design's tactels."""
         x, y = ((np.arange(n + 1, dtype=np.float64) - n / 2) * tactels.pitch for n in tactels.count)
         return cls(x, y, tactels.pitch)
 
@@ -79,7 +79,7 @@ class Nodes:
     places : ndarray, shape (k, 2)
         Along x and y [m].
     shares : ndarray, shape (k,)
-        Of the whole force; they sum up to one.
+        Shares of the whole force; they sum up to one.
     """
 
     places: Array
@@ -91,7 +91,7 @@ class Nodes:
         return self.shares @ self.places
 
     def modulated(self, factor: Callable[[Array], Array]) -> Nodes:
-        """The same pressure times a factor of the places, its sum kept."""
+        """Pressure times a factor of the places, with its sum kept."""
         shares = self.shares * factor(self.places)
         return Nodes(self.places, shares / shares.sum())
 
@@ -108,11 +108,11 @@ def disc(
     Parameters
     ----------
     squares : Squares
-        Of the tactels.
+        Squares of the tactels.
     centre : (float, float)
-        Of the contact [m].
+        Centre of the contact [m].
     radius : float
-        Of the contact [m].
+        Radius of the contact [m].
     profile : str
         "hertz" or "punch".
     order : int
@@ -142,13 +142,13 @@ def line(squares: Squares, centre: tuple[float, float], length: float, angle: fl
     Parameters
     ----------
     squares : Squares
-        Of the tactels.
+        Squares of the tactels.
     centre : (float, float)
-        Of the line [m].
+        Centre of the line [m].
     length : float
-        Of the line [m].
+        Length of the line [m].
     angle : float
-        Of the line, from x towards y [rad].
+        Direction of the line, from x towards y [rad].
     """
     direction = np.array([np.cos(angle), np.sin(angle)])
     breaks = [np.array([-length / 2, length / 2])]

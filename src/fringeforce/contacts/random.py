@@ -155,7 +155,7 @@ def _body(pad: Pad, rng: np.random.Generator, ranges: ContactRanges) -> Indenter
 
 
 def _rubbing(pad: Pad, rng: np.random.Generator, ranges: ContactRanges, body: Indenter) -> Indenter:
-    """The same body with shear and moment that its friction allows."""
+    """A body with shear and moment that its friction allows."""
     used = body.friction * rng.uniform(*ranges.sliding)
     turn, direction, sign = rng.uniform(size=2), rng.uniform(0, 2 * np.pi), rng.choice((-1, 1))
     arm = body.arm(pad)

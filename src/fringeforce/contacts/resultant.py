@@ -55,7 +55,7 @@ class Wrench:
 
     @property
     def slip_ratio_std(self) -> float:
-        """Its standard deviation to first order."""
+        """Standard deviation of the quantity, to first order."""
         normal, tangential = self.force[0], self.force[1:]
         size = np.hypot(*tangential)
         direction = tangential / size if size > 0 else np.full(2, np.sqrt(0.5))
@@ -70,7 +70,7 @@ class Patch(Wrench):
     Attributes
     ----------
     tactels : ndarray of int
-        Their numbers.
+        Numbers of the tactels.
     centre : ndarray, shape (2,)
         Centre of pressure along x and y [m].
     centre_covariance : ndarray, shape (2, 2)
@@ -89,7 +89,7 @@ class Touch:
     Attributes
     ----------
     total : Wrench
-        Of all tactels.
+        Wrench of all tactels.
     patches : tuple of Patch
         Single contacts, the strongest first.
     silent : ndarray of bool, shape (n,)
@@ -97,7 +97,7 @@ class Touch:
     forces : ndarray, shape (n, 3)
         Forces, given that those carry none [N].
     covariance : ndarray, shape (3n, 3n)
-        Of these [N^2].
+        Covariance of these forces [N^2].
     """
 
     total: Wrench

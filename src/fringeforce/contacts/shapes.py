@@ -93,7 +93,7 @@ class Punch(Indenter):
         return disc(Squares.of(pad.tactels), self.place, self.radius, "punch")
 
     def reach(self, pad: Pad) -> float:
-        """Its radius [m]."""
+        """Radius of the contact [m]."""
         return self.radius
 
 
@@ -143,7 +143,7 @@ def hertz_radius(pad: Pad, normal: float, radius: float, modulus: float | None) 
     normal : float
         Force [N].
     radius : float
-        Of the sphere [m].
+        Radius of the sphere [m].
     modulus : float or None
         E / (1 - nu^2) of the sphere [Pa]; None is a rigid one.
 

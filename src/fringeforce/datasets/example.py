@@ -60,7 +60,7 @@ class Example:
 
     @property
     def contact_rows(self) -> NDArray[np.void]:
-        """Its part of the table of contacts."""
+        """Rows of the table of contacts."""
         rows = np.zeros(len(self.contacts), dtype=CONTACT)
         for row, (body, imprint) in zip(rows, self.contacts, strict=True):
             row["image"], row["kind"] = self.number, body.kind
@@ -76,14 +76,14 @@ class Example:
 
     @property
     def optics_row(self) -> NDArray[np.void]:
-        """Its row of the table of optics."""
+        """Row of the table of optics."""
         o = self.optics
         numbers = o.vignetting, o.noise, o.blur, o.wavelength_error, o.extinction_ratio
         return np.array([(self.number, o.light, *o.gradient, *numbers, *o.shift)], dtype=OPTICS)
 
     @property
     def dead_rows(self) -> NDArray[np.void]:
-        """Its part of the table of dead pixels."""
+        """Rows of the table of dead pixels."""
         return np.array([(self.number, *pixel) for pixel in self.optics.dead.tolist()], dtype=DEAD)
 
 
@@ -93,11 +93,11 @@ def example(model: PadModel, study: DatasetStudy, number: int) -> Example:
     Parameters
     ----------
     model : PadModel
-        Of the study's pad.
+        Model of the study's pad.
     study : DatasetStudy
         What images are drawn from.
     number : int
-        Of the image.
+        Number of the image.
     """
     # what SeedSequence(seed).spawn(...) would have at this place
     seeds = np.random.SeedSequence(study.seed, spawn_key=(number,)).spawn(3)

@@ -30,7 +30,7 @@ class Dataset:
     Attributes
     ----------
     folder : Path
-        Of the data set.
+        Path of the data set.
     shards : tuple of Path
         Files or folders, in the order of their images.
     parts : dict of str to int
@@ -38,7 +38,7 @@ class Dataset:
     made : int
         Images that were made now; others were there.
     size : int
-        Of all files [bytes].
+        Size of all files [bytes].
     """
 
     folder: Path
@@ -60,9 +60,9 @@ def make_dataset(
     Parameters
     ----------
     study : path
-        Of the study file.
+        Path of the study file.
     folder : path
-        Of the data set; made, or gone on with.
+        Path of the data set; made, or gone on with.
     scheduler : str, optional
         Address of a Dask scheduler; processes of this machine if not given.
     workers : int, optional
@@ -93,7 +93,7 @@ def run_dataset(
     pool: Executor,
     progress: Progress | None = None,
 ) -> Dataset:
-    """The same, of a study that has been read and on an executor that runs."""
+    """Make a data set from a study that has been read, on an executor that runs."""
     shards = shards_of(study, pad)
     with _writing(folder):
         _claim(study, pad, folder)

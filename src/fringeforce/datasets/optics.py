@@ -40,7 +40,7 @@ class Optics:
     extinction_ratio : float
         Share of blocked light that passes a polariser.
     shift : (float, float)
-        Of the camera along x and y [pixels].
+        Shift of the camera along x and y [pixels].
     dead : ndarray, shape (d, 3)
         Row, column and grey level of pixels that show it always.
     """
@@ -93,13 +93,13 @@ def image_of(
     Parameters
     ----------
     model : PadModel
-        Of the design.
+        Model of the design.
     forces : ndarray, shape (n, 3)
         N, T_x, T_y of every tactel [N].
     optics : Optics
         In place of those of the design.
     rng : numpy.random.Generator
-        Of the noise.
+        Generator of the noise.
 
     Returns
     -------

@@ -39,24 +39,24 @@ class Shard:
 
     @property
     def name(self) -> str:
-        """Of its file or folder."""
+        """Name of the shard's file or folder."""
         name = f"shard-{self.first // self.study.shard:05d}"
         return f"{name}.h5" if self.study.format == "hdf5" else name
 
     @property
     def numbers(self) -> range:
-        """Of its images."""
+        """Numbers of the shard's images."""
         return range(self.first, self.first + self.count)
 
 
 def examples(shard: Shard) -> list[Example]:
-    """Its images."""
+    """Images of a shard."""
     model = _model(shard.pad.to_toml())
     return [example(model, shard.study, number) for number in shard.numbers]
 
 
 def packed(shard: Shard) -> Files:
-    """Its files: one of HDF5, or pictures and tables."""
+    """Files of a shard: one of HDF5, or pictures and tables."""
     found = examples(shard)
     return _hdf5(shard, found) if shard.study.format == "hdf5" else _pictures(shard, found)
 

@@ -39,7 +39,7 @@ def draw_sheet(pad: Pad, shown: Sequence[Example], path: str | os.PathLike[str])
     shown : sequence of Example
         What to show.
     path : path
-        Of the picture; its ending says what kind.
+        Path of the picture; its ending says what kind.
 
     Raises
     ------

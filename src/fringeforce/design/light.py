@@ -84,9 +84,9 @@ class Camera(Converter):
         Parameters
         ----------
         width : float
-            Of the strip [m].
+            Width of the strip [m].
         plane : str
-            Its plane state.
+            Plane state of the strip.
 
         Raises
         ------

@@ -9,10 +9,9 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import NDArray
 
@@ -21,6 +20,8 @@ from fringeforce.acquisition.loop import FrameReader, live
 from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FringeforceError
+from fringeforce.contacts.force_estimate import ForceEstimate
+from fringeforce.explorer.values import verdict
 
 Array = NDArray[Any]
 PERIOD = 1 / 30
@@ -48,14 +49,70 @@ class Source:
     recorded: bool = False
 
 
-class Latest(Sink, ABC):
-    """The newest readings of a run; each block replaces the one before."""
+class Glimpse(NamedTuple):
+    """The last frame of a block, as pages see it.
+
+    Attributes
+    ----------
+    facts : mapping
+        JSON values.
+    blocks : mapping of str to ndarray
+        Numbers.
+    estimate : ForceEstimate, optional
+        What contacts are followed by.
+    """
+
+    facts: Mapping[str, Any]
+    blocks: Mapping[str, Array]
+    estimate: ForceEstimate | None = None
+
+
+Follower = Callable[[Glimpse, float], Mapping[str, Any]]
+"""What one page remembers from frame to frame: from a frame and a coefficient of friction to facts
+about contacts."""
+
+
+class Display(Protocol):
+    """What pages see of one kind of sensor."""
+
+    @property
+    def model(self) -> Any:
+        """The sensor that is read."""
+        ...
+
+    @property
+    def queue(self) -> int | None:
+        """Blocks that wait for the reader, if not as many as for every other reading."""
+        ...
+
+    def reader(self) -> FrameReader:
+        """What reads the camera's frames."""
+        ...
+
+    def glimpse(self, readings: Readings) -> Glimpse:
+        """What is shown of the last frame besides its verdict, forces and deviations."""
+        ...
+
+    def follower(self) -> Follower:
+        """What one page remembers of a run."""
+        ...
+
+
+class Latest(Sink):
+    """The newest readings of a run; each block replaces the one before.
+
+    Parameters
+    ----------
+    display : Display
+        What is shown of them.
+    """
 
     name = "page"
 
-    def __init__(self) -> None:
+    def __init__(self, display: Display) -> None:
+        self._display = display
         self._readings: Readings | None = None
-        self._glimpse: tuple[Readings, Any] | None = None
+        self._glimpse: tuple[Readings, Glimpse] | None = None
         self._start: float | None = None
 
     def write(self, readings: Readings) -> None:
@@ -67,43 +124,43 @@ class Latest(Sink, ABC):
     def close(self) -> None:
         """Nothing to finish: the last readings stay."""
 
-    def glimpse(self) -> Any:
+    def glimpse(self) -> Glimpse | None:
         """What to show of the newest block, or None; worked out once for all pages."""
         readings = self._readings
         if readings is None or self._start is None:
             return None
         if self._glimpse is None or self._glimpse[0] is not readings:
-            elapsed = float(readings.timestamps[-1]) - self._start
-            self._glimpse = readings, self._seen(readings, elapsed)
+            found, status = self._display.glimpse(readings), readings.status[-1]
+            facts = {
+                "time": float(readings.timestamps[-1]) - self._start,
+                "line": readings.first + len(readings) - 1,
+                **verdict(status, status.advice, readings.chi2[-1]),
+                **found.facts,
+            }
+            blocks = {"forces": readings.forces[-1], "std": readings.std[-1], **found.blocks}
+            self._glimpse = readings, Glimpse(facts, blocks, found.estimate)
         return self._glimpse[1]
 
-    @abstractmethod
-    def _seen(self, readings: Readings, elapsed: float) -> Any:
-        """The last frame of a block, exposed so many seconds after the first of the run."""
 
-
-class Live(ABC):
+class Live:
     """One camera, read in a thread of its own while pages ask.
 
     A camera that no page asks for rests until one does; a recording is played to its end.
 
     Parameters
     ----------
-    model : SensorModel or PadModel
-        The sensor that the camera looks at.
+    display : Display
+        The sensor that the camera looks at, and what is shown of it.
     source : Source
         The camera.
     """
 
-    queue: int | None = None
-    """Blocks that wait for the reader, if not as many as for every other reading."""
-
-    def __init__(self, model: Any, source: Source) -> None:
-        self.model, self.source = model, source
+    def __init__(self, display: Display, source: Source) -> None:
+        self.display, self.source = display, source
         self.run = 0
         """Counts how often the camera was started."""
         self.name = self.ended = ""
-        self.latest = self._latest()
+        self.latest = Latest(display)
         self.statistics: Statistics | None = None
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
@@ -116,22 +173,14 @@ class Live(ABC):
         if not (resting or (again and self.ended)):
             return
         self.run += 1
-        self.latest, self.statistics, self.ended = self._latest(), None, ""
+        self.latest, self.statistics, self.ended = Latest(self.display), None, ""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._read, name="live", daemon=True)
         self._thread.start()
 
-    @abstractmethod
     def watcher(self) -> Watcher:
         """What one page sees of it."""
-
-    @abstractmethod
-    def _latest(self) -> Latest:
-        """Room for the newest readings."""
-
-    @abstractmethod
-    def _reader(self) -> FrameReader:
-        """What reads the camera's frames."""
+        return Watcher(self)
 
     def close(self) -> None:
         """End the camera."""
@@ -141,10 +190,10 @@ class Live(ABC):
 
     def _read(self) -> None:
         try:
-            camera = self.source.open(self.model)
+            camera = self.source.open(self.display.model)
             self.name = camera.name
-            reader, sinks = self._reader(), [self.latest]
-            live(reader, camera, sinks, stop=self._stop, report=self._told, queue=self.queue)
+            queue, reader = self.display.queue, self.display.reader()
+            live(reader, camera, [self.latest], stop=self._stop, report=self._told, queue=queue)
             if self._stop.is_set():
                 return
         except FringeforceError as error:
@@ -161,7 +210,7 @@ class Live(ABC):
             self._stop.set()
 
 
-class Watcher(ABC):
+class Watcher:
     """What one page sees of a camera.
 
     Parameters
@@ -173,7 +222,8 @@ class Watcher(ABC):
     def __init__(self, source: Live) -> None:
         self._live = source
         self._run = 0
-        self._seen: Any = None
+        self._seen: Glimpse | None = None
+        self._follower = source.display.follower()
         self._told = 0.0
 
     async def next(
@@ -192,7 +242,7 @@ class Watcher(ABC):
         source.start(again)
         if self._run != source.run:
             self._run, self._seen = source.run, None
-            self._begin()
+            self._follower = source.display.follower()
         await asyncio.sleep(max(self._told + PERIOD - time.monotonic(), 0))
         patience = time.monotonic() + PATIENCE
         # taken before the glimpse: what was read last is shown before the end is told
@@ -205,19 +255,10 @@ class Watcher(ABC):
         self._told = time.monotonic()
         header = {"run": self._run, "camera": source.name, "recorded": source.source.recorded}
         header |= {"ended": ended, **_counts(source.statistics)}
-        if not new:
+        if glimpse is None or not new:
             return header, {}
         self._seen = glimpse
-        facts, blocks = self._shown(glimpse, friction)
-        return header | facts, blocks
-
-    @abstractmethod
-    def _begin(self) -> None:
-        """Forget what was seen of an earlier run."""
-
-    @abstractmethod
-    def _shown(self, glimpse: Any, friction: float) -> tuple[dict[str, Any], dict[str, Array]]:
-        """Facts and arrays that the page shows."""
+        return {**header, **glimpse.facts, **self._follower(glimpse, friction)}, glimpse.blocks
 
 
 def _counts(statistics: Statistics | None) -> dict[str, Any]:

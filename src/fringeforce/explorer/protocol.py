@@ -43,7 +43,7 @@ class Request(BaseModel):
 
     @property
     def topic(self) -> str:
-        """Of wishes about the same, only the last is answered."""
+        """What it is about; of requests about the same, only the last is answered."""
         return self.type
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import pickle
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing, suppress
@@ -20,19 +19,17 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
-from fringeforce.explorer.pads.session import PadSession
-from fringeforce.explorer.pads.workers import PadWorkers
+from fringeforce.explorer.page import PAD_PAGE, STRIP_PAGE
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
-from fringeforce.explorer.session import Conversation, Send, Start, StripSession
-from fringeforce.explorer.workers import StripWorkers, Workers
+from fringeforce.explorer.session import Session, Start
+from fringeforce.explorer.tasks import model_of
+from fringeforce.explorer.workers import Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live, Source
-    from fringeforce.explorer.tasks import Solved
 
 STATIC = Path(__file__).parent / "static"
-Conversations = Callable[[Send, "Live | None"], Conversation]
 PAGES = 8
 """Pages that may be open at a time."""
 
@@ -56,8 +53,9 @@ def application(
     camera : Source, optional
         Pages can watch it; it is started when the first one does.
     """
-    workers, page_file, about = _kind(start)
-    sessions: set[Conversation] = set()
+    page = STRIP_PAGE if isinstance(start.sensor, Sensor) else PAD_PAGE
+    workers = Workers(page)
+    sessions: set[Session] = set()
     live: Live | None = None
 
     @asynccontextmanager
@@ -66,7 +64,10 @@ def application(
         with closing(workers):
             solved = await workers.begin(start.sensor, start.model)
             if camera is not None:
-                live = _watched(start, solved, camera)
+                # only a camera brings a reader's libraries into this process
+                from fringeforce.explorer.live import Live
+
+                live = Live(page.display(model_of(solved.model)), camera)
             warming = asyncio.ensure_future(workers.warm(solved))
             ready()
             yield
@@ -85,7 +86,7 @@ def application(
             with suppress(WebSocketDisconnect, RuntimeError):
                 await websocket.send_bytes(frame)
 
-        session = about(send, live)
+        session = Session(page, start, workers, send, live)
         sessions.add(session)
         try:
             await session.greet()
@@ -104,31 +105,11 @@ def application(
             session.close()
 
     async def first(_: Request) -> FileResponse:
-        return FileResponse(STATIC / page_file)
+        return FileResponse(STATIC / page.file)
 
     files = Mount("/", StaticFiles(directory=STATIC))
     routes = [WebSocketRoute("/socket", converse), Route("/", first), files]
     return Guard(Starlette(routes=routes, lifespan=lifespan), token)
-
-
-def _kind(start: Start) -> tuple[Workers, str, Conversations]:
-    """Who computes, the page's file, and its conversations, for a strip or for a pad."""
-    if isinstance(start.sensor, Sensor):
-        strips = StripWorkers()
-        return strips, "index.html", lambda send, live: StripSession(start, strips, send, live)
-    pads = PadWorkers()
-    return pads, "pad.html", lambda send, live: PadSession(start, pads, send, live)
-
-
-def _watched(start: Start, solved: Solved, camera: Source) -> Live:
-    """A camera that pages can watch; only that brings a reader's libraries into this process."""
-    if isinstance(start.sensor, Sensor):
-        from fringeforce.explorer.strip_live import StripLive
-
-        return StripLive(pickle.loads(solved.model), camera)
-    from fringeforce.explorer.pads.live import PadLive
-
-    return PadLive(pickle.loads(Path(solved.model).read_bytes()), camera)
 
 
 def serve(

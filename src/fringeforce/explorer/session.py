@@ -3,37 +3,30 @@
 from __future__ import annotations
 
 import asyncio
-from abc import ABC, abstractmethod
-from collections.abc import Awaitable, Callable, Collection, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
 from fringeforce.base.errors import FringeforceError, InputError
-from fringeforce.design.files import load_sensor, shipped_designs
+from fringeforce.design.files import load_sensor
+from fringeforce.explorer.page import Page
 from fringeforce.explorer.protocol import (
-    STRIP,
     AboutDesign,
     DesignRequest,
-    DownloadRequest,
-    InsideRequest,
     LiveRequest,
-    ReadRequest,
     Request,
     encoded,
     request,
 )
-from fringeforce.explorer.tasks import Answer, Solved
-from fringeforce.explorer.workers import StripWorkers, Workers
+from fringeforce.explorer.tasks import Solved
+from fringeforce.explorer.workers import Workers
 
 if TYPE_CHECKING:
     from fringeforce.explorer.live import Live
 
 Send = Callable[[bytes], Awaitable[None]]
-ENDINGS = {"design": "toml", "model": "h5", "forces": "csv", "reading": "csv"}
 
 
 class StaleDesignError(InputError):
@@ -75,37 +68,29 @@ class LatestWins:
             del self.running[topic]
 
 
-class Conversation(ABC):
-    """What all pages' conversations have in common.
+class Session:
+    """One page's conversation: what it asked for last.
 
     Parameters
     ----------
+    page : Page
+        What kind of page it is.
     start : Start
         The design that the server was started with.
     workers : Workers
         Who computes.
     send : coroutine function
         Takes one frame to the page.
-    shipped : collection of str
-        Names of the designs that there are to start from.
     live : Live, optional
         The camera, if there is one.
     """
 
-    understood: ClassVar[TypeAdapter[Request]]
-    """What the page may ask."""
-
     def __init__(
-        self,
-        start: Start,
-        workers: Workers,
-        send: Send,
-        shipped: Collection[str],
-        live: Live | None = None,
+        self, page: Page, start: Start, workers: Workers, send: Send, live: Live | None = None
     ) -> None:
-        self.start, self.shipped = start, shipped
+        self.page, self.start, self.workers = page, start, workers
         self.watcher = None if live is None else live.watcher()
-        self._solver, self._send = workers, send
+        self._send = send
         self.wishes = LatestWins(self._answer)
         self.designs: dict[str, tuple[int, Solved]] = {}
         """The last one of each slot, by the number of its wish."""
@@ -113,12 +98,12 @@ class Conversation(ABC):
     async def greet(self) -> None:
         """Say what there is, and whether there is a camera."""
         there = self.watcher is not None
-        await self._say({"type": "hello", "designs": list(self.shipped), "camera": there})
+        await self._say({"type": "hello", "designs": list(self.page.shipped()), "camera": there})
 
     async def receive(self, frame: bytes) -> None:
         """Take in one message of the page."""
         try:
-            wish = request(frame, self.understood)
+            wish = request(frame, self.page.understood)
         except InputError as error:
             await self._refuse(None, error)
             return
@@ -128,15 +113,11 @@ class Conversation(ABC):
         """The page has gone."""
         self.wishes.close()
 
-    @abstractmethod
-    async def _fulfil(self, wish: Request) -> None:
-        """Answer a request that is about neither another design nor the camera."""
-
     async def _design(self, wish: DesignRequest) -> None:
-        base = Start(load_sensor(wish.start)) if wish.start in self.shipped else self.start
+        base = Start(load_sensor(wish.start)) if wish.start in self.page.shipped() else self.start
         sensor = base.sensor.replace(**wish.changes)
         model = base.model if sensor == base.sensor else None
-        solved = await self._solver.solve(sensor, model)
+        solved = await self.workers.solve(sensor, model)
         self.designs[wish.slot] = wish.id, solved
         header = {"type": "model", "id": wish.id, "slot": wish.slot, **solved.facts}
         header["as_drawn"] = base.model is not None and model is None
@@ -155,8 +136,8 @@ class Conversation(ABC):
                 await self._design(wish)
             elif isinstance(wish, LiveRequest):
                 await self._look(wish)
-            else:
-                await self._fulfil(wish)
+            elif isinstance(wish, AboutDesign):
+                await self._tell(wish)
         except FringeforceError as error:
             await self._refuse(wish, error)
         except (ArithmeticError, ValueError, RuntimeError, MemoryError) as error:
@@ -178,47 +159,13 @@ class Conversation(ABC):
             header["slot"] = wish.slot
         await self._say(header)
 
-    async def _tell(self, kind: str, wish: AboutDesign, answer: Answer) -> None:
+    async def _tell(self, wish: AboutDesign) -> None:
         """Answer a question about a design."""
-        facts, blocks = answer
+        facts, blocks = await self.workers.ask(self._solved(wish.design), wish)
+        kind = self.page.questions[type(wish)].answer
         await self._say({"type": kind, "id": wish.id, "design": wish.design, **facts}, blocks)
-
-    async def _hand(self, kind: str, wish: Request, content: bytes) -> None:
-        """Answer with a file."""
-        octets = np.frombuffer(content, np.uint8)
-        name = f"{kind}.{ENDINGS[kind]}"
-        await self._say({"type": "file", "id": wish.id, "name": name}, {"content": octets})
 
     async def _say(
         self, header: Mapping[str, Any], blocks: Mapping[str, NDArray[Any]] | None = None
     ) -> None:
         await self._send(encoded(header, blocks))
-
-
-class StripSession(Conversation):
-    """What one page of a strip asked for last.
-
-    Parameters
-    ----------
-    start, workers, send, live
-        As for every conversation.
-    """
-
-    understood = STRIP
-
-    def __init__(
-        self, start: Start, workers: StripWorkers, send: Send, live: Live | None = None
-    ) -> None:
-        super().__init__(start, workers, send, shipped_designs(), live)
-        self.workers = workers
-
-    async def _fulfil(self, wish: Request) -> None:
-        workers = self.workers
-        if isinstance(wish, InsideRequest):
-            await self._tell("inside", wish, await workers.inside(self._solved(wish.design)))
-        elif isinstance(wish, ReadRequest):
-            loaded = self._solved(wish.design), wish.forces, wish.seed
-            await self._tell("reading", wish, await workers.shoot(*loaded))
-        elif isinstance(wish, DownloadRequest):
-            loaded = self._solved(wish.design), wish.forces, wish.seed
-            await self._hand(wish.kind, wish, await workers.file(wish.kind, *loaded))

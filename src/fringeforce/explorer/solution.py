@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
@@ -27,34 +27,15 @@ COLUMNS, COVER_ROWS, CLEAR_ROWS = 160, 8, 24
 """Cells of the stress picture: along the strip, and through either layer."""
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """A characterised design, ready to be sent.
-
-    Attributes
-    ----------
-    model : SensorModel
-        The characterised sensor.
-    facts : mapping
-        Everything that is not an array, as JSON values.
-    blocks : mapping of str to ndarray
-        Places and the influence matrix, loads first, float32.
-    """
-
-    model: SensorModel
-    facts: Mapping[str, Any]
-    blocks: Mapping[str, NDArray[Any]]
-
-
-def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
-    """Characterise a design: all that its fringes need.
+def solved(sensor: Sensor, known: SensorModel | None = None) -> SensorModel:
+    """The model of a strip; light and camera may change without solving again.
 
     Parameters
     ----------
     sensor : Sensor
         The design.
     known : SensorModel, optional
-        Its model, where there is one already, such as a calibrated one.
+        Model of the design, where there is one already, such as a calibrated one.
 
     Raises
     ------
@@ -62,28 +43,42 @@ def solve(sensor: Sensor, known: SensorModel | None = None) -> Solution:
         If the design cannot be explored.
     """
     check(sensor)
-    model = reduced(sensor, _displacement(sensor)) if known is None else known
-    blocks = {
-        "x": model.pixel_positions,
-        "tactels": sensor.tactels.positions,
-        "psi": SingleFrameReader(model).influence.T,
-    }
-    facts = {
+    return reduced(sensor, _displacement(sensor)) if known is None else known
+
+
+def facts(model: SensorModel) -> Mapping[str, Any]:
+    """What the page is told of a strip, as JSON values."""
+    sensor = model.sensor
+    strip, camera = sensor.transducer, sensor.camera
+    return {
         "name": sensor.name,
         "values": flat_values(sensor),
         "light": light_colour(sensor.polariscope.wavelength).tolist(),
-        "strip": sensor.transducer.model_dump(include={"length", "width", "edges", "plane"}),
-        "layers": [
-            sensor.transducer.compliant.thickness,
-            sensor.transducer.photoelastic.thickness,
-        ],
+        "strip": strip.model_dump(include={"length", "width", "edges", "plane"}),
+        "layers": [strip.compliant.thickness, strip.photoelastic.thickness],
         "camera": {
-            **sensor.camera.model_dump(include={"amplitude", "offset", "noise"}),
-            "full_scale": sensor.camera.full_scale,
+            **camera.model_dump(include={"amplitude", "offset", "noise"}),
+            "full_scale": camera.full_scale,
         },
         "calibrated": model.calibration is not None,
     }
-    return Solution(model, facts, _single(blocks))
+
+
+def blocks(model: SensorModel) -> Mapping[str, NDArray[Any]]:
+    """Places of pixels and tactels and the influence matrix, loads first, float32.
+
+    Raises
+    ------
+    InputError
+        If the matrix is beyond single precision.
+    """
+    return _single(
+        {
+            "x": model.pixel_positions,
+            "tactels": model.sensor.tactels.positions,
+            "psi": model.frame_influence.T,
+        }
+    )
 
 
 def inside(reader: SingleFrameReader) -> tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]:
@@ -92,7 +87,7 @@ def inside(reader: SingleFrameReader) -> tuple[Mapping[str, Any], Mapping[str, N
     Parameters
     ----------
     reader : SingleFrameReader
-        Of its model; the elements are not solved again if that was done here.
+        Reader of the design's model; the elements are not solved again if that was done here.
 
     Raises
     ------
@@ -114,11 +109,11 @@ def _single(blocks: Mapping[str, Array]) -> dict[str, NDArray[np.float32]]:
 
 def _displacement(sensor: Sensor) -> Displacement:
     # frozen parts of a design are hashable, which pydantic does not tell the type checker
-    return _solved(sensor.transducer, sensor.tactels)  # type: ignore[arg-type]
+    return _unit_displacements(sensor.transducer, sensor.tactels)  # type: ignore[arg-type]
 
 
 @lru_cache(maxsize=8)
-def _solved(strip: Transducer, tactels: Tactels) -> Displacement:
+def _unit_displacements(strip: Transducer, tactels: Tactels) -> Displacement:
     """Unit displacements of a strip; light and camera may change without solving again."""
     positions = tactels.positions
     return unit_displacements(strip, positions, strip_mesh(strip, positions))

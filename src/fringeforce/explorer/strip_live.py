@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,44 +10,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.acquisition.sinks.sink import Readings
-from fringeforce.contacts.contact import Contact, Event, Friction
+from fringeforce.contacts.contact import Contact, Friction
 from fringeforce.estimation.bounds import covariance
-from fringeforce.explorer.live import Latest, Live, Watcher
+from fringeforce.explorer.live import Follower, Glimpse
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
-from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.reading import Status
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Glimpse:
-    """The last line of a block, as it was read.
+class LineEstimate:
+    """Forces of a line that a running reader read, with a covariance for contacts.
 
     Attributes
     ----------
-    line : int
-        Running number of the line.
-    time : float
-        Since the first line of the run [s].
-    frame : ndarray, shape (P,)
-        Grey levels; of a sensor with several pictures the first.
-    std : ndarray, shape (n, 2)
-        Standard deviations that the reader gave [N].
-    reading : Reading
-        With a covariance that has those deviations.
+    forces, std : ndarray, shape (n, 2)
+        Forces and their standard deviations [N].
+    covariance : ndarray, shape (2n, 2n)
+        The same deviations, correlated as the sensor's optics correlate them [N^2].
+    status : Status
+        The verdict.
     """
 
-    line: int
-    time: float
-    frame: Array
+    forces: Array
     std: Array
-    reading: Reading
+    covariance: Array
+    status: Status
+
+    @property
+    def ok(self) -> bool:
+        """Whether one load explains the line."""
+        return self.status is Status.OK
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the forces may be used: they explain the line, or nothing touches."""
+        return self.status in (Status.OK, Status.NO_CONTACT)
 
 
-class StripLatest(Latest):
-    """The newest readings of a strip.
+class StripDisplay:
+    """What pages see of a strip.
 
     Parameters
     ----------
@@ -54,87 +59,47 @@ class StripLatest(Latest):
         The sensor that is read.
     """
 
-    def __init__(self, model: SensorModel) -> None:
-        super().__init__()
-        self._model, self._reader = model, SingleFrameReader(model)
+    # who watches wants the newest, not all
+    queue = 8
 
-    def _seen(self, readings: Readings, elapsed: float) -> Glimpse:
+    def __init__(self, model: SensorModel) -> None:
+        self.model = model
+
+    def reader(self) -> Reader:
+        """What reads the camera's lines."""
+        return Reader(self.model)
+
+    def glimpse(self, readings: Readings) -> Glimpse:
+        """The last line, its phase, and what contacts are followed by."""
         forces, std, status = readings.forces[-1], readings.std[-1], readings.status[-1]
-        matrix = self._model.pixel_influence.reshape(-1, forces.size)
-        reading = Reading(
-            forces=forces,
-            covariance=self._covariance(forces, std, status),
-            phase=matrix @ forces.ravel(),
-            chi2=float(readings.chi2[-1]),
-            status=status,
-            detail="",
-            alternatives=np.empty((0, *forces.shape)),
-            limited=np.zeros(len(forces), dtype=bool),
-        )
-        frame = np.atleast_2d(readings.lines[-1])[0]
-        return Glimpse(readings.first + len(readings) - 1, elapsed, frame, std, reading)
+        matrix = self.model.pixel_influence.reshape(-1, forces.size)
+        blocks = {"frame": np.atleast_2d(readings.lines[-1])[0], "phase": matrix @ forces.ravel()}
+        estimate = LineEstimate(forces, std, self._covariance(forces, std, status), status)
+        return Glimpse({}, blocks, estimate)
+
+    def follower(self) -> Follower:
+        """Contacts that a page follows with its own friction."""
+        contact = Contact.none(self.model.sensor.tactels.count)
+
+        def follow(glimpse: Glimpse, friction: float) -> Mapping[str, Any]:
+            nonlocal contact
+            assert glimpse.estimate is not None
+            before = Contact(contact.touching, contact.slipping, Friction(friction, 0.0))
+            contact, events = before.follow(glimpse.estimate)
+            return {
+                "touching": np.flatnonzero(contact.touching).tolist(),
+                "slipping": np.flatnonzero(contact.slipping).tolist(),
+                "events": [[event.kind.value, event.tactel] for event in events],
+            }
+
+        return follow
 
     def _covariance(self, forces: Array, std: Array, status: Status) -> Array:
         """Deviations that were read, correlated as the sensor's optics correlate them."""
         spread = std.ravel()
         if status is not Status.OK:
             return np.diag(spread**2)
-        psi = self._reader.influence
-        bound = covariance(psi @ forces.ravel(), psi, self._model.response)
+        psi = self.model.frame_influence
+        bound = covariance(psi @ forces.ravel(), psi, self.model.response)
         own = np.sqrt(np.diag(bound))
         return bound / np.outer(own, own) * np.outer(spread, spread)
-
-
-class StripLive(Live):
-    """The camera of a strip."""
-
-    # who watches wants the newest, not all
-    queue = 8
-
-    def watcher(self) -> StripWatcher:
-        """What one page sees of it."""
-        return StripWatcher(self)
-
-    def _latest(self) -> StripLatest:
-        return StripLatest(self.model)
-
-    def _reader(self) -> Reader:
-        return Reader(self.model)
-
-
-class StripWatcher(Watcher):
-    """What one page sees of a strip, and the contacts it follows with its own friction."""
-
-    def __init__(self, source: StripLive) -> None:
-        super().__init__(source)
-        self._contact = Contact.none(source.model.sensor.tactels.count)
-
-    def _begin(self) -> None:
-        self._contact = Contact.none(len(self._contact.touching))
-
-    def _shown(self, glimpse: Glimpse, friction: float) -> tuple[dict[str, Any], dict[str, Array]]:
-        return self._facts(glimpse, friction), {
-            "frame": glimpse.frame,
-            "forces": glimpse.reading.forces,
-            "std": glimpse.std,
-            "phase": glimpse.reading.phase,
-        }
-
-    def _facts(self, glimpse: Glimpse, friction: float) -> dict[str, Any]:
-        before = Contact(self._contact.touching, self._contact.slipping, Friction(friction, 0.0))
-        self._contact, events = before.follow(glimpse.reading)
-        reading = glimpse.reading
-        return {
-            "time": glimpse.time,
-            "line": glimpse.line,
-            "status": reading.status.name,
-            "advice": reading.advice,
-            "chi2": reading.chi2 if np.isfinite(reading.chi2) else None,
-            "touching": np.flatnonzero(self._contact.touching).tolist(),
-            "slipping": np.flatnonzero(self._contact.slipping).tolist(),
-            "events": [_spelled(event) for event in events],
-        }
-
-
-def _spelled(event: Event) -> list[Any]:
-    return [event.kind.value, event.tactel]

@@ -1,27 +1,35 @@
 """What the worker processes do; every function is pure, so that a lost process costs nothing.
 
-The libraries behind them are imported where they are used: the server itself stays light.
+A model is too large to be sent with every question: it is written to a file once, and every process
+keeps those that it has read last.  The libraries behind the functions are imported where they are
+used: the server itself stays light.
 """
 
 from __future__ import annotations
 
+import os
 import pickle
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design.strip import Sensor
+from fringeforce.explorer.protocol import DownloadRequest, InsideRequest, LoadedRequest
+from fringeforce.explorer.values import verdict
 
 if TYPE_CHECKING:
+    from fringeforce.reading.reading import Reading
     from fringeforce.reading.single_frame import SingleFrameReader
 
-Loads = list[list[float]]
 Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
+"""JSON values and numbers for the page."""
+ENDINGS = {"design": "toml", "model": "h5", "forces": "csv", "reading": "csv"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,95 +38,130 @@ class Solved:
 
     Attributes
     ----------
-    model
-        As the workers take it: pickled, or its file, which lasts as long as this.
+    model : str
+        File of the pickled model, which lasts as long as this.
     facts : mapping
         JSON values for the page.
     blocks : mapping of str to ndarray
         Numbers for the page.
     """
 
-    model: Any
+    model: str
     facts: Mapping[str, Any]
     blocks: Mapping[str, NDArray[Any]]
 
 
-def solve(sensor: Sensor, known: bytes | None) -> Solved:
-    """Characterise a design.
+def stored(model: Any, folder: str) -> str:
+    """Write a model to a new file of a folder, and return its path."""
+    handle, path = tempfile.mkstemp(dir=folder, suffix=".pickle")
+    with os.fdopen(handle, "wb") as file:
+        pickle.dump(model, file, pickle.HIGHEST_PROTOCOL)
+    return path
+
+
+@lru_cache(maxsize=2)
+def model_of(path: str) -> Any:
+    """The model that a file holds."""
+    return pickle.loads(Path(path).read_bytes())
+
+
+def download(
+    kind: str,
+    model: Any,
+    save_forces: Callable[[Path], object],
+    save_reading: Callable[[Path], object],
+) -> Answer:
+    """A file of the design, the model, the forces or the reading, as the library writes it.
+
+    Parameters
+    ----------
+    kind : {"design", "model", "forces", "reading"}
+        Which.
+    model : SensorModel or PadModel
+        Model of the sensor.
+    save_forces, save_reading : callable
+        Write a table to a path.
+    """
+    write = {
+        "design": lambda path: path.write_text(model.sensor.to_toml(), encoding="utf-8"),
+        "model": model.save,
+        "forces": save_forces,
+        "reading": save_reading,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{kind}.{ENDINGS[kind]}"
+        write[kind](path)
+        return {"name": path.name}, {"content": np.frombuffer(path.read_bytes(), np.uint8)}
+
+
+def solve(sensor: Sensor, known: bytes | None, folder: str) -> Solved:
+    """Characterise a strip.
 
     Parameters
     ----------
     sensor : Sensor
         The design.
     known : bytes, optional
-        Its pickled model, where there is one already.
+        Pickled model of the design, where there is one already.
+    folder : str
+        Where the model's file goes.
     """
-    from fringeforce.explorer.solution import solve
+    from fringeforce.explorer.solution import blocks, facts, solved
 
-    solution = solve(sensor, None if known is None else pickle.loads(known))
-    return Solved(pickle.dumps(solution.model), solution.facts, solution.blocks)
+    model = solved(sensor, None if known is None else pickle.loads(known))
+    return Solved(stored(model, folder), facts(model), blocks(model))
 
 
-def inside(model: bytes) -> Answer:
-    """Figures of a design that was characterised here, and what is inside it.
-
-    Parameters
-    ----------
-    model : bytes
-        A pickled SensorModel.
-    """
+@lru_cache(maxsize=6)
+def _inside(path: str) -> Answer:
     from fringeforce.explorer.solution import inside
 
-    return inside(_reader(model))
+    return inside(_reader(path))
 
 
-def shoot(model: bytes, forces: Loads, seed: int) -> Answer:
-    """Expose one noisy line and read it.
-
-    Parameters
-    ----------
-    model : bytes
-        A pickled SensorModel.
-    forces : nested list, shape (n, 2)
-        Normal and tangential forces [N].
-    seed : int
-        Of the camera's noise.
-    """
-    from fringeforce.explorer.shot import shoot
-
-    shot = shoot(_reader(model), forces, seed)
-    return shot.facts, shot.blocks
+def inside(path: str, wish: InsideRequest) -> Answer:
+    """Figures of a strip that was characterised here, and what is inside it."""
+    return _inside(path)
 
 
-def file(kind: str, model: bytes, forces: Loads, seed: int) -> bytes:
-    """Contents of a file that the library would write.
+def read(path: str, wish: LoadedRequest) -> Answer:
+    """Expose one noisy line of a strip and read it."""
+    reader = _reader(path)
+    frame, reading = _exposed(reader, wish)
+    psi = reader.influence
+    variance = ((psi @ reading.covariance) * psi).sum(axis=1)
+    return verdict(reading.status, reading.advice, reading.chi2), {
+        "frame": frame,
+        "forces": reading.forces,
+        "std": reading.std,
+        "phase": reading.phase,
+        "phase_std": np.sqrt(np.maximum(variance, 0)),
+        "alternatives": reading.alternatives,
+    }
 
-    Parameters
-    ----------
-    kind : {"design", "model", "forces", "reading"}
-        Which.
-    model, forces, seed
-        As for `shoot`.
-    """
-    from fringeforce.explorer.shot import shoot
+
+def file(path: str, wish: DownloadRequest) -> Answer:
+    """A file of the strip's design, model, forces or reading."""
     from fringeforce.io.tables import save_forces, save_readings
 
-    reader = _reader(model)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "file"
-        if kind == "design":
-            path.write_text(reader.model.sensor.to_toml(), encoding="utf-8")
-        elif kind == "model":
-            reader.model.save(path)
-        elif kind == "forces":
-            save_forces(path, [forces])
-        else:
-            save_readings(path, [shoot(reader, forces, seed).reading])
-        return path.read_bytes()
+    reader = _reader(path)
+    return download(
+        wish.kind,
+        reader.model,
+        lambda place: save_forces(place, [wish.forces]),
+        lambda place: save_readings(place, [_exposed(reader, wish)[1]]),
+    )
+
+
+def _exposed(
+    reader: SingleFrameReader, wish: LoadedRequest
+) -> tuple[NDArray[np.unsignedinteger], Reading]:
+    frame = reader.model.expose(wish.forces, rng=wish.seed)
+    return frame, reader.read(frame)
 
 
 @lru_cache(maxsize=4)
-def _reader(model: bytes) -> SingleFrameReader:
+def _reader(path: str) -> SingleFrameReader:
     from fringeforce.reading.single_frame import SingleFrameReader
 
-    return SingleFrameReader(pickle.loads(model))
+    return SingleFrameReader(model_of(path))

@@ -7,7 +7,8 @@ import multiprocessing
 import os
 import shutil
 import signal
-from abc import ABC, abstractmethod
+import tempfile
+import weakref
 from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -15,12 +16,13 @@ from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from fringeforce.base.child_process import end_with_parent
-from fringeforce.design.strip import Sensor
-from fringeforce.explorer import tasks
+from fringeforce.explorer.page import Page, Process
+from fringeforce.explorer.protocol import AboutDesign
+from fringeforce.explorer.tasks import Answer, Solved
 
 
 class Worker:
@@ -108,22 +110,26 @@ def _work(connection: Connection, patient: bool, folder: str | None) -> None:
     server.join()
 
 
-class Workers(ABC):
-    """What the pages of all kinds of sensors have in common.
+class Workers:
+    """Processes of the pages of one kind of sensor, and the files between them.
 
     Parameters
     ----------
-    workers : Worker
-        All processes.
-    remembered : int
-        Number of designs whose solutions are kept: undo and comparisons come at once.
+    page : Page
+        What pages of that kind ask.
     """
 
-    def __init__(self, *workers: Worker, remembered: int) -> None:
-        self._workers, self._remembered = workers, remembered
-        self._known: OrderedDict[str, tasks.Solved] = OrderedDict()
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._folder = tempfile.TemporaryDirectory(prefix="fringeforce-")
+        self._workers = {
+            Process.DESIGNS: Worker(folder=self._folder.name),
+            Process.ANSWERS: Worker(),
+            Process.READINGS: Worker(patient=True),
+        }
+        self._known: OrderedDict[str, Solved] = OrderedDict()
 
-    async def solve(self, sensor: Any, model: bytes | None) -> tasks.Solved:
+    async def solve(self, sensor: Any, model: bytes | None) -> Solved:
         """Solution of a design, remembered or new.
 
         Parameters
@@ -131,7 +137,7 @@ class Workers(ABC):
         sensor : Sensor or Pad
             The design.
         model : bytes, optional
-            Its pickled model, where there is one already.
+            Pickled model of the design, where there is one already.
 
         Raises
         ------
@@ -140,56 +146,37 @@ class Workers(ABC):
         """
         key = f"{sensor.model_dump_json()} {model is not None}"
         if key not in self._known:
-            self._known[key] = await self._solved(sensor, model)
+            designs = self._workers[Process.DESIGNS]
+            solved = await designs.run(self._page.solve, sensor, model, self._folder.name)
+            # a page may still ask about a design that is no longer remembered
+            weakref.finalize(solved, Path(solved.model).unlink, missing_ok=True)
+            self._known[key] = solved
         self._known.move_to_end(key)
-        while len(self._known) > self._remembered:
+        while len(self._known) > self._page.remembered:
             self._known.popitem(last=False)
         return self._known[key]
 
-    @abstractmethod
-    async def _solved(self, sensor: Any, model: bytes | None) -> tasks.Solved:
-        """Solution of a design that nobody remembers."""
+    async def ask(self, solved: Solved, wish: AboutDesign) -> Answer:
+        """Answer to a question about a design that was solved."""
+        question = self._page.questions[type(wish)]
+        return await self._workers[question.process].run(question.task, solved.model, wish)
 
-    async def begin(self, sensor: Any, model: bytes | None) -> tasks.Solved:
+    async def begin(self, sensor: Any, model: bytes | None) -> Solved:
         """Solution of the first design, after which a picture of it can be had at once."""
-        return await self.solve(sensor, model)
+        solving = asyncio.ensure_future(self.solve(sensor, model))
+        if self._page.prepare is not None:
+            await self._workers[Process.ANSWERS].run(self._page.prepare)
+        solved = await solving
+        for wish in self._page.first:
+            await self.ask(solved, wish)
+        return solved
 
-    @abstractmethod
-    async def warm(self, solved: tasks.Solved) -> None:
+    async def warm(self, solved: Solved) -> None:
         """Let all workers load their libraries before anybody waits for them."""
+        await asyncio.gather(*(self.ask(solved, wish) for wish in self._page.warm(solved)))
 
     def close(self) -> None:
-        """End the processes."""
-        for worker in self._workers:
+        """End the processes and remove their files."""
+        for worker in self._workers.values():
             worker.close()
-
-
-class StripWorkers(Workers):
-    """One process for elements, one for readings."""
-
-    def __init__(self) -> None:
-        self._elements, self._readings = Worker(), Worker()
-        super().__init__(self._elements, self._readings, remembered=6)
-        self._insides: WeakKeyDictionary[tasks.Solved, tasks.Answer] = WeakKeyDictionary()
-
-    async def _solved(self, sensor: Sensor, model: bytes | None) -> tasks.Solved:
-        return await self._elements.run(tasks.solve, sensor, model)
-
-    async def inside(self, solved: tasks.Solved) -> tasks.Answer:
-        """Figures of a design, and what is inside it."""
-        if solved not in self._insides:
-            self._insides[solved] = await self._elements.run(tasks.inside, solved.model)
-        return self._insides[solved]
-
-    async def shoot(self, solved: tasks.Solved, forces: tasks.Loads, seed: int) -> tasks.Answer:
-        """One camera line and its reading."""
-        return await self._readings.run(tasks.shoot, solved.model, forces, seed)
-
-    async def file(self, kind: str, solved: tasks.Solved, forces: tasks.Loads, seed: int) -> bytes:
-        """Contents of a file to download."""
-        return await self._readings.run(tasks.file, kind, solved.model, forces, seed)
-
-    async def warm(self, solved: tasks.Solved) -> None:
-        """Let all workers load their libraries before anybody waits for them."""
-        nothing = [[0.0, 0.0]] * len(solved.blocks["tactels"])
-        await asyncio.gather(self.inside(solved), self.shoot(solved, nothing, 0))
+        self._folder.cleanup()

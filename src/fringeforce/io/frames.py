@@ -39,7 +39,7 @@ def save_frames(
     Parameters
     ----------
     path : path
-        Of the HDF5 file.
+        Path of the HDF5 file.
     frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
         Grey levels.
     x : array_like, shape (n_pixels,)

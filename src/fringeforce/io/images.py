@@ -38,7 +38,7 @@ def save_images(
     Parameters
     ----------
     path : path
-        Of the HDF5 file.
+        Path of the HDF5 file.
     images : array_like, shape (k, rows, columns) or (k, channels, rows, columns)
         Grey levels.
     pad : Pad

@@ -36,8 +36,8 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> Array:
     Parameters
     ----------
     path : path
-        Of the CSV file.  Frames count from 0 and tactels from 1, leftmost first; tactels that a
-        frame does not name are not loaded.  Without a frame column all rows are one frame.
+        Path of the CSV file.  Frames count from 0 and tactels from 1, leftmost first; tactels that
+        a frame does not name are not loaded.  Without a frame column all rows are one frame.
     tactels : int
         Number of tactels of the sensor.
 
@@ -68,12 +68,12 @@ def load_pad_forces(path: str | os.PathLike[str], tactels: int) -> Array:
 
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
     """Write loads as `load_forces` reads them; forces have the shape (k, n, 2) [N]."""
-    with _new_table(path) as file:
-        writer = csv.writer(file)
-        writer.writerow(["frame", "tactel", *CARTESIAN])
-        for frame, load in enumerate(np.asarray(forces, dtype=float)):
-            for tactel, (normal, tangential) in enumerate(load, start=1):
-                writer.writerow([frame, tactel, repr(float(normal)), repr(float(tangential))])
+    _save_forces(path, CARTESIAN, forces)
+
+
+def save_pad_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
+    """Write loads as `load_pad_forces` reads them; forces have the shape (k, n, 3) [N]."""
+    _save_forces(path, PAD, forces)
 
 
 def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
@@ -82,7 +82,7 @@ def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     Parameters
     ----------
     path : path
-        Of the CSV file.
+        Path of the CSV file.
     readings : iterable of Reading
         One for each frame.
 
@@ -102,6 +102,16 @@ def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
 def save_pad_readings(path: str | os.PathLike[str], readings: Iterable[PadReading]) -> Counter[str]:
     """Write readings of a pad, as `save_readings` does those of a strip."""
     return _save_readings(path, PAD_READING, readings, lambda r: np.hstack([r.forces, r.std]))
+
+
+def _save_forces(path: str | os.PathLike[str], names: Sequence[str], forces: ArrayLike) -> None:
+    with _new_table(path) as file:
+        writer = csv.writer(file)
+        writer.writerow(["frame", "tactel", *names])
+        for frame, load in enumerate(np.asarray(forces, dtype=float).tolist()):
+            for tactel, force in enumerate(load, start=1):
+                cells = [repr(value) for _, value in zip(names, force, strict=True)]
+                writer.writerow([frame, tactel, *cells])
 
 
 def _strip_columns(reading: Reading) -> Array:

@@ -70,7 +70,7 @@ def write_strip_vtu(
     forces: ArrayLike,
     progress: Progress | None = None,
 ) -> None:
-    """The same for the strip of a design in three dimensions, forces of shape (n, 2) [N]."""
+    """Write the fields of a design's strip in three dimensions, forces of shape (n, 2) [N]."""
     strip, tactels = sensor.transducer, sensor.tactels
     block, loads = strip_block(strip), strip_loads(strip, tactels.positions)
     mesh = box_mesh(block, tactels.positions, [], STRIP)

@@ -27,8 +27,8 @@ class Displacement:
     mesh : Mesh
         Where the shape functions live.
     coefficients : ndarray, shape (2, order * columns + 1, order * rows + 1, n, 2)
-        Of u and w [m/N], for normal and tangential unit forces on each of the n tactels; without
-        the last two axes [m] for one load.
+        Coefficients of u and w [m/N], for normal and tangential unit forces on each of the n
+        tactels; without the last two axes [m] for one load.
     """
 
     transducer: Transducer
@@ -80,7 +80,7 @@ def _as_a_whole(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
 
 
 def _by_halves(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
-    """The same from the left half, once with u and once with w held at zero in the mirror.
+    """Displacements from the left half, once with u and once with w held at zero in the mirror.
 
     What a load and its mirror image do together is even, what they do against each other is odd;
     half of the sum is what the load alone does.  The mirror turns u and tangential forces around.

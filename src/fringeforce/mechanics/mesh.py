@@ -72,7 +72,7 @@ class Mesh:
         return (self.x[:-1, None] + np.diff(self.x)[:, None] * points).ravel()
 
     def refined(self, factor: int) -> Mesh:
-        """The same mesh with every element cut `factor` times in both directions."""
+        """The mesh with every element cut `factor` times in both directions."""
         if factor < 1:
             raise InputError(f"A mesh cannot be refined by {factor}; the factor is 1 or more.")
         return Mesh(cut(self.x, factor), cut(self.z, factor), self.order)
@@ -93,7 +93,7 @@ class Progression(NamedTuple):
     largest: float
 
     def size(self, index: int) -> float:
-        """Of one interval, counted from the beginning [m]."""
+        """Length of one interval, counted from the beginning [m]."""
         growths = min(index, 99)  # by then far beyond the largest, and still a float
         return min(self.first * self.growth**growths, self.largest)
 

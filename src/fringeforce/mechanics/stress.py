@@ -23,7 +23,7 @@ def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
     Parameters
     ----------
     displacement : Displacement
-        Of the strip under unit forces.
+        Displacement of the strip under unit forces.
     x : array_like, shape (m,)
         Where to evaluate [m].
 
@@ -52,7 +52,7 @@ def stress_field(displacement: Displacement, x: ArrayLike, z: ArrayLike) -> Arra
     Parameters
     ----------
     displacement : Displacement
-        Of the strip under unit forces.
+        Displacement of the strip under unit forces.
     x : array_like, shape (m,)
         Positions along the strip [m].
     z : array_like, shape (q,)

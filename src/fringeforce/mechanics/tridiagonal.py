@@ -48,12 +48,12 @@ class BlockCholesky:
         return BlockCholesky(held, [*self.diagonal, factor], [*self.lower, off])
 
     def held_last(self, stiffness: Array, fixed: NDArray[np.bool_]) -> BlockCholesky:
-        """The same chain, of two links or more, with its last link held in another way.
+        """The chain, of two links or more, with its last link held in another way.
 
         Parameters
         ----------
         stiffness : ndarray, shape (2 u, 2 u)
-            Of the last pair of links.
+            Stiffness of the last pair of links.
         fixed : ndarray of bool, shape (u,)
             Unknowns of the last link that are held at zero.
         """
@@ -70,7 +70,7 @@ def block_cholesky(stiffness: Iterable[Array], held: NDArray[np.bool_]) -> Block
     Parameters
     ----------
     stiffness : iterable of ndarray, shape (2 u, 2 u)
-        Of each pair of neighbouring links, left one first; they add up.
+        Stiffness of each pair of neighbouring links, left one first; they add up.
     held : ndarray of bool, shape (links, u)
         Unknowns that are held at zero.
     """

@@ -86,7 +86,7 @@ class Imaging:
         loads : ndarray, shape (2n,)
             Normal and tangential force of tactel after tactel [N].
         phase : ndarray, shape (P,)
-            Their phase [rad].
+            Phase of the loads [rad].
 
         Returns
         -------
@@ -113,7 +113,7 @@ class Calibration:
     drawing, values : ndarray, shape (d,)
         Before and after.
     covariance : ndarray, shape (d, d)
-        Of the logarithms of the design's values, places [m], the shift [m] and the scale.
+        Covariance of the logarithms of the design's values, places [m], shift [m] and scale.
     unidentified : tuple of str
         Combinations that the frames say nothing of; along them the drawing was kept.
     outliers : tuple of int

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 LARGEST = 32767
-"""Of whole numbers of 16 bits."""
+"""Largest whole number of 16 bits."""
 TOGETHER = 512
 """Rows that are summed in single precision."""
 

@@ -32,7 +32,7 @@ Single = NDArray[np.float32]
 PAD = "pad"
 """Kind of these files."""
 COMPONENTS = ("normal", "tangential_x", "tangential_y")
-"""Of the force on a tactel."""
+"""Components of the force on a tactel."""
 LABELS = tuple(
     "_".join("even" if sign > 0 else "odd" for sign in parity) + "_{}" for parity in PARITIES
 )

@@ -79,7 +79,7 @@ class PadInfluence(LinearMap):
         Returns
         -------
         ndarray, shape (2, modes, ny, nx)
-            Of (A, B) [rad].
+            Coefficients of (A, B) [rad].
         """
         ny, nx = len(self.y), len(self.x)
         whole = np.zeros((2, self.modes, ny, nx), dtype=np.float32)

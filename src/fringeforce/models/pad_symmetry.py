@@ -17,7 +17,7 @@ PARITIES = ((1, 1), (1, -1), (-1, 1), (-1, -1))
 FIELDS = ((1, 1), (-1, -1))
 """Signs that a mirror image of a stress has of its own: sigma_x - sigma_y, and tau_xy."""
 COMPONENTS = ((1, 1), (-1, 1), (1, -1))
-"""The same for the components of a force, N, T_x and T_y."""
+"""Mirror signs of the components of a force, N, T_x and T_y."""
 
 
 def load_basis(count: tuple[int, int], parity: tuple[int, int]) -> Array:

@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 STRIP = "model"
 """Kind of these files."""
 COMPONENTS = ("normal", "tangential")
-"""Of the force on a tactel."""
+"""Components of the force on a tactel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,7 +330,7 @@ def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:
     sensor : Sensor
         The design.
     displacement : Displacement
-        Of its strip, under a unit force on each of its tactels.
+        Displacement of the design's strip, under a unit force on each of its tactels.
     """
     mesh, layer = displacement.mesh, sensor.transducer.photoelastic
     constant = stress_optic_constant(layer, sensor.polariscope.wavelength)

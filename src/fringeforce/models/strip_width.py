@@ -50,7 +50,7 @@ class StripWidth:
     cross : ndarray, shape (ny, M, n, 2)
         2 K_t times the depth integral of 2 tau_xy [rad/N].
     unknowns, order : int
-        Of the elements.
+        Number of unknowns, and order of the elements.
     """
 
     sensor: Sensor

@@ -27,7 +27,7 @@ class Picture:
     Attributes
     ----------
     dispersion : float
-        Its retardance over that of the polariscope's own wavelength.
+        Retardance at the channel's wavelength over that at the polariscope's own wavelength.
     forms : ndarray, shape (k, 3, 3)
         Quadratic forms of the light that pixels measure: one, or those of a mosaic of four.
     """

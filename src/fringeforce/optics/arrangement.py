@@ -53,7 +53,7 @@ def arranged(
         analyser across it.  "analyser": circular light and an analyser at the angle, which adds a
         quarter wave to a retarder at 45 degrees from it.
     angle : float
-        Of polariser or analyser, from x [rad].
+        Direction of polariser or analyser, from x [rad].
     plates : Plates, optional
         What is wrong with the elements; they are perfect if not given.
     dispersion : float
@@ -77,7 +77,7 @@ def signed(forms: Array) -> bool:
     Parameters
     ----------
     forms : ndarray, shape (n, 3, 3)
-        Of all pictures of a frame.
+        Quadratic forms of all pictures of a frame.
     """
     # near no stress, w = (A, B, 1), the intensity's slope is twice the last column
     return bool(np.linalg.matrix_rank(forms[:, :2, 2], tol=1e-6) == 2)

@@ -20,7 +20,7 @@ def grey_levels(
     Parameters
     ----------
     camera : Converter
-        Its amplitude A and offset I_o are in grey levels.
+        Converter whose amplitude A and offset I_o are in grey levels.
     intensity : array_like, any shape
         Normalised intensity, 0 to 1.
     lighting : pair of ndarray, shape (n_pixels,), optional

@@ -115,7 +115,7 @@ def jones_matrix(light: ArrayLike) -> NDArray[np.complex128]:
 def equivalent_retarder(light: ArrayLike) -> Real:
     """Retardance vector of the one retarder that does what a double pass does, shape (2, ...).
 
-    Its length is the retardance, 0 to 2 pi, its direction twice that of the axis.
+    The length of the vector is the retardance, 0 to 2 pi, its direction twice that of the axis.
     """
     a, b, c = np.asarray(light, dtype=float)
     sine = np.hypot(a, b)
@@ -175,7 +175,7 @@ def _turned(slices, light) -> bool:
 def _remainder(slices):
     """Slices less their whole turns, which turn light alike, and the shares that are left of them.
 
-    Of shapes (n, 2, P) and (n, P).
+    Both, of shapes (n, 2, P) and (n, P).
     """
     rest, share = np.empty_like(slices), np.empty_like(slices[:, 0])
     for n in range(len(slices)):

@@ -63,7 +63,7 @@ def polariser(angle: float, extinction: float = 0.0) -> Jones:
     Parameters
     ----------
     angle : float
-        Of the direction that passes [rad].
+        Direction that passes [rad].
     extinction : float
         Share of the light that passes across it, zero if perfect.
     """
@@ -78,7 +78,7 @@ def retarder(retardance: ArrayLike, angle: float = 0.0) -> Jones:
     retardance : array_like, any shape
         Phase by which light along the axis leads light across it [rad].
     angle : float
-        Of the axis [rad].
+        Direction of the axis [rad].
     """
     half = np.asarray(retardance, dtype=float)[..., None, None] / 2
     along, across = np.diag([1.0, 0.0]), np.diag([0.0, 1.0])

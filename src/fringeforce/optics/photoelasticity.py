@@ -21,7 +21,7 @@ def stress_optic_constant(layer: PhotoelasticLayer, wavelength: float) -> float:
     layer : PhotoelasticLayer
         The birefringent layer.
     wavelength : float
-        Of the light, in vacuum [m].
+        Wavelength of the light, in vacuum [m].
     """
     compliance = (1 + layer.poissons_ratio) / layer.youngs_modulus
     return compliance * layer.strain_optic_coefficient * 2 * np.pi / wavelength

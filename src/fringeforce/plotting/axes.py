@@ -228,7 +228,7 @@ def residuals(ax: Axes, left: ArrayLike, frames: Sequence[int], pixels: Sequence
     left : array_like, shape (F, P)
         Residuals in units of the noise.
     frames, pixels : sequence of int
-        Those that a calibration left out.
+        Frames and pixels that a calibration left out.
     """
     image = ax.imshow(left, aspect="auto", cmap="RdBu_r", vmin=-4, vmax=4, interpolation="nearest")
     count, width = np.shape(left)
@@ -252,9 +252,9 @@ def fringes(ax: Axes, x: ArrayLike, intensity: ArrayLike, width: float, waveleng
     intensity : array_like, shape (m,)
         Normalised intensity.
     width : float
-        Of the strip [m].
+        Width of the strip [m].
     wavelength : float
-        Of the light [m].
+        Wavelength of the light [m].
     """
     position = np.asarray(x) * MILLI
     light = np.asarray(intensity)[None, :, None] * light_colour(wavelength)

@@ -71,7 +71,7 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
     loads : array_like, shape (F, n, 2)
         Known forces [N].
     path : Path
-        Of the picture.
+        Path of the picture.
 
     Raises
     ------

@@ -28,7 +28,7 @@ class Recovery:
     Attributes
     ----------
     reading : Reading
-        Of the frame of Figure 9.
+        Reading of the frame of Figure 9.
     bound : ndarray, shape (n, 2)
         Smallest standard deviations that one frame allows [N].
     magnitude_error, angle_error : ndarray, shape (seeds,)

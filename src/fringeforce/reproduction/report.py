@@ -33,7 +33,7 @@ def reproduce(
     Returns
     -------
     Path
-        Of the page.
+        Path of the page.
 
     Raises
     ------

@@ -13,14 +13,14 @@ from fringeforce.mechanics.mesh import ORDER, Mesh, paper_mesh, strip_mesh
 from fringeforce.models.strip import characterize
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.plotting import axes as plot
-from fringeforce.studies.study_result import Statement
+from fringeforce.studies.study_result import StudyResult
 
 Array = NDArray[np.float64]
 ORDERS, REFINEMENTS = range(2, 10), (1, 2, 3)
 FINEST = 12
 """Order of the elements that stand for the exact solution where none is known."""
 TERMS = 1500
-"""Of the exact series for roller edges."""
+"""Terms of the exact series for roller edges."""
 
 
 def relative_error(found: Array, reference: Array) -> float:
@@ -68,7 +68,7 @@ def mesh_errors(sensor: Sensor) -> Iterator[tuple[str, list[int], list[float]]]:
         yield label, [mesh.unknowns for mesh in meshes], errors
 
 
-def convergence_study(sensor: Sensor) -> Statement:
+def convergence_study(sensor: Sensor) -> StudyResult:
     """Errors of coarse and fine meshes of one design."""
     families = list(mesh_errors(sensor))
     (_, linear, crawling), (_, ours, falling) = families
@@ -89,7 +89,7 @@ def convergence_study(sensor: Sensor) -> Statement:
         f"{linear[0]:,} unknowns, and their error falls as the unknowns to the power {rate:.2f}."
     )
     labels, unknowns, errors = zip(*families, strict=True)
-    return Statement(
+    return StudyResult(
         "convergence",
         ("mesh", "unknowns", "relative error"),
         rows,

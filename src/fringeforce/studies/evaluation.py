@@ -12,7 +12,7 @@ from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import coarse_model, performance
-from fringeforce.studies.result_store import OPEN, Ledger, Outcome
+from fringeforce.studies.result_store import OPEN, Outcome, ResultStore
 from fringeforce.studies.sampling import Value
 
 
@@ -27,9 +27,9 @@ class Setting:
     working_load : float
         Largest normal force on a tactel [N].
     mesh_order : int
-        Of the elements.
+        Order of the elements.
     seed : SeedSequence
-        Of the loads that designs are judged by.
+        Seed of the loads that designs are judged by.
     """
 
     sensor: Sensor
@@ -63,24 +63,24 @@ def evaluate(candidate: Candidate) -> Outcome:
 
 def evaluate_missing(
     pool: Executor,
-    ledger: Ledger,
+    store: ResultStore,
     setting: Setting,
     candidates: Sequence[Mapping[str, Value]],
     first: int = 0,
     progress: Progress | None = None,
 ) -> list[Outcome]:
-    """Evaluate designs that the ledger does not know yet, and write each down as it comes.
+    """Evaluate designs that the store does not know yet, and write each down as it comes.
 
     Parameters
     ----------
     pool : Executor
         Where they are evaluated.
-    ledger : Ledger
+    store : ResultStore
         Keeps the results.
     setting : Setting
         What they share.
     candidates : sequence of mapping
-        Their values by path; they have the ledger's places `first`, `first + 1`, ...
+        Values of the designs by path; they have the places `first`, `first + 1`, ...
     first : int
         Place of the first.
     progress : callable, optional
@@ -91,7 +91,7 @@ def evaluate_missing(
     list
         Outcomes in the order of the candidates.
     """
-    states = ledger.states
+    states = store.states
     places = range(first, first + len(candidates))
 
     def tasks() -> Iterator[tuple[int, Candidate]]:
@@ -103,9 +103,9 @@ def evaluate_missing(
     if progress:
         progress("designs", known, len(states))
     for place, outcome in completed(pool, evaluate, tasks()):
-        ledger.record(place, candidates[place - first], outcome)
+        store.record(place, candidates[place - first], outcome)
         known += 1
         if progress:
             progress("designs", known, len(states))
-    found = [ledger.outcome(place) for place in places]
+    found = [store.outcome(place) for place in places]
     return [outcome for outcome in found if outcome is not None]

@@ -105,7 +105,7 @@ def completed(
     pool : Executor
         Where the calls run.
     function : callable
-        Of one task; both must travel to other processes.
+        Function of one task; both must travel to other processes.
     tasks : iterable of (int, task)
         Numbered tasks.
 

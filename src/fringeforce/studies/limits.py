@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 PAPER_START = (-np.pi, 0.0)
 """Phases at the borders for which equation (12) may start with m = n = k = 0 [rad]."""
 SIGN_BY_CONTACT = (-np.pi, np.pi)
-"""The same where a mirrored phase -p is put right by the knowledge that contact pushes [rad]."""
+"""The same phases where the knowledge that contact pushes puts a mirrored phase -p right [rad]."""
 NYQUIST = 0.5
 """Fringes per pixel that a camera resolves."""
 LARGEST_STRAIN = 0.1
@@ -106,7 +106,7 @@ def largest_phase(rows: Array, uniform: bool = False, friction: float = FRICTION
     Parameters
     ----------
     rows : ndarray, shape (m, n, 2)
-        Of an influence matrix [rad/N].
+        Rows of an influence matrix [rad/N].
     uniform, friction
         As for `edge_limit`.
 

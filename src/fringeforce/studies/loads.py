@@ -16,7 +16,7 @@ SCATTERED = 16
 
 
 def uniform_load(rng: np.random.Generator, n: int, normal: float) -> Array:
-    """The same force on all tactels at a random angle, shape (n, 2) [N]."""
+    """One force on all tactels at a random angle, shape (n, 2) [N]."""
     tangential = normal * np.tan(np.radians(rng.uniform(-ANGLE, ANGLE)))
     return np.tile([normal, tangential], (n, 1))
 
@@ -37,7 +37,7 @@ def load_maps(seed: np.random.SeedSequence, n: int, largest: float) -> Array:
     Parameters
     ----------
     seed : SeedSequence
-        Of the scattered loads.
+        Seed of the scattered loads.
     n : int
         Number of tactels.
     largest : float

@@ -19,7 +19,7 @@ Judge = Callable[[np.random.Generator, float], bool]
 
 DEVIATIONS = 6.0
 """Standard deviations within which every force of a reading must lie to be right."""
-CLOSE = 0.01
+PHASE_TOLERANCE = 0.01
 """Error of a recovered noise-free phase that still counts as right [rad]."""
 WANTED = 0.99
 """Share of readings that must be right."""
@@ -55,7 +55,7 @@ def paper_judge(model: SensorModel, load: Load, sign_by_contact: bool = True) ->
         errors = [np.abs(found - phase).max()]
         if sign_by_contact:
             errors.append(np.abs(found + phase).max())
-        return bool(min(errors) < CLOSE)
+        return bool(min(errors) < PHASE_TOLERANCE)
 
     return right
 
@@ -91,7 +91,7 @@ def reading_limit(
     count : int
         Random loads at every level.
     seed : int
-        Of loads and noise.
+        Seed of loads and noise.
 
     Returns
     -------

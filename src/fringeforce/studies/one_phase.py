@@ -64,7 +64,7 @@ def one_phase(
     sensor : Sensor
         The design; where its camera's line lies is left aside.
     seed : int
-        Of the noise, the same for all.
+        Seed of the noise, the same for all.
     progress : callable, optional
         Called with words, cases known and their count.
     shares : tuple of float

@@ -18,9 +18,9 @@ from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.evaluation import Setting, evaluate_missing
 from fringeforce.studies.performance import NAMES, Performance
-from fringeforce.studies.result_store import Ledger, Outcome, open_ledger, read_results
+from fringeforce.studies.result_store import Outcome, ResultStore, open_store, read_results
 from fringeforce.studies.sampling import Axis, changes
-from fringeforce.studies.study_file import LARGER_IS_BETTER, Search, StudyFile
+from fringeforce.studies.study_file import LARGER_IS_BETTER, DesignSearch, StudyFile
 from fringeforce.studies.sweep import Columns, Sweep, meets, prepared, start
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Optimum:
     sweep : Sweep
         All designs that were tried on the way, feasible or not.
     best : int
-        Its place among them.
+        Place of the design in the sweep.
     """
 
     sensor: Sensor
@@ -93,9 +93,9 @@ def optimise(
     crowd, generations = _shape(study.search, len(axes))
     places = 1 + crowd * generations
     limits = study.constraints.limits()
-    with open_ledger(path, study.canonical(sensor), axes, places) as ledger:
-        first = evaluate_missing(pool, ledger, setting, [start(axes, sensor)], progress=progress)
-        evaluate = _generation(pool, ledger, axes, setting, limits, study.search, progress)
+    with open_store(path, study.canonical(sensor), axes, places) as store:
+        first = evaluate_missing(pool, store, setting, [start(axes, sensor)], progress=progress)
+        evaluate = _generation(pool, store, axes, setting, limits, study.search, progress)
         # SciPy's own types forget the array and the map that its documentation allows
         options: dict[str, Any] = {
             "init": _first_generation(crowd, len(axes), seed),
@@ -126,7 +126,7 @@ def cost(outcome: Outcome, objective: str, limits: dict[str, float]) -> float:
     return -value if objective in LARGER_IS_BETTER else value
 
 
-def _shape(search: Search, dimensions: int) -> tuple[int, int]:
+def _shape(search: DesignSearch, dimensions: int) -> tuple[int, int]:
     """Designs in a generation, and generations."""
     crowd = max(CROWD * dimensions, 8)
     generations = search.budget // crowd
@@ -144,11 +144,11 @@ def _first_generation(crowd: int, dimensions: int, seed: np.random.SeedSequence)
 
 def _generation(
     pool: Executor,
-    ledger: Ledger,
+    store: ResultStore,
     axes: list[Axis],
     setting: Setting,
     limits: dict[str, float],
-    search: Search,
+    search: DesignSearch,
     progress: Progress | None,
 ) -> Callable[[Any, Iterable[Array]], list[float]]:
     """A map, as SciPy wants one, that evaluates a generation and counts the places it takes."""
@@ -157,7 +157,7 @@ def _generation(
     def evaluate(_: Any, generation: Iterable[Array]) -> list[float]:
         nonlocal place
         candidates = [changes(axes, shares) for shares in generation]
-        outcomes = evaluate_missing(pool, ledger, setting, candidates, place, progress)
+        outcomes = evaluate_missing(pool, store, setting, candidates, place, progress)
         place += len(candidates)
         return [cost(outcome, search.objective, limits) for outcome in outcomes]
 

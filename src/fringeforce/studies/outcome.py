@@ -15,7 +15,7 @@ from scipy.stats import binned_statistic_2d, spearmanr
 from fringeforce.studies.optimise import Optimum
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
-from fringeforce.studies.study_result import Statement
+from fringeforce.studies.study_result import StudyResult
 from fringeforce.studies.sweep import Sweep
 from fringeforce.studies.verification import Verified
 
@@ -25,7 +25,7 @@ PANELS, BINS = 4, 12
 SIZE = (10.0, 7.6)
 
 
-def sweep_statement(sweep: Sweep, name: str) -> Statement:
+def sweep_result(sweep: Sweep, name: str) -> StudyResult:
     """Pareto front as a table, what the sweep says, and its figure."""
     front = sweep.pareto(UNCERTAINTY, RANGE)
     header = (*(_title(one) for one in sweep.axes), "worst uncertainty [mN]", "largest load [N]")
@@ -37,12 +37,12 @@ def sweep_statement(sweep: Sweep, name: str) -> Statement:
         )
         for i in front
     )
-    return Statement(
+    return StudyResult(
         name, header, rows, _sweep_words(sweep, front), lambda ax: draw_sweep(ax, sweep), SIZE
     )
 
 
-def optimum_statement(optimum: Optimum, verified: Sequence[Verified], name: str) -> Statement:
+def optimum_result(optimum: Optimum, verified: Sequence[Verified], name: str) -> StudyResult:
     """The design found beside the one it started from.
 
     Parameters
@@ -52,7 +52,7 @@ def optimum_statement(optimum: Optimum, verified: Sequence[Verified], name: str)
     verified : sequence of Verified
         Noisy frames of the design it started from and of the one found.
     name : str
-        Of the files.
+        Name of the files.
     """
     sweep, best = optimum.sweep, optimum.best
     rows = [
@@ -66,7 +66,9 @@ def optimum_statement(optimum: Optimum, verified: Sequence[Verified], name: str)
     rows.append(("worst error of noisy frames [N]", *(f"{v.found:.4g}" for v in verified)))
     text = _optimum_words(optimum, *verified)
     header = ("", "start", "found")
-    return Statement(name, header, tuple(rows), text, lambda ax: draw_sweep(ax, sweep, best), SIZE)
+    return StudyResult(
+        name, header, tuple(rows), text, lambda ax: draw_sweep(ax, sweep, best), SIZE
+    )
 
 
 def draw_sweep(ax: Axes, sweep: Sweep, best: int | None = None) -> None:

@@ -47,7 +47,7 @@ class Performance:
     condition : float
         Condition number of the influence matrix.
     thickness, volume : float
-        Of the strip [m], [m^3].
+        Thickness and volume of the strip [m], [m^3].
     """
 
     worst_uncertainty: float
@@ -101,7 +101,7 @@ def performance(
     working_load : float
         Largest normal force on a tactel that it is to read [N].
     seed : SeedSequence
-        Of the scattered loads among those that it is judged by.
+        Seed of the scattered loads among those that it is judged by.
     """
     strip = model.sensor.transducer
     loads = load_maps(seed, model.sensor.tactels.count, working_load)

@@ -23,7 +23,7 @@ from fringeforce.studies.limits import (
 )
 from fringeforce.studies.loads import ANGLE, scattered_load, uniform_load
 from fringeforce.studies.monte_carlo import bracket, reader_judge, reading_limit
-from fringeforce.studies.study_result import Statement
+from fringeforce.studies.study_result import StudyResult
 
 CASES = {"free": "Case 1 (free edges)", "roller": "Case 2 (roller edges)"}
 SETS = {"uniform": (True, uniform_load), "any distribution": (False, scattered_load)}
@@ -32,7 +32,7 @@ FRAMES = 100
 
 
 @dataclass(frozen=True)
-class Limits:
+class RangeLimits:
     """Largest normal force on a tactel that each condition allows, one case and set of loads [N].
 
     Attributes
@@ -71,7 +71,7 @@ def range_study(
     frames: int = FRAMES,
     seed: int = 0,
     progress: Progress | None = None,
-) -> Statement:
+) -> StudyResult:
     """Dynamic range of a design with free and with roller edges.
 
     Parameters
@@ -83,7 +83,7 @@ def range_study(
     frames : int
         Random loads at each level of the Monte Carlo search.
     seed : int
-        Of loads and noise.
+        Seed of loads and noise.
     progress : callable, optional
         Called with words, the cases done and their count.
     """
@@ -98,7 +98,7 @@ def range_study(
     )
     header = ("limit", *(f"{CASES[edges]}, {loads}" for edges, loads in found))
     text = _words(characterize(cases[-1]), found)
-    return Statement("range", header, rows, text, lambda ax: _draw(ax, found))
+    return StudyResult("range", header, rows, text, lambda ax: _draw(ax, found))
 
 
 @dataclass(frozen=True)
@@ -109,16 +109,16 @@ class _Question:
     seed: int
 
 
-def _answer(question: _Question) -> Limits:
+def _answer(question: _Question) -> RangeLimits:
     return limits(characterize(question.case), question.loads, question.frames, question.seed)
 
 
-def limits(model: SensorModel, loads: str, frames: int, seed: int = 0) -> Limits:
+def limits(model: SensorModel, loads: str, frames: int, seed: int = 0) -> RangeLimits:
     """All limits of one model under one of the `SETS` of loads."""
     uniform, draw = SETS[loads]
     border = border_influence(model)
     start, stop = bracket(model)
-    return Limits(
+    return RangeLimits(
         paper_start=edge_limit(border, uniform, PAPER_START),
         sign_by_contact=edge_limit(border, uniform, SIGN_BY_CONTACT),
         nyquist=nyquist_limit(model, uniform),
@@ -135,7 +135,7 @@ def steepest_angle(model: SensorModel) -> float:
     return float(np.degrees(np.arctan(np.min(-normal / np.abs(tangential)))))
 
 
-def _words(roller: SensorModel, found: dict[tuple[str, str], Limits]) -> str:
+def _words(roller: SensorModel, found: dict[tuple[str, str], RangeLimits]) -> str:
     one, two = (found[edges, "uniform"] for edges in CASES)
     angle = steepest_angle(roller)
     border = border_influence(roller).sum(axis=1)[0]
@@ -168,7 +168,7 @@ def newtons(value: float) -> str:
     return "any load" if np.isinf(value) else f"{value:.3g} N"
 
 
-def _draw(ax: Axes, found: dict[tuple[str, str], Limits]) -> None:
+def _draw(ax: Axes, found: dict[tuple[str, str], RangeLimits]) -> None:
     """A bar for each limit; unlimited ones run off the axes."""
     finite = [v for one in found.values() for v in vars(one).values() if 0 < v < np.inf]
     low, high = min(finite) / 3, max(finite) * 3

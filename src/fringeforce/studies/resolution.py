@@ -12,7 +12,7 @@ from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import load_maps
 from fringeforce.studies.performance import covariances
-from fringeforce.studies.study_result import Statement
+from fringeforce.studies.study_result import StudyResult
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def resolution(model: SensorModel, loads: Array) -> Resolution:
     )
 
 
-def resolution_study(model: SensorModel, largest: float = 1.0, seed: int = 0) -> Statement:
+def resolution_study(model: SensorModel, largest: float = 1.0, seed: int = 0) -> StudyResult:
     """Resolution of a model for loads up to a largest normal force on a tactel [N]."""
     n = model.sensor.tactels.count
     found = resolution(model, load_maps(np.random.SeedSequence(seed), n, largest))
@@ -77,7 +77,7 @@ def resolution_study(model: SensorModel, largest: float = 1.0, seed: int = 0) ->
         for name in COMPONENTS
         for what in ("Cramer-Rao, median", "deviation, median", "deviation, worst")
     ))  # fmt: skip
-    return Statement(
+    return StudyResult(
         "resolution", header, rows, _words(found, largest), lambda ax: _draw(ax, found), (8.0, 5.6)
     )
 

@@ -33,8 +33,8 @@ Outcome = Performance | str
 """What a design does, or why that cannot be known."""
 
 
-class Ledger:
-    """An open file of results; see `open_ledger`."""
+class ResultStore:
+    """An open file of results; see `open_store`."""
 
     def __init__(self, file: h5py.File, axes: Sequence[Axis]) -> None:
         self._file = file
@@ -78,15 +78,15 @@ class Ledger:
 
 
 @contextmanager
-def open_ledger(
+def open_store(
     path: str | os.PathLike[str], study: str, axes: Sequence[Axis], designs: int
-) -> Iterator[Ledger]:
+) -> Iterator[ResultStore]:
     """Results of a study to go on with, or a new file for them.
 
     Parameters
     ----------
     path : path
-        Of the HDF5 file.
+        Path of the HDF5 file.
     study : str
         Canonical text of the study; a file of another one is not touched.
     axes : sequence of Axis
@@ -113,7 +113,7 @@ def open_ledger(
     except OSError as error:
         raise FileFormatError(f"{place} cannot be written to: {error}.") from None
     with file:
-        yield Ledger(file, axes)
+        yield ResultStore(file, axes)
 
 
 def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:

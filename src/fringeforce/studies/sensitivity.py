@@ -15,7 +15,7 @@ from scipy.stats import sobol_indices, uniform
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.design_entries import design_value
-from fringeforce.calibration.design_jacobian import design_tangent
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.contacts.loads import polar
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import fisher_information
@@ -23,7 +23,7 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.studies.evaluation import Candidate, Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
-from fringeforce.studies.study_result import Statement
+from fringeforce.studies.study_result import StudyResult
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ class LocalSensitivity:
     Attributes
     ----------
     paths : tuple of str, length d
-        Of the values.
+        Dotted paths of the values.
     psi : ndarray, shape (d, n_pixels, n, 2)
         Derivative of the influence matrix by the logarithm of each value [rad/N].
     forces : ndarray, shape (d, n, 2)
@@ -80,9 +80,9 @@ def local_sensitivity(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel
     Grey levels that are wrong by d move a reading by C J' d / variance, with the covariance C of
     its noise and the Jacobian J.
     """
-    tangent = design_tangent(sensor, tuple(paths), np.zeros(len(paths)))
-    model, x = tangent.model, sensor.pixel_positions
-    psi = tangent.at(x)[1:]
+    jacobian = design_jacobian(sensor, tuple(paths), np.zeros(len(paths)))
+    model, x = jacobian.model, sensor.pixel_positions
+    psi = jacobian.at(x)[1:]
     forces = polar(LOAD, ANGLE, sensor.tactels.count)
     influence = model.frame_influence
     changes = np.concatenate([ratio * psi for ratio in model.dispersions], axis=1)
@@ -109,13 +109,13 @@ def variance_indices(
     Parameters
     ----------
     function : callable
-        Of points (k, d), to outputs (k, s).
+        From points (k, d) to outputs (k, s).
     lowest, highest : ndarray, shape (d,)
         The box; values are uniform in it.
     samples : int
         Base samples, a power of two.
     seed : int
-        Of the sequence.
+        Seed of the sequence.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def sensitivity_study(
     samples: int = SAMPLES,
     seed: int = 0,
     progress: Progress | None = None,
-) -> Statement:
+) -> StudyResult:
     """Derivatives and Sobol's indices of a design by the values that are never exactly known."""
     paths = tuple(TOLERANCES)
     model, found = local_sensitivity(sensor, paths)
@@ -173,7 +173,7 @@ def sensitivity_study(
     header = ("value", "tolerance", "psi, % per %", "normal, % per %", "tangential, % per %",
               *(f"{name.replace('_', ' ')}: alone / with others" for name in OUTPUTS))  # fmt: skip
     text = _words(paths, tolerance, moved, total)
-    return Statement(
+    return StudyResult(
         "sensitivity", header, rows, text, lambda ax: _draw(ax, paths, moved, total), (8.0, 5.0)
     )
 

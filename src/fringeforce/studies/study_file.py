@@ -51,7 +51,7 @@ class Sampling(Part):
     designs: Count = Field(default=100, description="number of designs; a grid has its points")
 
 
-class Search(Part):
+class DesignSearch(Part):
     """How a best design is sought."""
 
     objective: Objective = Field(description="what is to be as small, or as large, as possible")
@@ -80,7 +80,7 @@ class StudyFile(Part):
     mesh_order: Count = Field(default=MESH_ORDER, ge=2, le=12, description="of the elements")
     parameters: list[Parameter] = Field(min_length=1, description="design values to vary")
     sampling: Sampling = Sampling()
-    search: Search | None = None
+    search: DesignSearch | None = None
     constraints: Constraints = Constraints()
 
     def canonical(self, sensor: Sensor) -> str:

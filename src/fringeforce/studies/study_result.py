@@ -16,13 +16,13 @@ from fringeforce.plotting import axes as plot
 
 
 @dataclass(frozen=True)
-class Statement:
+class StudyResult:
     """The outcome of a study.
 
     Attributes
     ----------
     name : str
-        Of its files.
+        Name of the files.
     header : tuple of str
         Titles of the table's columns.
     rows : tuple of tuple of str
@@ -32,7 +32,7 @@ class Statement:
     draw : callable
         Draws the figure on axes.
     size : (float, float)
-        Of the figure [inch].
+        Size of the figure [inch].
     """
 
     name: str

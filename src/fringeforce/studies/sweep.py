@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.evaluation import Setting, evaluate_missing
-from fringeforce.studies.result_store import DONE, FAILED, open_ledger, read_results
+from fringeforce.studies.result_store import DONE, FAILED, open_store, read_results
 from fringeforce.studies.sampling import Axis, axis, designs, value_at
 from fringeforce.studies.study_file import LARGER_IS_BETTER, StudyFile
 
@@ -79,8 +79,8 @@ def run_sweep(
     """
     axes, setting, sampling_seed = prepared(study, sensor)
     candidates = [start(axes, sensor), *designs(study.sampling, axes, sampling_seed)]
-    with open_ledger(path, study.canonical(sensor), axes, len(candidates)) as ledger:
-        evaluate_missing(pool, ledger, setting, candidates, progress=progress)
+    with open_store(path, study.canonical(sensor), axes, len(candidates)) as store:
+        evaluate_missing(pool, store, setting, candidates, progress=progress)
     columns = read_results(path)
     return Sweep(axes, columns, meets(columns, study.constraints.limits()))
 

@@ -67,7 +67,7 @@ def verified(
     working_load : float
         Largest normal force on a tactel [N].
     seed : SeedSequence
-        Of the study's loads; the noise has seeds of its own.
+        Seed of the study's loads; the noise has seeds of its own.
     frames : int
         Frames at the worst load, and again over all loads.
     pool : Executor

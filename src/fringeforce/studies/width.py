@@ -17,7 +17,7 @@ from fringeforce.models.strip import characterize
 from fringeforce.models.strip_width import strip_width
 from fringeforce.studies.execution import gathered
 from fringeforce.studies.one_phase import OnePhase, one_phase
-from fringeforce.studies.study_result import Statement
+from fringeforce.studies.study_result import StudyResult
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class AtWidth:
     width : float
         [m].
     lead : ndarray, shape (len(PLACES), SAMPLES)
-        Of the places across the strip [rad].
+        Phase lead at the places across the strip [rad].
     turned : float
         Largest excess of the equivalent retardance over the lead [rad].
     """
@@ -94,7 +94,7 @@ def deviations(found: Sequence[AtWidth], planes: dict[str, Array]) -> dict[str, 
 
 def width_study(
     sensor: Sensor, pool: Executor, seed: int = 0, progress: Progress | None = None
-) -> Statement:
+) -> StudyResult:
     """Phases against width, and readings of a camera whose line is not narrow."""
     own = sensor.transducer.width
     depth = sensor.transducer.compliant.thickness + sensor.transducer.photoelastic.thickness
@@ -118,7 +118,7 @@ def width_study(
         "width [mm]", "p(0) in the middle [rad]", "near a face", "largest |p| in the middle",
         "near a face", "off plane stress", "off plane strain", "retardance beyond p [rad]",
     )  # fmt: skip
-    return Statement(
+    return StudyResult(
         "width",
         header,
         rows,

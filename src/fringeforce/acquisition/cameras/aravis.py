@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -27,11 +26,11 @@ class AravisCamera(GenicamCamera):
     Parameters
     ----------
     identity : str
-        Its name as `arv-tool-0.8` lists it, its address, or nothing for the first one found.
+        Name that `arv-tool-0.8` lists, address, or nothing for the first camera found.
     pixels : int or (int, int)
-        Of a line, or along x and y of an image, as the design says.
+        Pixels of a line, or along x and y of an image, as the design says.
     bits : int
-        Of a pixel.
+        Bits of a pixel.
     settings : Settings
         Line rate, exposure and block.
     silence : float
@@ -80,17 +79,13 @@ class AravisCamera(GenicamCamera):
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        super().__exit__(kind, error, trace)
-        if not isinstance(error, CameraLost):
+    def __exit__(self, *error: object) -> None:
+        super().__exit__(*error)
+        lost = any(isinstance(one, CameraLost) for one in error)
+        if not lost:
             with suppress(self._error):
                 self._camera.stop_acquisition()
-        self._release(lost=isinstance(error, CameraLost))
+        self._release(lost)
 
     def __iter__(self) -> Iterator[Block]:
         heard = time.monotonic()

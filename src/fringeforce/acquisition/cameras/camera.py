@@ -5,14 +5,14 @@ Frames are lines of a strip, or images of a pad.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Protocol, Self
 
-import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.acquisition.consecutive import Consecutive
 from fringeforce.base.errors import InputError
 
 LINES, IMAGES = 64, 1
@@ -22,7 +22,7 @@ A block of images would be late by the time that they take."""
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class Block(Consecutive):
     """Consecutive lines of a camera, or images of a pad.
 
     Attributes
@@ -38,26 +38,11 @@ class Block:
         Running number of the first line; it counts lost lines too.
     """
 
+    COLUMNS = ("lines", "timestamps")
     lines: NDArray[Any]
     timestamps: NDArray[Any]
     dropped: int
     first: int
-
-    def __len__(self) -> int:
-        return len(self.timestamps)
-
-    def precede(self, other: Block) -> bool:
-        """Whether another follows without a gap."""
-        return self.first + len(self) == other.first
-
-    @classmethod
-    def joined(cls, parts: Sequence[Block]) -> Block:
-        """Blocks of which each precedes the next, as one."""
-        if len(parts) == 1:
-            return parts[0]
-        lines = np.concatenate([part.lines for part in parts])
-        timestamps = np.concatenate([part.timestamps for part in parts])
-        return cls(lines, timestamps, parts[0].dropped, parts[0].first)
 
 
 @dataclass(frozen=True)
@@ -118,6 +103,7 @@ class Camera(Protocol):
         kind: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,
+        /,
     ) -> None:
         """Disconnect."""
         ...

@@ -28,9 +28,9 @@ class GenicamCamera(Interruptible):
     name : str
         What to call it.
     pixels : int or (int, int)
-        Of a line, or along x and y of an image, as the design says.
+        Pixels of a line, or along x and y of an image, as the design says.
     bits : int
-        Of a pixel.
+        Bits of a pixel.
     settings : Settings, optional
         Line rate, exposure and block; a block of a pad is one image.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -21,11 +20,11 @@ class PylonCamera(GenicamCamera):
     Parameters
     ----------
     serial : str
-        Its serial number, or nothing for the first one found.
+        Serial number of the camera, or nothing for the first one found.
     pixels : int or (int, int)
-        Of a line, or along x and y of an image, as the design says.
+        Pixels of a line, or along x and y of an image, as the design says.
     bits : int
-        Of a pixel.
+        Bits of a pixel.
     settings : Settings
         Line rate, exposure and block.
 
@@ -68,13 +67,8 @@ class PylonCamera(GenicamCamera):
         self._camera.StartGrabbing(self._pylon.GrabStrategy_OneByOne)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        super().__exit__(kind, error, trace)
+    def __exit__(self, *error: object) -> None:
+        super().__exit__(*error)
         self._camera.Close()
 
     def __iter__(self) -> Iterator[Block]:

@@ -23,7 +23,7 @@ LINE_RATE, IMAGE_RATE = 1000.0, 20.0
 # exposing a line takes longer than a fast camera does, so a loop of lines is exposed beforehand
 LOOP = 4096
 PIXELS = 2**23
-"""Of all images of a loop; 128 of 256 x 256."""
+"""Pixels of all images of a loop; 128 of 256 x 256."""
 Script = Callable[[NDArray[Any]], NDArray[Any]]
 
 

@@ -54,35 +54,23 @@ def open_sink(
     kind, _, rest = target.partition(":")
     if kind not in ("ws", "foxglove", "zmq") and not rest:
         raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
-    if kind in ("csv", "h5", "record"):
-        return _file(kind, rest, model)
-    if kind in ("ws", "zmq"):
-        return _server(target, bind, token)
-    return _robot(kind, rest, target, model, bind)
-
-
-def _file(kind: str, path: str, model: SensorModel | PadModel) -> Sink:
+    components = Components.of(model)
     if kind == "csv":
         from fringeforce.acquisition.sinks.csv_file import CsvSink
 
-        return CsvSink(path, Components.of(model))
-    from fringeforce.acquisition.sinks.hdf5 import Hdf5Sink
+        return CsvSink(rest, components)
+    if kind in ("h5", "record"):
+        from fringeforce.acquisition.sinks.hdf5 import Hdf5Sink
 
-    return Hdf5Sink(path, model, frames=kind == "record")
-
-
-def _server(target: str, bind: str, token: str | None) -> Sink:
-    if target.startswith("ws"):
+        return Hdf5Sink(rest, model, frames=kind == "record")
+    if kind == "ws":
         from fringeforce.acquisition.sinks.websocket import WebSocketSink
 
         return WebSocketSink(target, bind, token)
-    from fringeforce.acquisition.sinks.zeromq import ZmqSink
+    if kind == "zmq":
+        from fringeforce.acquisition.sinks.zeromq import ZmqSink
 
-    return ZmqSink(target.removeprefix("zmq:") or "tcp:", bind, token)
-
-
-def _robot(kind: str, rest: str, target: str, model: SensorModel | PadModel, bind: str) -> Sink:
-    components = Components.of(model)
+        return ZmqSink(target.removeprefix("zmq:") or "tcp:", bind, token)
     if kind == "foxglove":
         from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
 

@@ -21,9 +21,9 @@ class Components:
     Attributes
     ----------
     names : tuple of str
-        Of the components: two of a strip, three of a pad.
+        Names of the components: two of a strip, three of a pad.
     places : ndarray, shape (n,), or (n, 2) of a pad
-        Of the tactels [m].
+        Places of the tactels [m].
     """
 
     names: tuple[str, ...]
@@ -31,7 +31,7 @@ class Components:
 
     @classmethod
     def of(cls, model: SensorModel | PadModel) -> Components:
-        """Those of a sensor."""
+        """Components of a sensor's forces."""
         if isinstance(model, PadModel):
             return cls(PAD_COMPONENTS, model.sensor.tactels.places)
         return cls(COMPONENTS, model.sensor.tactels.positions)
@@ -43,7 +43,7 @@ class Components:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of the forces of one line or image: tactels and components."""
+        """Shape of the forces of one line or image: tactels and components."""
         return len(self.places), len(self.names)
 
     @property

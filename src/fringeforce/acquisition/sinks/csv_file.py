@@ -22,9 +22,9 @@ class CsvSink(Sink):
     Parameters
     ----------
     path : path
-        Of the file, which is written anew.
+        Path of the file, which is written anew.
     components : Components
-        Of the sensor's forces.
+        Components of the sensor's forces.
 
     Raises
     ------

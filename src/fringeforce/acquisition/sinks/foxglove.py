@@ -25,7 +25,7 @@ class FoxgloveSink(Sink):
     Parameters
     ----------
     components : Components
-        Of the sensor's forces.
+        Components of the sensor's forces.
     url : str
         Where to serve, "foxglove://127.0.0.1:8765" if host and port are left out.
     bind : str
@@ -71,9 +71,9 @@ class McapSink(Sink):
     Parameters
     ----------
     path : path
-        Of the file, which is written anew.
+        Path of the file, which is written anew.
     components : Components
-        Of the sensor's forces.
+        Components of the sensor's forces.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class Hdf5Sink(Sink):
     Parameters
     ----------
     path : path
-        Of the file, which is written anew.
+        Path of the file, which is written anew.
     model : SensorModel or PadModel
         The sensor, which names the places of pixels and tactels.
     frames : bool

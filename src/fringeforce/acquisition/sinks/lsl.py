@@ -22,9 +22,9 @@ class LslSink(Sink):
     Parameters
     ----------
     name : str
-        Of the stream.
+        Name of the stream.
     components : Components
-        Of the sensor's forces.
+        Components of the sensor's forces.
 
     Raises
     ------

@@ -26,7 +26,7 @@ class RosSink(Sink):
     node : str
         Name of the node; the topics are below it.
     components : Components
-        Of the sensor's forces.
+        Components of the sensor's forces.
 
     Raises
     ------

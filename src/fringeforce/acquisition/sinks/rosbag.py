@@ -28,9 +28,9 @@ class RosbagSink(Sink):
     Parameters
     ----------
     path : path
-        Of the bag, a folder that must not exist yet.
+        Path of the bag, a folder that must not exist yet.
     components : Components
-        Of the sensor's forces.
+        Components of the sensor's forces.
 
     Raises
     ------

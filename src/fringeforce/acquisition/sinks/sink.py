@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.acquisition.consecutive import Consecutive
 from fringeforce.reading.reading import Status
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Readings:
+class Readings(Consecutive):
     """Readings of consecutive lines, or images of a pad.
 
     Attributes
@@ -36,6 +36,7 @@ class Readings:
         The grey levels that were read.
     """
 
+    COLUMNS = ("timestamps", "forces", "std", "chi2", "status", "lines")
     first: int
     timestamps: Array
     forces: Array
@@ -43,28 +44,6 @@ class Readings:
     chi2: Array
     status: Sequence[Status]
     lines: Array
-
-    def __len__(self) -> int:
-        return len(self.timestamps)
-
-    def precede(self, other: Readings) -> bool:
-        """Whether others follow without a gap."""
-        return self.first + len(self) == other.first
-
-    @classmethod
-    def joined(cls, parts: Sequence[Readings]) -> Readings:
-        """Readings of which each part precedes the next, as one."""
-        if len(parts) == 1:
-            return parts[0]
-        return cls(
-            first=parts[0].first,
-            timestamps=np.concatenate([part.timestamps for part in parts]),
-            forces=np.concatenate([part.forces for part in parts]),
-            std=np.concatenate([part.std for part in parts]),
-            chi2=np.concatenate([part.chi2 for part in parts]),
-            status=[status for part in parts for status in part.status],
-            lines=np.concatenate([part.lines for part in parts]),
-        )
 
 
 class Sink(ABC):

@@ -13,27 +13,27 @@ from numpy.typing import NDArray
 
 from fringeforce.calibration.columns.prior import MIDDLE, Posterior, Shapes, most_probable, shapes
 from fringeforce.calibration.columns.quadratic import Quadratic, expanded, pattern_after
-from fringeforce.calibration.design_jacobian import DesignTangent, followed
+from fringeforce.calibration.design_jacobian import DesignJacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
-    Fit,
-    calm,
+    FrameFit,
+    consistent,
     pixel_weight,
     precision,
-    sifted,
+    small_phases,
     start,
 )
 from fringeforce.calibration.light.drift import drifting
-from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.measurements import Measurements, Unknowns
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-ROUNDS = 12
+MOST_STEPS = 12
 """Largest number of steps."""
 REACH = 1.0
 """Change of a phase up to which a step is followed [rad]."""
-SETTLED = 0.1
+GAIN_TOLERANCE = 0.1
 """Gain of twice the log-likelihood below which a step is the last."""
 
 
@@ -43,9 +43,9 @@ class ColumnFit:
 
     Attributes
     ----------
-    bench : Bench
+    measured : Measurements
         All rows, with the pattern and the drift that are left.
-    fit : Fit
+    fit : FrameFit
         Design, camera and light; its tangent has the corrected columns.
     sound, kept : ndarray of bool, shapes (P,) and (F,)
         Pixels and frames that were used.
@@ -54,13 +54,13 @@ class ColumnFit:
     posterior : Posterior
         The corrections.
     responses : ndarray, shape (U, r)
-        What the other unknowns of the bench do in each mode of the corrections.
+        What the other shared unknowns do in each mode of the corrections.
     own : ndarray, shape (U, U)
-        Their covariance for given corrections.
+        Covariance of the other shared unknowns for given corrections.
     """
 
-    bench: Bench
-    fit: Fit
+    measured: Measurements
+    fit: FrameFit
     sound: Mask
     kept: Mask
     shapes: Shapes
@@ -76,7 +76,7 @@ class ColumnFit:
     def origin(self) -> dict[str, str | int]:
         """How the columns came about, in words and numbers."""
         x = self.shapes.parts.x
-        change, columns = self.correction(x), self.fit.tangent.at(x)[0]
+        change, columns = self.correction(x), self.fit.jacobian.at(x)[0]
         share = np.sqrt((change**2).sum() / (columns**2).sum())
         return {
             "method": "finite elements, calibrated, columns corrected",
@@ -85,66 +85,69 @@ class ColumnFit:
 
 
 def fit_columns(
-    bench: Bench, paths: tuple[str, ...], fit: Fit, stuck: Mask, kept: Mask
+    measured: Measurements, paths: tuple[str, ...], fit: FrameFit, stuck: Mask, kept: Mask
 ) -> ColumnFit:
     """Correct the columns of a fitted design, and fit design, camera and light again with them.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         All frames.
     paths : tuple of str
         Design values.
-    fit : Fit
-        Of the design.
+    fit : FrameFit
+        Fit of the design.
     stuck : ndarray of bool, shape (P,)
         Pixels that do not follow the light at all.
     kept : ndarray of bool, shape (F,)
         Frames to start with.
     """
-    at, tangent = fit.unknowns, fit.tangent
-    possible = shapes(bench.sensor, tangent, at.design)
-    coefficients = np.zeros((2 * bench.loads.shape[1], possible.count))
-    bent, sound, choice = tangent, ~stuck, MIDDLE
-    for number in range(ROUNDS):
+    at, jacobian = fit.unknowns, fit.jacobian
+    possible = shapes(measured.sensor, jacobian, at.design)
+    coefficients = np.zeros((2 * measured.loads.shape[1], possible.count))
+    bent, sound, choice = jacobian, ~stuck, MIDDLE
+    for number in range(MOST_STEPS):
         limit, explore = STAGES[min(number, len(STAGES) - 1)], number < len(STAGES)
-        chosen = kept & calm(bench, at, bent, limit)
-        weight = pixel_weight(bench, at, sound)
-        rows = bench.rows(chosen)
+        chosen = kept & small_phases(measured, at, bent, limit)
+        weight = pixel_weight(measured, at, sound)
+        rows = measured.rows(chosen)
         quadratic = expanded(rows, at, bent, possible, weight)
-        solved = _solved(rows, at, coefficients, quadratic, possible, tangent, choice, explore)
+        solved = _solved(rows, at, coefficients, quadratic, possible, jacobian, choice, explore)
         posterior, step, choice = solved.posterior, solved.step, solved.posterior.choice
         change = posterior.mean - coefficients
         there = at.moved(step[: len(at.flat)])
-        share = _share(rows, at, there, bent, possible.correction(change, bent.spline.x), weight)
-        turned = possible.correction(change, at.positions(bench.sensor))
-        bench = pattern_after(bench, quadratic.normal, step, turned, share)
+        share = _step_share(
+            rows, at, there, bent, possible.correction(change, bent.spline.x), weight
+        )
+        turned = possible.correction(change, at.positions(measured.sensor))
+        measured = pattern_after(measured, quadratic.normal, step, turned, share)
         at = at.moved(share * step[: len(at.flat)])
         coefficients = coefficients + share * change
         far = 1.0 if explore else 0.5
-        tangent = followed(bench.sensor, paths, at.design, solved.covariance, tangent, far)
-        bent = tangent.plus(possible.correction(coefficients, tangent.spline.x))
+        jacobian = relinearised(measured.sensor, paths, at.design, solved.covariance, jacobian, far)
+        bent = jacobian.plus(possible.correction(coefficients, jacobian.spline.x))
         if np.isinf(limit):
-            before = bench, kept, sound
-            bench = drifting(bench, at, bent, pixel_weight(bench, at, sound))
-            clear, kept = sifted(bench, at, bent, sound)
+            before = measured, kept, sound
+            measured = drifting(measured, at, bent, pixel_weight(measured, at, sound))
+            clear, kept = consistent(measured, at, bent, sound)
             sound = ~stuck & clear
-            same = bench is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
-            if same and quadratic.gain(step, change.ravel()) < SETTLED:
+            same = measured is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
+            if same and quadratic.gain(step, change.ravel()) < GAIN_TOLERANCE:
                 break
-    quadratic = expanded(bench.rows(kept), at, bent, possible, pixel_weight(bench, at, sound))
-    solved = _solved(bench, at, coefficients, quadratic, possible, tangent, choice, False)
+    quadratic = expanded(measured.rows(kept), at, bent, possible, pixel_weight(measured, at, sound))
+    solved = _solved(measured, at, coefficients, quadratic, possible, jacobian, choice, False)
     posterior, count = replace(solved.posterior, mean=coefficients), len(at.flat)
-    final = Fit(at, solved.covariance[:count, :count], bent, quadratic.normal)
+    final = FrameFit(at, solved.covariance[:count, :count], bent, quadratic.normal)
     responses, own = solved.responses[:count], solved.own[:count, :count]
-    return ColumnFit(bench, final, sound, kept, possible, posterior, responses, own)
+    return ColumnFit(measured, final, sound, kept, possible, posterior, responses, own)
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
     """Posterior of the corrections, and the step of the other unknowns (U,) that goes with it.
 
-    Their responses (U, r) to its modes, and their covariance (U, U) for given corrections.
+    Responses (U, r) of the other unknowns to its modes, and the covariance (U, U) of these unknowns
+    for given corrections.
     """
 
     posterior: Posterior
@@ -159,30 +162,32 @@ class _Solved:
 
 
 def _solved(
-    bench: Bench,
+    measured: Measurements,
     at: Unknowns,
     coefficients: Array,
     quadratic: Quadratic,
     possible: Shapes,
-    tangent: DesignTangent,
+    jacobian: DesignJacobian,
     first: tuple[int, int],
     explore: bool,
 ) -> _Solved:
     """The most probable step."""
     frames = np.zeros(len(quadratic.gradient) - len(at.flat))
-    prior = precision(bench, tangent.deviations)
+    prior = precision(measured, jacobian.deviations)
     prior, place = np.append(prior, frames), np.append(at.flat, frames)
-    origin = np.append(start(bench, len(at.design)).flat, frames)
+    origin = np.append(start(measured, len(at.design)).flat, frames)
     own = np.asarray(np.linalg.inv(quadratic.hessian + np.diag(prior)), dtype=float)
     here = coefficients.ravel()
     wanted = quadratic.hessian @ place + quadratic.cross @ here - quadratic.gradient
     wanted += prior * origin
-    pull = quadratic.information @ here + quadratic.cross.T @ place - quadratic.pull
+    column_gradient = (
+        quadratic.information @ here + quadratic.cross.T @ place - quadratic.column_gradient
+    )
     eliminated = own @ quadratic.cross
     posterior = most_probable(
         possible,
         quadratic.information - quadratic.cross.T @ eliminated,
-        pull - eliminated.T @ wanted,
+        column_gradient - eliminated.T @ wanted,
         first,
         explore,
     )
@@ -191,17 +196,17 @@ def _solved(
     return _Solved(posterior, aim - place, responses, own)
 
 
-def _share(
-    bench: Bench,
+def _step_share(
+    measured: Measurements,
     at: Unknowns,
     there: Unknowns,
-    tangent: DesignTangent,
+    jacobian: DesignJacobian,
     change: Array,
     weight: Array,
 ) -> float:
     """Share of a step that turns no used phase by more than REACH."""
     used = weight > 0
-    places, aims = (each.positions(bench.sensor)[used] for each in (at, there))
-    aim = tangent.plus(change).matrix(there.design, aims)
-    turned = bench.loads @ (aim - tangent.matrix(at.design, places)).T
+    places, aims = (each.positions(measured.sensor)[used] for each in (at, there))
+    aim = jacobian.plus(change).matrix(there.design, aims)
+    turned = measured.loads @ (aim - jacobian.matrix(at.design, places)).T
     return min(1.0, REACH / max(float(np.abs(turned).max()), 1e-12))

@@ -53,21 +53,21 @@ def column_imaging(
 
 def _imaging(found: ColumnFit, used: Mask, others: Array, columns: Array, pixels: slice) -> Imaging:
     """Imaging of some pixels, with modes of the other unknowns (m, k) and columns (k, 4n, K)."""
-    positions = found.fit.unknowns.positions(found.bench.sensor)[pixels]
+    positions = found.fit.unknowns.positions(found.measured.sensor)[pixels]
     corrections = found.shapes.correction(columns, positions)
-    return fitted_imaging(found.bench, found.fit, used, others, corrections, pixels)
+    return fitted_imaging(found.measured, found.fit, used, others, corrections, pixels)
 
 
 def _turned(found: ColumnFit, imaging: Imaging, left_out: float) -> Array:
     """Combinations of modes, in order of what they do to readings, shape (all, kept)."""
-    bench, used = found.bench, imaging.usable
-    tangent, design = found.fit.tangent, found.fit.unknowns.design
-    influence = tangent.matrix(design, imaging.positions[used])
-    response = found.fit.unknowns.response(bench)
+    measured, used = found.measured, imaging.usable
+    jacobian, design = found.fit.jacobian, found.fit.unknowns.design
+    influence = jacobian.matrix(design, imaging.positions[used])
+    response = found.fit.unknowns.response(measured)
     seen = imaging.at(used)
     response = replace(response, amplitude=seen.amplitude, offset=seen.offset)
     total = np.zeros((len(imaging.influence_modes),) * 2)
-    for loads in bench.loads[found.kept & (np.abs(bench.loads).max(axis=1) > 0)]:
+    for loads in measured.loads[found.kept & (np.abs(measured.loads).max(axis=1) > 0)]:
         phase = influence @ loads
         spread = covariance(phase, influence, response)
         pulled = (seen.level_modes(loads, phase) * response.slope(phase)) @ influence

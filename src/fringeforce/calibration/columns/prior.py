@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.sparse import csr_array
 
-from fringeforce.calibration.design_jacobian import DesignTangent
+from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.design.strip import Sensor
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Shapes:
     parts : CubicSpline
         Every column along the strip and its slope scaled to the same size, (m, 2, 2n) [rad/N].
     knots : ndarray
-        Of the cubic splines [m].
+        Knots of the cubic splines [m].
     depth : float
         Thickness of the strip [m].
     """
@@ -87,21 +87,21 @@ class Shapes:
         return directions[:, kept] * np.sqrt(variances[kept])
 
 
-def shapes(sensor: Sensor, tangent: DesignTangent, design: Array) -> Shapes:
+def shapes(sensor: Sensor, jacobian: DesignJacobian, design: Array) -> Shapes:
     """The corrections of a design's columns.
 
     Parameters
     ----------
     sensor : Sensor
         The drawing.
-    tangent : DesignTangent
+    jacobian : DesignJacobian
         The matrix about a design near the one in question.
     design : ndarray, shape (d,)
         Logarithms of its values over those of the drawing.
     """
-    transducer, grid = sensor.transducer, tangent.spline.x
+    transducer, grid = sensor.transducer, jacobian.spline.x
     depth = transducer.compliant.thickness + transducer.photoelastic.thickness
-    columns, slopes = (tangent.matrix(design, grid, slope=slope) for slope in (False, True))
+    columns, slopes = (jacobian.matrix(design, grid, slope=slope) for slope in (False, True))
     slopes = slopes * np.sqrt((columns**2).sum(axis=0) / (slopes**2).sum(axis=0))
     intervals = int(np.ceil(PER_DEPTH * transducer.length / depth))
     knots = np.linspace(grid[0], grid[-1], intervals + 1)
@@ -127,7 +127,7 @@ class Posterior:
     mean : ndarray, shape (4n, K)
         Coefficients.
     modes : ndarray, shape (r, 4n, K)
-        Their covariance is the sum of the modes' outer products.
+        Modes of the coefficients, whose covariance is the sum of the modes' outer products.
     """
 
     choice: tuple[int, int]
@@ -139,7 +139,11 @@ class Posterior:
 
 
 def most_probable(
-    shapes: Shapes, information: Array, pull: Array, first: tuple[int, int], explore: bool
+    shapes: Shapes,
+    information: Array,
+    information_vector: Array,
+    first: tuple[int, int],
+    explore: bool,
 ) -> Posterior:
     """Corrections under the prior that makes the frames most probable.
 
@@ -153,7 +157,7 @@ def most_probable(
         Possible corrections.
     information : ndarray, shape (4n K, 4n K)
         Hessian of half the loss, all other unknowns eliminated.
-    pull : ndarray, shape (4n K,)
+    information_vector : ndarray, shape (4n K,)
         Such that half the loss is c' S c / 2 - t' c.
     first : (int, int)
         Numbers of the length and of the kind that are tried first.
@@ -164,7 +168,7 @@ def most_probable(
 
     def posterior(choice: tuple[int, int]) -> Posterior:
         if choice not in known:
-            known[choice] = _posterior(shapes, information, pull, choice)
+            known[choice] = _posterior(shapes, information, information_vector, choice)
         return known[choice]
 
     at = first
@@ -179,14 +183,14 @@ def most_probable(
 
 
 def _posterior(
-    shapes: Shapes, information: Array, pull: Array, choice: tuple[int, int]
+    shapes: Shapes, information: Array, information_vector: Array, choice: tuple[int, int]
 ) -> Posterior:
     """The most probable size of one kind of error of one length, and the corrections with it."""
     length, count = float(LENGTHS[choice[0]] * shapes.depth), shapes.count
-    rows, root = len(pull) // count, shapes.root(length)
+    rows, root = len(information_vector) // count, shapes.root(length)
     chosen = np.concatenate([np.arange(rows // 2) + kind * rows // 2 for kind in KINDS[choice[1]]])
     blocks = information.reshape(rows, count, rows, count)[chosen][:, :, chosen]
-    turned = (pull.reshape(rows, count)[chosen] @ root).ravel()
+    turned = (information_vector.reshape(rows, count)[chosen] @ root).ravel()
     reduced = np.matmul(root.T, np.matmul(blocks.swapaxes(1, 2), root))
     some = reduced.swapaxes(1, 2).reshape(len(turned), -1)
     values, vectors = np.linalg.eigh(some)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.calibration.columns.prior import Shapes
-from fringeforce.calibration.design_jacobian import DesignTangent
-from fringeforce.calibration.light.fixed_pattern_noise import Pattern, eliminated
-from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.design_jacobian import DesignJacobian
+from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise, eliminated
+from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 class Quadratic:
     """Half the loss to second order in U unknowns u and all coefficients c of the columns.
 
-    The unknowns are the m of the bench and every frame's own gain and offset; the pixels' pattern
+    The unknowns are the m shared ones and every frame's own gain and offset; the pixels' pattern
     is free.
 
     Attributes
@@ -35,7 +35,7 @@ class Quadratic:
         The frames without the columns.
     gradient, hessian : ndarray, shapes (U,) and (U, U)
         By the unknowns.
-    pull : ndarray, shape (4n K,)
+    column_gradient : ndarray, shape (4n K,)
         Gradient by the coefficients.
     cross : ndarray, shape (U, 4n K)
         Mixed Hessian.
@@ -46,7 +46,7 @@ class Quadratic:
     normal: NormalEquations
     gradient: Array
     hessian: Array
-    pull: Array
+    column_gradient: Array
     cross: Array
     information: Array
 
@@ -64,36 +64,36 @@ class _Sides(NamedTuple):
 
     gradient: Array
     hessian: Array
-    pull: Array
+    column_gradient: Array
     cross: Array
     information: Array
 
 
 def expanded(
-    bench: Bench, at: Unknowns, tangent: DesignTangent, possible: Shapes, weight: Array
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, possible: Shapes, weight: Array
 ) -> Quadratic:
     """Expand half the loss about unknowns and corrected columns.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         Frames to use.
     at : Unknowns
         Where to expand.
-    tangent : DesignTangent
+    jacobian : DesignJacobian
         With the corrected columns.
     possible : Shapes
         Corrections.
     weight : ndarray, shape (P,)
-        Of the pixels.
+        Weights of the pixels.
     """
-    normal = linearised(bench, at, tangent, weight)
-    sides = _sides(bench, normal)
-    if bench.pattern is not None:
-        sides = _without_pattern(sides, normal, bench.pattern)
-    positions = at.positions(bench.sensor)
+    normal = linearised(measured, at, jacobian, weight)
+    sides = _sides(measured, normal)
+    if measured.pattern is not None:
+        sides = _without_pattern(sides, normal, measured.pattern)
+    positions = at.positions(measured.sensor)
     sizes, splines = possible.sizes(positions), possible.splines(positions)
-    doubled = np.tile(np.arange(bench.loads.shape[1]), 2)  # a column's height and its place
+    doubled = np.tile(np.arange(measured.loads.shape[1]), 2)  # a column's height and its place
 
     def along(rows: Array) -> Array:
         """Derivatives by the coefficients, from those by the matrix of every pixel (P, 2n)."""
@@ -103,7 +103,7 @@ def expanded(
         normal=normal,
         gradient=sides.gradient,
         hessian=sides.hessian,
-        pull=along(sides.pull),
+        column_gradient=along(sides.column_gradient),
         cross=np.array([along(rows) for rows in sides.cross]),
         information=_information(
             sides.information[:, doubled][:, :, doubled] * sizes[:, :, None] * sizes[:, None, :],
@@ -114,37 +114,37 @@ def expanded(
 
 
 def pattern_after(
-    bench: Bench, normal: NormalEquations, step: Array, correction: Array, share: float
-) -> Bench:
-    """The bench with a share of the step of its pattern that goes with one of all else.
+    measured: Measurements, normal: NormalEquations, step: Array, correction: Array, share: float
+) -> Measurements:
+    """The measurements with a share of the step of its pattern that goes with one of all else.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         Before.
     normal : NormalEquations
         The frames that the step is made from.
     step : ndarray, shape (U,)
-        Of the other unknowns.
+        Step of the other unknowns.
     correction : ndarray, shape (P, 2n)
-        Of the matrix [rad/N].
+        Correction of the matrix [rad/N].
     share : float
-        Of the step.
+        Share of the step.
     """
-    pattern = bench.pattern
+    pattern = measured.pattern
     if pattern is None:
-        return bench
+        return measured
     by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)
     moved = np.einsum("pua,u->ap", normal.coupling, step)
     moved += np.einsum("apj,pj->ap", by_matrix, correction)
     aim = pattern.improved(normal.pixel_gradient + moved, normal.pixels).levels
     levels = pattern.levels + share * (aim - pattern.levels)
-    return replace(bench, pattern=replace(pattern, levels=levels))
+    return replace(measured, pattern=replace(pattern, levels=levels))
 
 
-def _sides(bench: Bench, normal: NormalEquations) -> _Sides:
+def _sides(measured: Measurements, normal: NormalEquations) -> _Sides:
     """Derivatives with the pattern fixed."""
-    derivatives, view = normal.derivatives, normal.view
+    derivatives, predicted = normal.derivatives, normal.predicted
     loads, heavy = derivatives.loads, derivatives.weights * derivatives.turn
     pairs = (loads[:, :, None] * loads[:, None, :]).reshape(len(loads), -1)
     information = ((heavy * derivatives.turn).T @ pairs).reshape(-1, *[loads.shape[1]] * 2)
@@ -152,35 +152,35 @@ def _sides(bench: Bench, normal: NormalEquations) -> _Sides:
     cross += [
         rows * shape[:, None]
         for rows in derivatives.by_matrix(derivatives.lit)
-        for shape in bench.basis.T
+        for shape in measured.basis.T
     ]
     cross += [
         np.outer(heavy[frame] * shift[frame], loads[frame])
-        for frame in range(view.shifts.shape[1])
-        for shift in view.shifts
+        for frame in range(predicted.shifts.shape[1])
+        for shift in predicted.shifts
     ]
     # frames' own light is where it is likeliest already
     still = np.zeros(normal.side.shape[1])
     return _Sides(
         gradient=np.concatenate([normal.gradient, still]),
         hessian=normal.whole,
-        pull=derivatives.by_matrix(view.residuals),
+        column_gradient=derivatives.by_matrix(predicted.residuals),
         cross=np.array(cross),
         information=information,
     )
 
 
-def _without_pattern(sides: _Sides, normal: NormalEquations, pattern: Pattern) -> _Sides:
-    """The same with the pattern free."""
+def _without_pattern(sides: _Sides, normal: NormalEquations, pattern: FixedPatternNoise) -> _Sides:
+    """Derivatives with the pattern free."""
     pixels = pattern.information(normal.pixels)
-    pulls = normal.pixel_gradient + pattern.precision * (pattern.levels - pattern.known)
+    pixel_gradients = normal.pixel_gradient + pattern.precision * (pattern.levels - pattern.known)
     by_matrix = np.swapaxes(normal.derivatives.by_matrix(normal.derivatives.lit), 0, 1)
     told = np.linalg.solve(pixels, by_matrix)
-    wanted = np.linalg.solve(pixels, pulls.T[..., None])[..., 0]
+    wanted = np.linalg.solve(pixels, pixel_gradients.T[..., None])[..., 0]
     return _Sides(
         gradient=sides.gradient - np.einsum("pua,pa->u", normal.coupling, wanted),
         hessian=eliminated(sides.hessian, normal.coupling, pixels),
-        pull=sides.pull - np.einsum("paj,ap->pj", told, pulls),
+        column_gradient=sides.column_gradient - np.einsum("paj,ap->pj", told, pixel_gradients),
         cross=sides.cross - np.moveaxis(normal.coupling @ told, 1, 0),
         information=sides.information - np.swapaxes(by_matrix, 1, 2) @ told,
     )

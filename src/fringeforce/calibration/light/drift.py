@@ -7,15 +7,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.calibration.design_jacobian import DesignTangent
-from fringeforce.calibration.measurements import Bench, Unknowns
-from fringeforce.calibration.predictions import light_information, own_light, seen
+from fringeforce.calibration.design_jacobian import DesignJacobian
+from fringeforce.calibration.measurements import Measurements, Unknowns
+from fringeforce.calibration.predictions import (
+    frame_illumination,
+    illumination_information,
+    predict,
+)
 
 Array = NDArray[np.float64]
 
 DETECTED = 4.0
 """Standard deviations of chance that a scatter must exceed noise by to be called a drift."""
-SETTLED = 0.1
+DRIFT_TOLERANCE = 0.1
 """Relative change of a drift's size below which it stays."""
 OUTSIDE = 4.0
 """Standard deviations beyond which a frame's own light is taken for a wrong press."""
@@ -25,8 +29,10 @@ FREE = 1e-6
 """Inverse variance of a frame's own light before it is seen, next to none."""
 
 
-def drifting(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) -> Bench:
-    """The bench with the size of its drift; the very same one if that hardly changes.
+def drifting(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array
+) -> Measurements:
+    """The measurements with the size of its drift; the very same one if that hardly changes.
 
     Every frame's own gain and offset are estimated freely.  What they scatter beyond their own
     errors, by the median so that wrong presses do not count, is the drift; a scatter that chance
@@ -34,25 +40,27 @@ def drifting(bench: Bench, at: Unknowns, tangent: DesignTangent, weight: Array) 
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         The frames.
     at : Unknowns
-        Their explanation.
-    tangent : DesignTangent
+        Unknowns that explain the frames.
+    jacobian : DesignJacobian
         The matrix about a design.
     weight : ndarray, shape (P,)
-        Of the pixels.
+        Weights of the pixels.
     """
-    view = seen(replace(bench, drift=(0.0, 0.0)), at, tangent, weight)
-    amplitude = view.response.amplitude
-    shifts = np.stack([amplitude * view.light, np.ones_like(view.light)]) * view.scale
-    estimates = own_light(view.residuals, shifts, weight, FREE)
-    own = light_information(shifts, weight, FREE)
+    predicted = predict(replace(measured, drift=(0.0, 0.0)), at, jacobian, weight)
+    amplitude = predicted.response.amplitude
+    shifts = (
+        np.stack([amplitude * predicted.light, np.ones_like(predicted.light)]) * predicted.scale
+    )
+    estimates = frame_illumination(predicted.residuals, shifts, weight, FREE)
+    own = illumination_information(shifts, weight, FREE)
     variances = np.diagonal(np.linalg.inv(own), axis1=1, axis2=2).T
     sizes = [_scatter(*each) for each in zip(estimates, variances, strict=True)]
-    if np.allclose(sizes, bench.drift, rtol=SETTLED, atol=0):
-        return bench
-    return replace(bench, drift=(sizes[0], sizes[1]))
+    if np.allclose(sizes, measured.drift, rtol=DRIFT_TOLERANCE, atol=0):
+        return measured
+    return replace(measured, drift=(sizes[0], sizes[1]))
 
 
 def _scatter(estimates: Array, variances: Array) -> float:

@@ -18,13 +18,13 @@ NONE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Pattern:
+class FixedPatternNoise:
     """Deviations of single pixels from the smooth lighting.
 
     Attributes
     ----------
     levels : ndarray, shape (2, P)
-        Of the amplitude, then of the offset, grey levels.
+        Deviations of the amplitude, then of the offset, grey levels.
     known : ndarray, shape (2, P)
         What is known of them from elsewhere, such as the offset's from frames in the dark.
     precision : ndarray, shape (2, P)
@@ -38,7 +38,7 @@ class Pattern:
     @classmethod
     def unseen(
         cls, pixels: int, sizes: tuple[float, float], dark: Array | None, variance: float
-    ) -> Pattern:
+    ) -> FixedPatternNoise:
         """One of which only its size is known, and its offset if there are frames in the dark.
 
         Parameters
@@ -50,7 +50,7 @@ class Pattern:
         dark : ndarray, shape (P,)
             Measured deviations of the offset, grey levels.
         variance : float
-            Of `dark`, squared grey levels.
+            Variance of `dark`, squared grey levels.
         """
         own = 1 / np.maximum(sizes, NONE) ** 2
         measured = np.array([0.0, 0.0 if dark is None else 1 / variance])
@@ -59,7 +59,7 @@ class Pattern:
         known = np.stack([np.zeros(pixels), offset * measured[1] / whole[1]])
         return cls(known, known, np.outer(whole, np.ones(pixels)))
 
-    def improved(self, gradient: Array, information: Array) -> Pattern:
+    def improved(self, gradient: Array, information: Array) -> FixedPatternNoise:
         """The likeliest pattern given what the frames say.
 
         Parameters
@@ -70,8 +70,8 @@ class Pattern:
             Half its second derivatives.
         """
         whole = self.information(information)
-        pull = gradient + self.precision * (self.levels - self.known)
-        step = np.linalg.solve(whole, pull.T[..., None])[..., 0].T
+        gradients = gradient + self.precision * (self.levels - self.known)
+        step = np.linalg.solve(whole, gradients.T[..., None])[..., 0].T
         return replace(self, levels=self.levels - step)
 
     def information(self, frames: Array) -> Array:

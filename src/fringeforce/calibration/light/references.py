@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.derivatives import EVERY
-from fringeforce.calibration.frame_fit import Fit
-from fringeforce.calibration.light.fixed_pattern_noise import Pattern
-from fringeforce.calibration.measurements import Bench, Unknowns
+from fringeforce.calibration.frame_fit import FrameFit
+from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
+from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
-from fringeforce.calibration.predictions import seen
+from fringeforce.calibration.predictions import predict
 from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import noise_variance
 
@@ -96,54 +96,59 @@ class References:
         return found
 
 
-def with_references(bench: Bench, references: dict[str, Array]) -> Bench:
-    """A bench with the mean of every kind of lit reference as a further row."""
+def with_references(measured: Measurements, references: dict[str, Array]) -> Measurements:
+    """Measurements with the mean of every kind of lit reference as a further row."""
     kinds = [kind for kind in ("unloaded", "bright") if kind in references]
     means = [references[kind].mean(axis=0) for kind in kinds]
     turned = [np.pi * (kind == "bright") for kind in kinds]
     return replace(
-        bench,
-        levels=np.concatenate([bench.levels, *[mean[None] for mean in means]]),
-        loads=np.concatenate([bench.loads, np.zeros((len(kinds), bench.loads.shape[1]))]),
-        turned=np.append(bench.turned, turned),
-        averaged=np.append(bench.averaged, [len(references[kind]) for kind in kinds]),
+        measured,
+        levels=np.concatenate([measured.levels, *[mean[None] for mean in means]]),
+        loads=np.concatenate([measured.loads, np.zeros((len(kinds), measured.loads.shape[1]))]),
+        turned=np.append(measured.turned, turned),
+        averaged=np.append(measured.averaged, [len(references[kind]) for kind in kinds]),
     )
 
 
-def patterned(bench: Bench, fit: Fit, references: dict[str, Array], sound: Mask) -> Bench:
-    """The bench with a pattern whose size is what pixels differ by beyond noise.
+def patterned(
+    measured: Measurements, fit: FrameFit, references: dict[str, Array], sound: Mask
+) -> Measurements:
+    """The measurements with a pattern whose size is what pixels differ by beyond noise.
 
     References say so of what they show; of the rest, loaded frames do.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         All frames, lit references last, with no pattern yet.
-    fit : Fit
-        Of these frames.
+    fit : FrameFit
+        Fit of these frames.
     references : dict of ndarray
         As checked.
     sound : ndarray of bool, shape (P,)
         Pixels that follow the light.
     """
-    noise, weight = noise_variance(bench.sensor.camera), sound.astype(float)
-    view = seen(bench, fit.unknowns, fit.tangent, weight)
+    noise, weight = noise_variance(measured.sensor.camera), sound.astype(float)
+    predicted = predict(measured, fit.unknowns, fit.jacobian, weight)
     lit = [kind for kind in ("unloaded", "bright") if kind in references]
-    rows = range(len(view.residuals) - len(lit), len(view.residuals))
-    left = {k: -view.residuals[row] / view.scale[row] for k, row in zip(lit, rows, strict=True)}
+    rows = range(len(predicted.residuals) - len(lit), len(predicted.residuals))
+    left = {
+        k: -predicted.residuals[row] / predicted.scale[row]
+        for k, row in zip(lit, rows, strict=True)
+    }
     dark = None
     if "dark" in references:
         mean = references["dark"].mean(axis=0)
-        smooth = np.linalg.lstsq(bench.basis[sound], mean[sound], rcond=None)[0]
-        dark = left["dark"] = np.where(sound, mean - bench.basis @ smooth, 0.0)
+        smooth = np.linalg.lstsq(measured.basis[sound], mean[sound], rcond=None)[0]
+        dark = left["dark"] = np.where(sound, mean - measured.basis @ smooth, 0.0)
     errors = {kind: noise / len(references[kind]) for kind in left}
     sizes = _sizes({kind: values[sound] for kind, values in left.items()}, errors, fit.normal)
-    pattern = Pattern.unseen(len(bench.basis), sizes, dark, errors.get("dark", noise))
+    pattern = FixedPatternNoise.unseen(len(measured.basis), sizes, dark, errors.get("dark", noise))
     if not lit:
-        return replace(bench, pattern=pattern)
-    alone = bench.rows(np.arange(len(bench.levels)) >= rows[0])
-    normal = linearised(alone, fit.unknowns, fit.tangent, weight)
-    return replace(bench, pattern=pattern.improved(normal.pixel_gradient, normal.pixels))
+        return replace(measured, pattern=pattern)
+    alone = measured.rows(np.arange(len(measured.levels)) >= rows[0])
+    normal = linearised(alone, fit.unknowns, fit.jacobian, weight)
+    return replace(measured, pattern=pattern.improved(normal.pixel_gradient, normal.pixels))
 
 
 def _sizes(
@@ -172,35 +177,35 @@ def _excess(values: Array, noise: float) -> float:
     return max(float((high - low) / 1.349) ** 2 - noise, 0.0)
 
 
-def improved(bench: Bench, fit: Fit) -> tuple[Bench, Unknowns]:
-    """Bench and unknowns with the likeliest pattern; the very same ones if that hardly changes.
+def improved(measured: Measurements, fit: FrameFit) -> tuple[Measurements, Unknowns]:
+    """Measurements and unknowns with the likeliest pattern; the same objects if it hardly changes.
 
     The smooth part of a pattern is handed over to the smooth lighting, where it costs nothing.
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         With the pattern that is there so far, if any.
-    fit : Fit
-        Of frames with that pattern.
+    fit : FrameFit
+        Fit of frames with that pattern.
     """
-    pattern, at = bench.pattern, fit.unknowns
+    pattern, at = measured.pattern, fit.unknowns
     if pattern is None:
-        return bench, at
+        return measured, at
     better = pattern.improved(fit.normal.pixel_gradient, fit.normal.pixels)
     information = pattern.information(fit.normal.pixels)
     step = better.levels - pattern.levels
     moved = np.einsum("ap,pab,bp->p", step, information, step).mean()
     if moved < STEADY**2:
-        return bench, at
-    smooth = np.linalg.lstsq(bench.basis, (better.levels - better.known).T, rcond=None)[0]
-    better = replace(better, levels=better.levels - (bench.basis @ smooth).T)
+        return measured, at
+    smooth = np.linalg.lstsq(measured.basis, (better.levels - better.known).T, rcond=None)[0]
+    better = replace(better, levels=better.levels - (measured.basis @ smooth).T)
     at = replace(at, amplitude=at.amplitude + smooth[:, 0], offset=at.offset + smooth[:, 1])
-    return replace(bench, pattern=better), at
+    return replace(measured, pattern=better), at
 
 
 def pattern_response(
-    bench: Bench,
+    measured: Measurements,
     normal: NormalEquations,
     modes: Array,
     columns: Array | None = None,
@@ -210,44 +215,44 @@ def pattern_response(
 
     Parameters
     ----------
-    bench : Bench
+    measured : Measurements
         With a pattern.
     normal : NormalEquations
         The frames about the fit.
     modes : ndarray, shape (m, k)
-        Changes of the unknowns of the bench.
+        Changes of the shared unknowns.
     columns : ndarray, shape (k, p, 2n), optional
         Changes of the matrix that go with them [rad/N].
     pixels : slice
         The p pixels that are wanted.
     """
     coupling = normal.coupling[pixels, : len(modes)]
-    if bench.pattern is None:
+    if measured.pattern is None:
         return np.zeros((2, modes.shape[1], len(coupling)))
     pulled = np.swapaxes(coupling, 1, 2) @ modes
     if columns is not None:
         by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)[:, pixels]
         pulled += np.einsum("apj,kpj->pak", by_matrix, columns, optimize=True)
-    follow = -np.linalg.solve(bench.pattern.information(normal.pixels)[pixels], pulled)
+    follow = -np.linalg.solve(measured.pattern.information(normal.pixels)[pixels], pulled)
     return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)
 
 
-def pattern_variance(bench: Bench, normal: NormalEquations, used: Mask) -> float:
+def pattern_variance(measured: Measurements, normal: NormalEquations, used: Mask) -> float:
     """Mean variance that the pattern's own errors give a grey level of the used pixels.
 
-    Over intensities as the frames of the bench show them to every pixel.
+    Over intensities as the frames show them to every pixel.
     """
-    if bench.pattern is None:
+    if measured.pattern is None:
         return 0.0
-    errors = np.linalg.inv(bench.pattern.information(normal.pixels))[used]
+    errors = np.linalg.inv(measured.pattern.information(normal.pixels))[used]
     shown = normal.pixels[:, :, used] / normal.pixels[1, 1, used]
     return float(np.einsum("pab,abp->p", errors, shown).mean())
 
 
-def pattern_freedom(bench: Bench, normal: NormalEquations, used: Mask) -> float:
+def pattern_freedom(measured: Measurements, normal: NormalEquations, used: Mask) -> float:
     """Number of free unknowns that the pattern of the used pixels amounts to."""
-    if bench.pattern is None:
+    if measured.pattern is None:
         return 0.0
-    whole = bench.pattern.information(normal.pixels)
+    whole = measured.pattern.information(normal.pixels)
     shares = np.linalg.solve(whole, np.moveaxis(normal.pixels, 2, 0))
     return float(np.einsum("paa->p", shares)[used].sum())

@@ -106,7 +106,7 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
 def typical_loads(model: SensorModel, limits: Limits, count: int) -> Array:
     """Random contacts of up to the largest force on every tactel, shape (count, n, 2) [N].
 
-    Those whose fringes the camera would not resolve are scaled down until it does.
+    Loads whose fringes the camera would not resolve are scaled down until it does.
     """
     rng, shape = np.random.default_rng(0), (count, model.sensor.tactels.count)
     size = rng.uniform(0, limits.force, shape) * (rng.random(shape) < TOUCHED)

@@ -20,10 +20,10 @@ from fringeforce.calibration.design_entries import (
     units,
     values,
 )
-from fringeforce.calibration.design_jacobian import DesignTangent, design_tangent
+from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian
 from fringeforce.calibration.frame_fit import light_basis, on_strip, precision, start
-from fringeforce.calibration.light.fixed_pattern_noise import Pattern
-from fringeforce.calibration.measurements import SHIFT, Bench, Unknowns
+from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
+from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
 from fringeforce.design.strip import Sensor
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel
@@ -40,11 +40,11 @@ class Knowledge:
 
     Attributes
     ----------
-    bench : Bench
+    measured : Measurements
         The sensor as drawn or as calibrated, and its light; no frames yet.
     paths : tuple of str
         Design values that are unknown.
-    tangent : DesignTangent
+    jacobian : DesignJacobian
         The matrix about the estimate; design values enter relative to the sensor, as zeros.
     unknowns : Unknowns
         The estimate.
@@ -56,9 +56,9 @@ class Knowledge:
         What readings add to the variance of their grey levels.
     """
 
-    bench: Bench
+    measured: Measurements
     paths: tuple[str, ...]
-    tangent: DesignTangent
+    jacobian: DesignJacobian
     unknowns: Unknowns
     root: Array
     used: NDArray[np.bool_]
@@ -67,7 +67,7 @@ class Knowledge:
     @property
     def sensor(self) -> Sensor:
         """As drawn, or as calibrated."""
-        return self.bench.sensor
+        return self.measured.sensor
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -88,12 +88,12 @@ class Knowledge:
         design = np.where(places, 1.0, np.abs(self.values[:-2]))
         return np.concatenate([design, [1.0, 1.0]]) * _units(self.sensor, self.paths)
 
-    def presses(self, loads: Array, truth: Unknowns) -> Bench:
+    def presses(self, loads: Array, truth: Unknowns) -> Measurements:
         """Presses of loads (F, n, 2) and the frames that are expected of them."""
         flat, turned, averaged = loads.reshape(len(loads), -1), np.zeros(1), np.ones(1)
-        matrix = self.tangent.matrix(truth.design, truth.positions(self.sensor))
-        levels = truth.response(self.bench).level(flat @ matrix.T)
-        return replace(self.bench, levels=levels, loads=flat, turned=turned, averaged=averaged)
+        matrix = self.jacobian.matrix(truth.design, truth.positions(self.sensor))
+        levels = truth.response(self.measured).level(flat @ matrix.T)
+        return replace(self.measured, levels=levels, loads=flat, turned=turned, averaged=averaged)
 
     def imagined(self, pairs: int) -> list[Unknowns]:
         """The estimate, and designs that scatter about it as what is known allows.
@@ -131,9 +131,9 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
     sensor = source if isinstance(source, Sensor) else source.sensor
     pixels, loads = sensor.camera.pixels, 2 * sensor.tactels.count
     basis = light_basis(pixels, LIGHTS)
-    bench = Bench(sensor, np.empty((0, pixels)), np.empty((0, loads)), basis)
+    measured = Measurements(sensor, np.empty((0, pixels)), np.empty((0, loads)), basis)
     if isinstance(source, SensorModel) and source.calibration and source.imaging:
-        found = _of_calibration(bench, source, source.calibration, source.imaging)
+        found = _of_calibration(measured, source, source.calibration, source.imaging)
         if parameters is not None and set(parameters) != set(found.paths):
             raise InputError(
                 f"The model was calibrated in {', '.join(found.paths)}; its covariance says "
@@ -142,21 +142,24 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
         return found
     paths = checked_paths(sensor, tuple(PARAMETERS if parameters is None else parameters))
     unsure = prior(sensor, paths)
-    unknowns = start(bench, len(unsure))
-    root = np.diag(1 / np.sqrt(precision(bench, unsure)))
+    unknowns = start(measured, len(unsure))
+    root = np.diag(1 / np.sqrt(precision(measured, unsure)))
     used = on_strip(unknowns.positions(sensor), sensor)
-    tangent = design_tangent(sensor, paths, unknowns.design)
-    return Knowledge(bench, paths, tangent, unknowns, root, used)
+    jacobian = design_jacobian(sensor, paths, unknowns.design)
+    return Knowledge(measured, paths, jacobian, unknowns, root, used)
 
 
 def _of_calibration(
-    bench: Bench, model: SensorModel, found: Calibration, imaging: Imaging
+    measured: Measurements, model: SensorModel, found: Calibration, imaging: Imaging
 ) -> Knowledge:
     """Estimate and covariance behind a calibrated model; its modes are the covariance's root.
 
     What single pixels add to the smooth lighting is taken as known.
     """
-    basis, single = bench.basis, [name for name in found.names if not name.startswith("camera s")]
+    basis, single = (
+        measured.basis,
+        [name for name in found.names if not name.startswith("camera s")],
+    )
     # the names of all tactels' places stand for one path
     paths = tuple(dict.fromkeys(POSITIONS if n.startswith("tactel ") else n for n in single))
     unit, count = _units(model.sensor, paths), len(found.names)
@@ -169,13 +172,17 @@ def _of_calibration(
     place = np.array([found.values[-2] / SHIFT, found.values[-1] - 1])
     unknowns = Unknowns(np.zeros(count - 2), place, *smooth.T)
     single_pixels = lights - (basis @ smooth).T
-    pattern = Pattern(single_pixels, single_pixels, np.full(lights.shape, np.inf))
-    bench = replace(bench, pattern=pattern, drift=imaging.drift)
-    tangent = _tangent(model, imaging, root[:count, :count], prior(model.sensor, paths))
-    return Knowledge(bench, paths, tangent, unknowns, root, imaging.usable, imaging.light_variance)
+    pattern = FixedPatternNoise(single_pixels, single_pixels, np.full(lights.shape, np.inf))
+    measured = replace(measured, pattern=pattern, drift=imaging.drift)
+    jacobian = _jacobian_of_modes(model, imaging, root[:count, :count], prior(model.sensor, paths))
+    return Knowledge(
+        measured, paths, jacobian, unknowns, root, imaging.usable, imaging.light_variance
+    )
 
 
-def _tangent(model: SensorModel, imaging: Imaging, root: Array, deviations: Array) -> DesignTangent:
+def _jacobian_of_modes(
+    model: SensorModel, imaging: Imaging, root: Array, deviations: Array
+) -> DesignJacobian:
     """The matrix and its derivatives from the modes of a calibration, without any elements."""
     seen = np.abs(imaging.positions) <= model.sensor.transducer.length / 2
     modes = imaging.influence_modes[:, seen]
@@ -183,7 +190,7 @@ def _tangent(model: SensorModel, imaging: Imaging, root: Array, deviations: Arra
     matrix = np.concatenate([model.pixel_influence[None, seen], changes[:-2]])
     parts = np.moveaxis(matrix.reshape(*matrix.shape[:2], -1), 0, 1)
     spline = CubicSpline(imaging.positions[seen], parts)
-    return DesignTangent(np.zeros(len(deviations)), model, spline, deviations)
+    return DesignJacobian(np.zeros(len(deviations)), model, spline, deviations)
 
 
 def _units(sensor: Sensor, paths: tuple[str, ...]) -> Array:

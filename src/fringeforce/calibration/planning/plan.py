@@ -18,7 +18,7 @@ from fringeforce.calibration.measurements import Unknowns
 from fringeforce.calibration.normal_equations import level_jacobian
 from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
-from fringeforce.calibration.planning.selection import Stakes
+from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import covariance, systematic_errors
@@ -122,8 +122,8 @@ def plan_presses(
     """
     if not (isinstance(presses, int | np.integer) and 1 <= presses <= MOST):
         raise InputError(f"presses = {presses}: must be a whole number from 1 to {MOST}.")
-    scene = _scene(source, parameters, limits or Limits(), typical)
-    return scene.best(int(presses))
+    problem = _planning_problem(source, parameters, limits or Limits(), typical)
+    return problem.best(int(presses))
 
 
 def assess_presses(
@@ -148,9 +148,9 @@ def assess_presses(
     >>> ff.assess_presses(ff.load_sensor("saad"), presses).ratio.shape
     (3,)
     """
-    scene = _scene(source, parameters, limits or Limits(), typical)
-    loads = _checked(forces, scene.known.sensor)
-    return scene.plan(loads, scene.stakes(loads), list(range(len(loads))))
+    problem = _planning_problem(source, parameters, limits or Limits(), typical)
+    loads = _checked(forces, problem.known.sensor)
+    return problem.plan(loads, problem.experiments(loads), list(range(len(loads))))
 
 
 def next_presses(model: SensorModel, forces: ArrayLike) -> str:
@@ -166,7 +166,7 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     loads = np.asarray(forces, dtype=float)
     strongest = float(np.hypot(loads[..., 0], loads[..., 1]).max())
     try:
-        plan = _scene(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
+        plan = _planning_problem(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
     except InputError as reason:
         return f"No press is proposed: {reason}"
     before, after = plan.ratio[0], plan.ratio[-1]
@@ -178,43 +178,43 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class _Scene:
+class _PlanningProblem:
     known: Knowledge
     limits: Limits
     typical: Array
     pairs: int
 
-    def stakes(self, loads: Array) -> Stakes:
+    def experiments(self, loads: Array) -> CandidateExperiments:
         """What presses tell of the unknowns, and what the unknowns do to typical readings."""
-        told, worth = [], []
+        information, weights = [], []
         for truth in self.known.imagined(self.pairs):
-            told.append(self._told(truth, loads))
-            worth.append(self._worth(truth))
-        return Stakes(np.array(told), np.array(worth))
+            information.append(self._information(truth, loads))
+            weights.append(self._weights(truth))
+        return CandidateExperiments(np.array(information), np.array(weights))
 
-    def _told(self, truth: Unknowns, loads: Array) -> Array:
+    def _information(self, truth: Unknowns, loads: Array) -> Array:
         known, presses = self.known, self.known.presses(loads, truth)
-        jacobian, used = level_jacobian(presses, truth, known.tangent), known.used.astype(float)
+        jacobian, used = level_jacobian(presses, truth, known.jacobian), known.used.astype(float)
         return np.array(
             [known.root.T @ one.normal(used).profiled @ known.root for one in jacobian.frames()]
         )
 
-    def _worth(self, truth: Unknowns) -> Array:
+    def _weights(self, truth: Unknowns) -> Array:
         """Variance that errors of the unknowns add to readings, over that of noise alone."""
         known, presses = self.known, self.known.presses(self.typical, truth)
         used, root = known.used, known.root
-        influence = known.tangent.matrix(truth.design, truth.positions(known.sensor))
-        jacobian = level_jacobian(presses, truth, known.tangent)
-        found, drift = jacobian.view.response.at(used), presses.drift
+        influence = known.jacobian.matrix(truth.design, truth.positions(known.sensor))
+        jacobian = level_jacobian(presses, truth, known.jacobian)
+        found, drift = jacobian.predicted.response.at(used), presses.drift
         response = replace(found, variance=found.variance + known.light_variance)
         seen = np.ascontiguousarray(influence[used])
         noise, added = 0.0, np.zeros_like(root)
         for load, level, one in zip(presses.loads, presses.levels, jacobian.frames(), strict=True):
-            phase, modes = one.view.phase[0, used], root.T @ one.dense[:, 0, used]
+            phase, modes = one.predicted.phase[0, used], root.T @ one.dense[:, 0, used]
             spread = covariance(phase, seen, response)
             if any(drift):
                 spread += own_light(level[used], load, seen, response, spread, drift).covariance
-            levels = modes / one.view.scale
+            levels = modes / one.predicted.scale
             moved = systematic_errors(
                 (levels * response.slope(phase)) @ seen, spread, response.variance
             )
@@ -224,34 +224,34 @@ class _Scene:
 
     def best(self, presses: int) -> Plan:
         """The best so many presses within the limits."""
-        loads = candidates(self.known.tangent.model, self.limits)
-        stakes = self.stakes(loads)
-        rows = stakes.chosen(presses)
-        return self.plan(loads[rows], stakes, rows)
+        loads = candidates(self.known.jacobian.model, self.limits)
+        experiments = self.experiments(loads)
+        rows = experiments.chosen(presses)
+        return self.plan(loads[rows], experiments, rows)
 
-    def plan(self, loads: Array, stakes: Stakes, rows: list[int]) -> Plan:
+    def plan(self, loads: Array, experiments: CandidateExperiments, rows: list[int]) -> Plan:
         """What some of the presses achieve in order."""
-        covariances = stakes.covariances(rows).mean(axis=0)
+        covariances = experiments.covariances(rows).mean(axis=0)
         d = len(self.known.names)
         root = self.known.units[:, None] * self.known.root[:d, :d]
-        ratio = np.sqrt(1 + stakes.variances(rows))
+        ratio = np.sqrt(1 + experiments.variances(rows))
         covariance = root @ covariances[:, :d, :d] @ root.T
         return Plan(loads, self.known.names, self.known.values, covariance, ratio)
 
 
-def _scene(
+def _planning_problem(
     source: Sensor | SensorModel,
     parameters: Sequence[str] | None,
     limits: Limits,
     typical: ArrayLike | None,
     pairs: int = PAIRS,
-) -> _Scene:
+) -> _PlanningProblem:
     known = knowledge(source, parameters)
     if typical is None:
-        loads = typical_loads(known.tangent.model, limits, TYPICAL)
+        loads = typical_loads(known.jacobian.model, limits, TYPICAL)
     else:
         loads = _checked(typical, known.sensor)
-    return _Scene(known, limits, loads, pairs)
+    return _PlanningProblem(known, limits, loads, pairs)
 
 
 def _checked(forces: ArrayLike, sensor: Sensor) -> Array:

@@ -20,7 +20,7 @@ WORTHWHILE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Stakes:
+class CandidateExperiments:
     """What experiments tell and what it is worth, in versions v of the truth.
 
     Unknowns are such that each has unit variance, free of the others, before any experiment.
@@ -28,7 +28,7 @@ class Stakes:
     Attributes
     ----------
     information : ndarray, shape (v, C, u, u)
-        Of every experiment.
+        Information of every experiment.
     weights : ndarray, shape (v, u, u)
         Variance of what is to be predicted is the trace of these times the covariance.
     """

@@ -51,14 +51,14 @@ def views(pad: Pad) -> list[tuple[str, str]]:
 
 
 def eye(model: PadModel, longest: int) -> PadModel:
-    """The same pad seen on fewer pixels by a perfect lens."""
+    """A pad seen on fewer pixels by a perfect lens."""
     light = {"channels": ()}
     camera = {"pixels": _pixels(model.sensor, longest), "blur": None, "kind": "ordinary"}
     return replace(model, sensor=model.sensor.replace(camera=camera, polariscope=light))
 
 
 def coarse(model: PadModel, longest: int) -> PadModel:
-    """The same pad and lens before a camera of fewer pixels."""
+    """A pad and its lens before a camera of fewer pixels."""
     camera = {"pixels": _pixels(model.sensor, longest)}
     return replace(model, sensor=model.sensor.replace(camera=camera))
 
@@ -74,7 +74,7 @@ def seen(model: PadModel, view: str, slices: Single) -> Octets:
     Parameters
     ----------
     model : PadModel
-        Of the pad itself.
+        Model of the pad itself.
     view : str
         A key of `views`, not a camera's.
     slices : ndarray, shape (slices, 2, rows, columns)
@@ -100,13 +100,13 @@ def exposed(model: PadModel, view: str, modes: Single, seed: int) -> NDArray[np.
     Parameters
     ----------
     model : PadModel
-        Of a pad before the camera.
+        Model of a pad before the camera.
     view : str
         The camera's key.
     modes : ndarray, shape (2, modes, rows, columns)
-        Its single-pass retardance at the polariscope's wavelength [rad].
+        Single-pass retardance at the polariscope's wavelength [rad].
     seed : int
-        Of the camera's noise.
+        Seed of the camera's noise.
     """
     share, _ = model.picture(modes, model.pictures[int(view.split("-")[1])])
     return camera_optics.expose(model.sensor.camera, share.reshape(modes.shape[2:]), seed)

@@ -22,7 +22,7 @@ MOST = 12
 Place = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
 
 
-class Touch(BaseModel):
+class ContactMessage(BaseModel):
     """A contact, in metres, newtons and newton metres."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -43,7 +43,7 @@ class Touch(BaseModel):
 class PressedRequest(AboutDesign):
     """About a design that is pressed."""
 
-    contacts: Annotated[list[Touch], Field(max_length=MOST)]
+    contacts: Annotated[list[ContactMessage], Field(max_length=MOST)]
     seed: Seed = 0
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.base.errors import DesignError
 from fringeforce.design.pad import AreaCamera, Pad, PadPolariscope, PadTactels, PadTransducer
 from fringeforce.explorer.figures import Figure
+from fringeforce.explorer.limits import check_pad
 from fringeforce.explorer.pads.contacts import Contact, tactel_forces
 from fringeforce.explorer.pads.pictures import eye, views
 from fringeforce.explorer.values import flat_values
@@ -20,50 +20,10 @@ from fringeforce.models.pad_influence import PadInfluence
 from fringeforce.optics.colour import light_colour
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
-TACTELS, PIXELS = 400, 512
-"""Most tactels, and pixels along a side, that are worked on while a person waits."""
-FLAT, STUBBY = 2.0, 50.0
-"""Side of a pad over its thickness, least and most."""
 WAVELENGTH, OPTIC = 632.8e-9, 0.05
 """Light and strain-optic coefficient at which designs are solved; retardance goes with both."""
 FINGER = Contact(0.0, 0.0, 4e-3, 10.0, shear_x=3.0)
 """By which designs are compared: 10 N with 3 N of shear, on a patch of 8 mm."""
-
-
-def check(pad: Pad, solved: bool = False) -> None:
-    """Refuse a design that is too large, or that takes too long unless it is solved already.
-
-    Raises
-    ------
-    DesignError
-        In the words of a design file's problems, so that the page finds the control.
-    """
-    block, problems = pad.transducer, []
-    if pad.tactels.total > TACTELS:
-        problems.append(
-            f"tactels.count = {list(pad.tactels.count)}: {TACTELS} tactels or fewer can be "
-            "explored here."
-        )
-    if max(pad.camera.pixels) > PIXELS:
-        problems.append(
-            f"camera.pixels = {list(pad.camera.pixels)}: must be {PIXELS} or less here."
-        )
-    if block.sides != "roller" and not solved:
-        problems.append(
-            f'transducer.sides = "{block.sides}" takes finite elements and minutes. Solve it once '
-            "with  fringeforce characterize DESIGN -o model.h5  and explore model.h5, or take "
-            '"roller" here.'
-        )
-    thickness = block.compliant.thickness + block.photoelastic.thickness
-    for name in ("length", "width"):
-        slenderness = getattr(block, name) / thickness
-        if not FLAT <= slenderness <= STUBBY:
-            problems.append(
-                f"transducer.{name} = {getattr(block, name) * 1e3:g} mm is {slenderness:.3g} times "
-                f"the pad's thickness; from {FLAT:g} to {STUBBY:g} times can be explored."
-            )
-    if problems:
-        raise DesignError("\n  ".join(["This design cannot be explored:", *problems]))
 
 
 def solved(pad: Pad, known: PadModel | None = None) -> PadModel:
@@ -74,14 +34,14 @@ def solved(pad: Pad, known: PadModel | None = None) -> PadModel:
     pad : Pad
         The design.
     known : PadModel, optional
-        Its model, where there is one already.
+        Model of the design, where there is one already.
 
     Raises
     ------
     InputError
         If the design cannot be explored.
     """
-    check(pad, solved=known is not None)
+    check_pad(pad, solved=known is not None)
     if known is not None:
         return known
     # frozen parts of a design are hashable, which pydantic does not tell the type checker

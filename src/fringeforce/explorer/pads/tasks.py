@@ -1,17 +1,9 @@
-"""What the worker processes do for the page of a pad; each names the model by its file.
-
-A model is too large to be sent with every question: it is written once, and every process keeps
-those that it has read last.
-"""
+"""What the worker processes do for the page of a pad."""
 
 from __future__ import annotations
 
-import os
 import pickle
-import tempfile
-from collections.abc import Mapping
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +11,14 @@ from numpy.typing import NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.explorer.pads.contacts import Contact
+from fringeforce.explorer.pads.protocol import (
+    PadDownloadRequest,
+    PressedRequest,
+    PressRequest,
+    SlicesRequest,
+)
+from fringeforce.explorer.tasks import Answer, Solved, download, model_of, stored
+from fringeforce.explorer.values import verdict
 
 if TYPE_CHECKING:
     from fringeforce.design.pad import Pad
@@ -26,29 +26,15 @@ if TYPE_CHECKING:
     from fringeforce.models.pad import PadModel
     from fringeforce.reading.pads.reading import PadReading
 
-Contacts = tuple[Contact, ...]
-Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
+Array = NDArray[np.float64]
 
 
-def solve(pad: Pad, known: bytes | None, folder: str) -> tuple[Mapping[str, Any], str]:
-    """What the page is told of a design, and the file of its model.
-
-    Parameters
-    ----------
-    pad : Pad
-        The design.
-    known : bytes, optional
-        Its pickled model, where there is one already.
-    folder : str
-        Where to write.
-    """
+def solve(pad: Pad, known: bytes | None, folder: str) -> Solved:
+    """Characterise a pad; parameters as of `fringeforce.explorer.tasks.solve`."""
     from fringeforce.explorer.pads.solution import facts, solved
 
     model = solved(pad, None if known is None else pickle.loads(known))
-    handle, path = tempfile.mkstemp(dir=folder, suffix=".pickle")
-    with os.fdopen(handle, "wb") as file:
-        pickle.dump(model, file, pickle.HIGHEST_PROTOCOL)
-    return facts(model), path
+    return Solved(stored(model, folder), facts(model), {})
 
 
 def prepare() -> None:
@@ -58,21 +44,8 @@ def prepare() -> None:
     seen_through(np.zeros((1, 2, 1, 1), dtype=np.float32))
 
 
-def press(path: str, contacts: Contacts, view: str, fine: bool, seed: int) -> Answer:
+def press(path: str, wish: PressRequest) -> Answer:
     """Forces of the tactels and the picture of a view.
-
-    Parameters
-    ----------
-    path : str
-        File of the model.
-    contacts : tuple of Contact
-        What touches.
-    view : str
-        A key of `pictures.views`.
-    fine : bool
-        Whether the picture is one to keep; it is coarse otherwise.
-    seed : int
-        Of the camera's noise.
 
     Raises
     ------
@@ -80,97 +53,91 @@ def press(path: str, contacts: Contacts, view: str, fine: bool, seed: int) -> An
         If there is no such view.
     """
     from fringeforce.explorer.pads import pictures
-    from fringeforce.explorer.pads.contacts import tactel_forces
 
-    model = _model(path)
-    if view not in dict(pictures.views(model.sensor)):
-        raise InputError(f"This pad has no view {view!r}.")
-    forces = tactel_forces(model.sensor.tactels, contacts)
-    if view.startswith("camera"):
-        if fine:
-            frame = model.expose(forces, rng=seed)
+    model: PadModel = model_of(path)
+    if wish.view not in dict(pictures.views(model.sensor)):
+        raise InputError(f"This pad has no view {wish.view!r}.")
+    forces = _forces(model, wish)
+    if wish.view.startswith("camera"):
+        if wish.fine:
+            frame = model.expose(forces, rng=wish.seed)
         else:
-            frame = pictures.exposed(_coarse(path), view, _sketch(path).modes(forces), seed)
-        image = pictures.camera_picture(model, view, frame)
+            modes = _sketch(path).modes(forces)
+            frame = pictures.exposed(_coarse(path), wish.view, modes, wish.seed)
+        image = pictures.camera_picture(model, wish.view, frame)
     else:
-        sight = _eye(path, pictures.FINE) if fine else _sketch(path)
-        image = pictures.seen(model, view, sight.slices(forces))
+        sight = _eye(path, pictures.FINE) if wish.fine else _sketch(path)
+        image = pictures.seen(model, wish.view, sight.slices(forces))
     return {"shape": image.shape}, {"image": image, "forces": forces}
 
 
-def slices(path: str, contacts: Contacts) -> Answer:
+def slices(path: str, wish: SlicesRequest) -> Answer:
     """Single-pass retardance of every slice, for small pictures, shape (slices, 2, rows, cols)."""
-    from fringeforce.explorer.pads.contacts import tactel_forces
     from fringeforce.explorer.pads.pictures import SLICE
 
     seen = _eye(path, SLICE)
-    found = seen.slices(tactel_forces(seen.sensor.tactels, contacts))
+    found = seen.slices(_forces(seen, wish))
     return {"shape": found.shape, "heights": seen.slice_heights.tolist()}, {"slices": found}
 
 
-def read(path: str, contacts: Contacts, seed: int) -> Answer:
+def read(path: str, wish: PressedRequest) -> Answer:
     """Expose one noisy frame, read it, and sum up what was read and what is true."""
-    from fringeforce.explorer.pads.contacts import groups, tactel_forces
+    from fringeforce.explorer.pads.contacts import groups
     from fringeforce.explorer.pads.resultants import resultant
 
-    model = _model(path)
-    pad = model.sensor
-    forces = tactel_forces(pad.tactels, contacts)
-    reading = _follower(path).read(model.expose(forces, rng=seed))
-    members = np.vstack(
-        [np.ones((1, pad.tactels.total), dtype=bool), groups(pad.tactels, contacts)]
-    )
-    places, rows = pad.tactels.places, []
+    tactels = model_of(path).sensor.tactels
+    forces, reading = _read(path, wish)
+    members = np.vstack([np.ones((1, tactels.total), dtype=bool), groups(tactels, _contacts(wish))])
+    places, rows = tactels.places, []
     for group in members:
         truth, _ = resultant(places, forces, group)
         rows.append([truth, *resultant(places, reading.forces, group, reading.covariance)])
-    chi2 = float(reading.chi2)
-    facts = {
-        "status": reading.status.name,
-        "advice": reading.advice,
-        "chi2": chi2 if np.isfinite(chi2) else None,
-    }
-    sums = np.array(rows)
-    return facts, {"forces": reading.forces, "std": reading.std, "sums": sums}
+    facts = verdict(reading.status, reading.advice, reading.chi2)
+    return facts, {"forces": reading.forces, "std": reading.std, "sums": np.array(rows)}
 
 
-def file(kind: str, path: str, contacts: Contacts, seed: int) -> bytes:
-    """Contents of a file of the design, the model, the forces or the reading."""
+def file(path: str, wish: PadDownloadRequest) -> Answer:
+    """A file of the pad's design, model, forces or reading."""
+    from fringeforce.io.tables import save_pad_forces, save_pad_readings
+
+    model: PadModel = model_of(path)
+    return download(
+        wish.kind,
+        model,
+        lambda place: save_pad_forces(place, [_forces(model, wish)]),
+        lambda place: save_pad_readings(place, [_read(path, wish)[1]]),
+    )
+
+
+def _contacts(wish: PressedRequest) -> list[Contact]:
+    return [one.contact for one in wish.contacts]
+
+
+def _forces(model: PadModel, wish: PressedRequest) -> Array:
     from fringeforce.explorer.pads.contacts import tactel_forces
-    from fringeforce.explorer.pads.tables import forces_text
 
-    model = _model(path)
-    tactels = model.sensor.tactels
-    if kind == "design":
-        return model.sensor.to_toml().encode()
-    if kind == "model":
-        with tempfile.TemporaryDirectory() as folder:
-            model.save(Path(folder) / "model.h5")
-            return (Path(folder) / "model.h5").read_bytes()
-    forces = tactel_forces(tactels, contacts)
-    if kind == "forces":
-        return forces_text(tactels, forces).encode()
-    reading = _follower(path).read(model.expose(forces, rng=seed))
-    return forces_text(tactels, reading.forces, reading.std).encode()
+    return tactel_forces(model.sensor.tactels, _contacts(wish))
 
 
-@lru_cache(maxsize=2)
-def _model(path: str) -> PadModel:
-    return pickle.loads(Path(path).read_bytes())
+def _read(path: str, wish: PressedRequest) -> tuple[Array, PadReading]:
+    """True forces, and the reading of one noisy frame of them."""
+    model: PadModel = model_of(path)
+    forces = _forces(model, wish)
+    return forces, _follower(path).read(model.expose(forces, rng=wish.seed))
 
 
 @lru_cache(maxsize=6)
 def _eye(path: str, longest: int) -> PadModel:
     from fringeforce.explorer.pads.pictures import eye
 
-    return eye(_model(path), longest)
+    return eye(model_of(path), longest)
 
 
 @lru_cache(maxsize=2)
 def _coarse(path: str) -> PadModel:
     from fringeforce.explorer.pads.pictures import COARSE, coarse
 
-    return coarse(_model(path), COARSE)
+    return coarse(model_of(path), COARSE)
 
 
 @lru_cache(maxsize=2)
@@ -199,4 +166,4 @@ class Follower:
 
 @lru_cache(maxsize=2)
 def _follower(path: str) -> Follower:
-    return Follower(_model(path))
+    return Follower(model_of(path))

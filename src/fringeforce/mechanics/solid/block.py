@@ -54,7 +54,7 @@ class Block:
         heights : ndarray, shape (slices,)
             From the interface down to the base [m].
         weights : ndarray, shape (slices,)
-            Their sum is the thickness of the layer [m].
+            Weights of the slices, whose sum is the thickness of the layer [m].
         """
         points, weights = np.polynomial.legendre.leggauss(slices)
         half = self.photoelastic.thickness / 2

@@ -29,9 +29,9 @@ class Loads:
     Attributes
     ----------
     places : ndarray, shape (n, 2)
-        Their centres along x and y [m].
+        Centres of the loads along x and y [m].
     size : (float, float)
-        Of each along x and y [m]; zero is a line or a point.
+        Size of each load along x and y [m]; zero is a line or a point.
     components : int
         How many of N, T_x and T_y act on each, from the first.
     """
@@ -95,7 +95,7 @@ class SymmetricPart:
     mirrors : (Mirror, Mirror)
         The class: its behaviour in the mirrors across x and y.
     coefficients : ndarray, shape (3, along x, along y, along z, r, components)
-        Of u, v and w per newton on each load of the quarter [m/N].
+        Coefficients of u, v and w per newton on each load of the quarter [m/N].
     """
 
     mirrors: tuple[Mirror, Mirror]

@@ -53,14 +53,14 @@ def superposed(
 
 
 def displacement(parts: list[SymmetricPart], mesh: BoxMesh, x: Array, y: Array, z: Array) -> Array:
-    """Of `superposed` parts on a grid of places, shape (3, nx, ny, nz) [m]."""
+    """Displacements of `superposed` parts on a grid of places, shape (3, nx, ny, nz) [m]."""
     return np.stack([_derivative(parts, mesh, (x, y, z), i, None) for i in range(3)])
 
 
 def stress(
     block: Block, parts: list[SymmetricPart], mesh: BoxMesh, x: Array, y: Array, z: Array
 ) -> Array:
-    """Of `superposed` parts on a grid of places, shape (3, 3, nx, ny, nz) [Pa].
+    """Stresses of `superposed` parts on a grid of places, shape (3, 3, nx, ny, nz) [Pa].
 
     The interface counts to the photoelastic layer.
     """

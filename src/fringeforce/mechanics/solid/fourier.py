@@ -33,7 +33,7 @@ def stress_influence(
     Parameters
     ----------
     block : Block
-        Its sides are taken to be rollers, whatever it says.
+        Block whose sides are taken to be rollers, whatever it says.
     patches : Patches
         Where the forces act.
     x, y : ndarray, shape (nx,), (ny,)

@@ -132,13 +132,13 @@ def light_stresses(
     part : SymmetricPart
         Displacements of a quarter.
     mesh : BoxMesh
-        Its bricks.
+        Bricks of the block.
     places : (ndarray, ndarray)
         Samples along x and y, shape (nx,), (ny,) [m].
     depth : sparse array, shape (slices, along z)
         What is wanted of the shape functions along z: values at depths, or their integral.
     component : int
-        Of the loads: 0 for N, 1 for T_x, 2 for T_y.
+        Component of the loads: 0 for N, 1 for T_x, 2 for T_y.
 
     Returns
     -------

@@ -30,7 +30,7 @@ class Grading:
         First brick beside the edges where a free side meets base or interface, in thicknesses of
         the whole block.
     growth, growth_down, growth_below, corner_growth : float
-        Of the bricks that follow.
+        Growth of the bricks that follow.
     largest : float
         Largest brick, in thicknesses of the whole block.
     """
@@ -77,7 +77,7 @@ class BoxMesh:
         return 3 * (p * (len(self.x) - 1) + 1) * (p * (len(self.y) - 1) + 1) * p * (len(self.z) - 1)
 
     def refined(self, factor: int) -> BoxMesh:
-        """The same mesh with every brick cut `factor` times in all directions."""
+        """The mesh with every brick cut `factor` times in all directions."""
         if factor < 1:
             raise InputError(f"A mesh cannot be refined by {factor}; the factor is 1 or more.")
         x, y, z = (cut(breaks, factor) for breaks in (self.x, self.y, self.z))

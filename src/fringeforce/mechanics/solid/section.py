@@ -60,7 +60,7 @@ class Section:
     order : int
         Polynomial order of the bricks.
     widths : ndarray, shape (columns,)
-        Of the bricks along y [m].
+        Widths of the bricks along y [m].
     heights : ndarray, shape (rows,)
         Along z, from the bonded base upwards [m].
     lame : list of (float, float)
@@ -77,7 +77,7 @@ class Section:
 
     @cached_property
     def shape(self) -> tuple[int, int, int, int]:
-        """Of a slab's grid of unknowns: component, along x, y and z."""
+        """Shape of a slab's grid of unknowns: component, along x, y and z."""
         p = self.order
         return 3, p + 1, p * len(self.widths) + 1, p * len(self.heights) + 1
 
@@ -101,7 +101,7 @@ class Section:
 
     @cached_property
     def halves(self) -> tuple[Half, Half]:
-        """Of even and of odd displacements."""
+        """Unknowns of even and of odd displacements."""
         return self._half(HALVES[0]), self._half(HALVES[1])
 
     def _half(self, parity: int) -> Half:

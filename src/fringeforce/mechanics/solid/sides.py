@@ -37,7 +37,7 @@ class SideGrading:
     side, base : float
         First brick beside a side, and above the bonded base.
     growth, growth_up : float
-        Of the bricks that follow them.
+        Growth of the bricks that follow them.
     largest, tallest : float
         Largest brick along x and y, and along z.
     close : float

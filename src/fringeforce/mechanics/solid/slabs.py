@@ -91,7 +91,7 @@ class _Slab:
 
     @property
     def stiffness(self) -> Array:
-        """Of the last and the first mesh plane, in this order, shape (2u, 2u)."""
+        """Stiffness of the last and the first mesh plane, in this order, shape (2u, 2u)."""
         even, odd = (half.stiffness for half in self.halves)
         turned = self._turned
         own, other = (even + odd) / 2, (even - odd) / 2
@@ -200,9 +200,9 @@ def slabs(section: Section, thicknesses: Array, last: Mask) -> Slabs:
     Parameters
     ----------
     section : Section
-        Their common cross-section.
+        Common cross-section of the slabs.
     thicknesses : ndarray, shape (slabs,)
-        Of the slabs along x [m].
+        Thicknesses of the slabs along x [m].
     last : ndarray of bool, shape (3,)
         Components that are zero on the last mesh plane.
     """

@@ -37,7 +37,7 @@ class StripIntegral:
         Integrals of sigma_x - sigma_y and of tau_xy over the photoelastic layer, at the elements'
         Gauss points [Pa m / N].
     unknowns, order : int
-        Of the quarter of the strip that was solved, and of its elements.
+        Unknowns of the quarter of the strip that was solved, and order of its elements.
     """
 
     breaks: Array

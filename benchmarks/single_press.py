@@ -21,7 +21,7 @@ from fringeforce.models.strip import SensorModel, characterize
 
 Array = NDArray[np.float64]
 
-STEADY = 31
+SMOOTHING = 31
 """Pixels that are averaged to find where a phase changes its sign."""
 FOLD = 0.9 * np.pi
 """Phase up to which the arcsine of the intensity is taken for the phase [rad]."""
@@ -62,7 +62,7 @@ def single_press_matrix(
     InputError
         If a frame has several loads, a tactel is never pressed, or a phase would fold.
     """
-    levels, loads = checks.checked_bench(sensor, frames, forces)
+    levels, loads = checks.checked_measurements(sensor, frames, forces)
     camera = sensor.camera
     several = np.flatnonzero((loads != 0).sum(axis=1) > 1)
     if several.size:
@@ -137,11 +137,11 @@ def _signs(drawn: Array, light: Array) -> Array:
     edges = [0, *zeros.tolist(), len(drawn)]
     runs = list(pairwise(edges))
     tops = [first + int(np.argmax(np.abs(drawn[first:end]))) for first, end in runs]
-    steady = uniform_filter1d(light, STEADY, mode="nearest")
+    steady = uniform_filter1d(light, SMOOTHING, mode="nearest")
     places = []
     for first, end in pairwise(tops):
-        near = max(first, first + int(np.argmin(steady[first:end])) - STEADY)
-        places.append(near + int(np.argmin(light[near : near + 2 * STEADY])))
+        near = max(first, first + int(np.argmin(steady[first:end])) - SMOOTHING)
+        places.append(near + int(np.argmin(light[near : near + 2 * SMOOTHING])))
     found = np.empty(len(drawn))
     for (first, _), begin, end in zip(runs, [0, *places], [*places, len(drawn)], strict=True):
         found[begin:end] = signs[first]

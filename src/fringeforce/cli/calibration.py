@@ -1,4 +1,4 @@
-"""Commands for frames with known loads: calibrate, check."""
+"""Commands for frames with known loads: plan, calibrate, check."""
 
 from __future__ import annotations
 
@@ -7,10 +7,50 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design, Model
+from fringeforce.cli.arguments import Design, Model, draw_beside, is_model
 from fringeforce.cli.progress import progress_bar
 
+Parameters = Annotated[
+    list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
+]
 Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
+
+
+def plan(
+    source: Annotated[
+        str, typer.Argument(help="Design file, shipped design, or a calibrated model to improve.")
+    ],
+    presses: Annotated[int, typer.Option(help="Number of presses, a frame each.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="CSV of loads to write.")],
+    largest: Annotated[str, typer.Option(help="Largest force of one press.")] = "3 N",
+    friction: Annotated[
+        float | None,
+        typer.Option(help="Presses slip beyond |T| = friction N; without it T can act alone."),
+    ] = None,
+    density: Annotated[float, typer.Option(help="Largest fringe density, per pixel.")] = 0.2,
+    together: Annotated[
+        int, typer.Option(help="Tactels that can be pressed at a time, 1 or 2.")
+    ] = 1,
+    parameter: Parameters = None,
+    plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
+) -> None:
+    """Propose the loads to calibrate with: those after which readings err least."""
+    from fringeforce.calibration.planning.candidates import Limits
+    from fringeforce.calibration.planning.plan import plan_presses
+    from fringeforce.design.files import load_strip
+    from fringeforce.io.tables import save_forces
+    from fringeforce.models.files import load_strip_model
+    from fringeforce.plotting.figures import draw_plan
+    from fringeforce.studies.summary import plan_summary
+
+    known = load_strip_model(Path(source)) if is_model(source) else load_strip(source)
+    limits = Limits(_newtons(largest), friction, density, together)
+    found = plan_presses(known, presses, parameter, limits)
+    save_forces(output, found.loads)
+    print(f"{output}: {presses} presses, the most worthwhile first")
+    print("\n".join(plan_summary(found)))
+    if plot:
+        draw_beside(output, "the gain drawn", lambda path: draw_plan(found.ratio, path))
 
 
 def calibrate(
@@ -18,9 +58,7 @@ def calibrate(
     frames: Annotated[Path, typer.Option(help="Frames: .h5, .npy, .png or .tiff, a row each.")],
     loads: Annotated[Path, typer.Option(help="CSV of known loads: frame, tactel, normal_N, ...")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
-    parameter: Annotated[
-        list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
-    ] = None,
+    parameter: Parameters = None,
     dark: Annotated[Path | None, typer.Option(help="Frames with the light off.")] = None,
     unloaded: Annotated[
         Path | None, typer.Option(help="Frames without load, polarisers crossed.")
@@ -29,7 +67,10 @@ def calibrate(
         Path | None, typer.Option(help="Frames without load, the analyser turned by 90 degrees.")
     ] = None,
     columns: Annotated[
-        bool, typer.Option("--columns", help="Also correct the matrix where no value can.")
+        bool,
+        typer.Option(
+            "--columns", help="Also fit corrections to the columns that no design value explains."
+        ),
     ] = False,
     plot: Annotated[
         bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
@@ -58,9 +99,11 @@ def calibrate(
     print(f"{output}: calibrated on {len(images)} frames")
     print("\n".join([*calibration_summary(model), next_presses(model, forces)]))
     if plot:
-        picture = output.with_suffix(".png")
-        draw_residuals(model, images, forces, picture)
-        print(f"{picture}: what the model leaves of the frames, in units of the noise")
+        draw_beside(
+            output,
+            "what the model leaves of the frames, in units of the noise",
+            lambda path: draw_residuals(model, images, forces, path),
+        )
 
 
 def check(
@@ -85,3 +128,13 @@ def check(
     print("passed" if found.passed else "failed")
     if not found.passed:
         raise typer.Exit(1)
+
+
+def _newtons(text: str) -> float:
+    from fringeforce.base.errors import InputError
+    from fringeforce.design.units import parse_quantity
+
+    try:
+        return parse_quantity(text, "newton")
+    except ValueError as error:
+        raise InputError(f"--largest {text!r} {error}.") from None

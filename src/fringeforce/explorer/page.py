@@ -1,0 +1,146 @@
+"""What a page of a strip and one of a pad may ask, and who answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter
+
+from fringeforce.design.files import shipped_designs, shipped_pads
+from fringeforce.explorer import tasks
+from fringeforce.explorer.pads import protocol as pads
+from fringeforce.explorer.pads import tasks as pad_tasks
+from fringeforce.explorer.protocol import (
+    STRIP,
+    AboutDesign,
+    DownloadRequest,
+    InsideRequest,
+    ReadRequest,
+    Request,
+)
+
+if TYPE_CHECKING:
+    from fringeforce.explorer.live import Display
+
+
+class Process(Enum):
+    """The processes that compute."""
+
+    DESIGNS = "characterises designs"
+    ANSWERS = "answers what a person waits for"
+    READINGS = "reads what takes long, and leaves the processor to the others"
+
+
+@dataclass(frozen=True)
+class Question:
+    """How a question about a design is answered.
+
+    Attributes
+    ----------
+    answer : str
+        Type of the message that answers it.
+    task : callable
+        From the file of the design's model and the request to the answer.
+    process : Process
+        Where that is worked out.
+    """
+
+    answer: str
+    task: Callable[..., tasks.Answer]
+    process: Process = Process.ANSWERS
+
+
+@dataclass(frozen=True)
+class Page:
+    """One kind of page.
+
+    Attributes
+    ----------
+    file : str
+        HTML file of the page.
+    shipped : callable
+        Names of the designs that there are to start from.
+    understood : TypeAdapter
+        What it may ask.
+    questions : mapping
+        Questions about designs, by the type of the request.
+    solve : callable
+        Characterises a design.
+    remembered : int
+        Number of designs whose solutions are kept: undo and comparisons come at once.
+    display : callable
+        From a model to what pages see of its running camera.
+    warm : callable
+        What is asked of the first design so that libraries are loaded before anybody waits.
+    first : sequence of request
+        What is asked before the page may be opened.
+    prepare : callable, optional
+        What the process of answers does while the first design is solved.
+    """
+
+    file: str
+    shipped: Callable[[], Collection[str]]
+    understood: TypeAdapter[Request]
+    questions: Mapping[type[AboutDesign], Question]
+    solve: Callable[..., tasks.Solved]
+    remembered: int
+    display: Callable[[Any], Display]
+    warm: Callable[[tasks.Solved], Sequence[AboutDesign]]
+    first: Sequence[AboutDesign] = ()
+    prepare: Callable[[], object] | None = None
+
+
+def _strip_display(model: Any) -> Display:
+    from fringeforce.explorer.strip_live import StripDisplay
+
+    return StripDisplay(model)
+
+
+def _pad_display(model: Any) -> Display:
+    from fringeforce.explorer.pads.live import PadDisplay
+
+    return PadDisplay(model)
+
+
+def _strip_warm(solved: tasks.Solved) -> Sequence[AboutDesign]:
+    nothing = [[0.0, 0.0]] * len(solved.blocks["tactels"])
+    return (
+        InsideRequest(type="inside", id=0, design=0),
+        ReadRequest(type="read", id=0, design=0, forces=nothing),
+    )
+
+
+STRIP_PAGE = Page(
+    file="index.html",
+    shipped=shipped_designs,
+    understood=STRIP,
+    questions={
+        InsideRequest: Question("inside", tasks.inside, Process.DESIGNS),
+        ReadRequest: Question("reading", tasks.read),
+        DownloadRequest: Question("file", tasks.file),
+    },
+    solve=tasks.solve,
+    remembered=6,
+    display=_strip_display,
+    warm=_strip_warm,
+)
+PAD_PAGE = Page(
+    file="pad.html",
+    shipped=shipped_pads,
+    understood=pads.PAD,
+    questions={
+        pads.PressRequest: Question("picture", pad_tasks.press),
+        pads.SlicesRequest: Question("slices", pad_tasks.slices),
+        pads.PadReadRequest: Question("reading", pad_tasks.read, Process.READINGS),
+        pads.PadDownloadRequest: Question("file", pad_tasks.file, Process.READINGS),
+    },
+    solve=pad_tasks.solve,
+    remembered=4,
+    display=_pad_display,
+    warm=lambda _: (pads.PadReadRequest(type="read", id=0, design=0, contacts=[]),),
+    first=(pads.PressRequest(type="press", id=0, design=0, contacts=[], fine=False),),
+    prepare=pad_tasks.prepare,
+)
