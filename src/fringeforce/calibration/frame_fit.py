@@ -49,6 +49,34 @@ class FrameFit:
     normal: NormalEquations
 
 
+@dataclass(frozen=True, eq=False)
+class CalibrationFit:
+    """A fit of all measurements, and what it leaves out.
+
+    Attributes
+    ----------
+    measured : Measurements
+        All rows, references last, with the pattern and the drift that are left.
+    fit : FrameFit
+        Fit of the rows that were kept.
+    sound : ndarray of bool, shape (P,)
+        Pixels that follow the light.
+    kept : ndarray of bool, shape (F,)
+        Rows that do not contradict the others.
+    """
+
+    measured: Measurements
+    fit: FrameFit
+    sound: Mask
+    kept: Mask
+
+    @property
+    def used(self) -> Mask:
+        """Pixels that are sound and see the strip, shape (P,)."""
+        sensor = self.measured.sensor
+        return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
+
+
 def light_basis(pixels: int, count: int) -> Array:
     """Cubic B-splines along the frame that sum to one, shape (pixels, count)."""
     degree = min(3, count - 1)
