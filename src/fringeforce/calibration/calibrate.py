@@ -55,7 +55,7 @@ LIGHTS = 10
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts that are tried first, in units of SHIFT."""
 RELINEARISATIONS = 10
-"""Largest number of tangents of the last stage."""
+"""Largest number of linearizations in the last stage."""
 
 
 def calibrate(

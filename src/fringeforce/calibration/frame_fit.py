@@ -24,7 +24,7 @@ PRIOR = {"shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 FAR = 0.15
-"""Change of a design's entry up to which a tangent is followed."""
+"""Change of a design's entry up to which a linearization is followed."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -93,7 +93,7 @@ def pad_summary(model: PadModel) -> list[tuple[str, str]]:
             f"{normal:.3g} rad normal, {tangential:.3g} rad tangential, both passes",
         ),
         (
-            "deviation of a force from one frame",
+            "standard deviation of a force, one frame",
             f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest",
         ),
         _strain(1.0 / tactels.side**2 / block.compliant.youngs_modulus, "tactel"),
@@ -161,7 +161,7 @@ def plan_summary(plan: Plan) -> list[str]:
 
 
 def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
-    """An unknown before and after, to the second digit of its deviation."""
+    """An unknown before and after, to the second digit of its standard deviation."""
     place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
     unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
     factor, symbol = UNITS[unit]
