@@ -131,8 +131,8 @@ def relinearised(
 ) -> DesignJacobian:
     """Jacobian at another design or on the way to it, or the old one if that is near enough.
 
-    Meshes follow the design, so that two linearizations may each point to the other along what frames
-    hardly show; halfway they agree.
+    Meshes follow the design, so that two linearizations may each point to the other along what
+    frames hardly show; halfway they agree.
 
     Parameters
     ----------
