@@ -12,13 +12,18 @@ import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import levenberg_marquardt, light_basis, start
+from fringeforce.calibration.frame_fit import (
+    CalibrationFit,
+    levenberg_marquardt,
+    light_basis,
+    start,
+)
 from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.planning.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.calibration.planning.plan import next_presses
 from fringeforce.calibration.planning.selection import CandidateExperiments
-from fringeforce.calibration.result import Found, built
+from fringeforce.calibration.result import built
 from fringeforce.estimation.bounds import covariance
 from fringeforce.estimation.frame_illumination import own_light
 from fringeforce.models.imaging import Imaging
@@ -79,7 +84,7 @@ def moved(small, small_model):
     )
     sound = np.ones(256, dtype=bool)
     fit = levenberg_marquardt(bench, start(bench, 2 + N), jacobian, sound)
-    return built(Found(bench, fit, sound, np.ones(12, dtype=bool)), paths, 12), jacobian
+    return built(CalibrationFit(bench, fit, sound, np.ones(12, dtype=bool)), paths, 12), jacobian
 
 
 def even_singles() -> np.ndarray:

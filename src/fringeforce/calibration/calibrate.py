@@ -19,6 +19,7 @@ from fringeforce.calibration.design_entries import checked_paths, entries
 from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
+    CalibrationFit,
     consistent,
     levenberg_marquardt,
     light_basis,
@@ -36,7 +37,7 @@ from fringeforce.calibration.light.references import (
     with_references,
 )
 from fringeforce.calibration.measurements import Measurements, Unknowns
-from fringeforce.calibration.result import Found, built
+from fringeforce.calibration.result import built
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.models.strip import SensorModel
@@ -55,7 +56,7 @@ LIGHTS = 10
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts that are tried first, in units of SHIFT."""
 RELINEARISATIONS = 10
-"""Largest number of tangents of the last stage."""
+"""Largest number of linearizations in the last stage."""
 
 
 def calibrate(
@@ -95,8 +96,8 @@ def calibrate(
         Frames that show the light alone.  With them every pixel has an amplitude and an offset of
         its own; what their noise leaves unknown is added to the noise of readings.
     columns : bool
-        Also correct the columns of the influence matrix where no design value can: smooth along
-        the strip, and by no more than the frames themselves make probable, which may be nothing.
+        Also fit corrections to the columns that no design value explains: smooth along the strip,
+        and by no more than the frames themselves make probable, which may be nothing.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def calibrate(
 
 def _fitted(
     measured: Measurements, paths: tuple[str, ...], lights: dict[str, Array], report: Progress
-) -> Found:
+) -> CalibrationFit:
     """The fit, in stages of growing phase, and what it leaves out."""
     report("Finding the strip", 0, 2 * len(STAGES))
     sensor, at = measured.sensor, start(measured, len(entries(measured.sensor, paths)))
@@ -169,17 +170,15 @@ def _fitted(
         previous = jacobian
         jacobian = relinearised(sensor, paths, design, fit.covariance, jacobian, share)
         fit = levenberg_marquardt(measured.rows(kept), at, jacobian, sound)
-    return Found(measured, fit, sound, kept)
+    return CalibrationFit(measured, fit, sound, kept)
 
 
-def _corrected(found: Found, paths: tuple[str, ...]) -> Found:
+def _corrected(found: CalibrationFit, paths: tuple[str, ...]) -> CalibrationFit:
     """The fit with corrected columns, or the one without if the frames show no error of them."""
     measured = found.measured
     stuck = stuck_pixels(measured.levels, measured.sensor.camera.noise)
     columns = fit_columns(measured, paths, found.fit, stuck, found.kept)
-    if columns.posterior.size == 0:
-        return found
-    return Found(columns.measured, columns.fit, columns.sound, columns.kept, columns)
+    return columns if columns.posterior.size else found
 
 
 def _placed(

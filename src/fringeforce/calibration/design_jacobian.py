@@ -24,9 +24,9 @@ Array = NDArray[np.float64]
 STEP = 0.004
 """Step of an entry for central differences."""
 ENTRY_TOLERANCE = 1e-3
-"""Change of a design's entry below which a tangent is as good as the matrix itself."""
+"""Change of a design's entry below which the linearization is as good as the matrix."""
 UNSURE = 0.1
-"""Change in an entry's own deviations below which following it is not worth the elements."""
+"""Change over an entry's own standard deviation below which following it is not worth the cost."""
 GRID = 2001
 """Places along the strip between which matrix and derivatives are interpolated."""
 
@@ -129,10 +129,10 @@ def relinearised(
     jacobian: DesignJacobian,
     share: float = 1.0,
 ) -> DesignJacobian:
-    """A tangent at another design or on the way to it, or the old one if that is near enough.
+    """Jacobian at another design or on the way to it, or the old one if that is near enough.
 
-    Meshes follow the design, so that two tangents may each point to the other along what frames
-    hardly show; halfway they agree.
+    Meshes follow the design, so that two linearizations may each point to the other along what
+    frames hardly show; halfway they agree.
 
     Parameters
     ----------

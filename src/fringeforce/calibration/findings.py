@@ -23,7 +23,7 @@ LEARNT = 0.5
 DESCRIBED = 5
 """Wrong presses that are read to say what they look like; the others are only listed."""
 VAGUE = 0.02
-"""Relative deviation of a design value beyond which better presses are asked for."""
+"""Relative standard deviation of a design value beyond which better presses are asked for."""
 NAMED = 0.1
 """Share of the largest force, or exponent, below which a part of a description is left out."""
 

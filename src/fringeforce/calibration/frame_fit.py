@@ -25,7 +25,7 @@ PRIOR = {"shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
 FAR = 0.15
-"""Change of a design's entry up to which a tangent is followed."""
+"""Change of a design's entry up to which a linearization is followed."""
 SETTLED = 1e-4
 """Gain of twice the log-likelihood below which a step is the last: a hundredth of a deviation."""
 
@@ -50,6 +50,34 @@ class FrameFit:
     covariance: Array
     jacobian: DesignJacobian
     normal: NormalEquations
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationFit:
+    """A fit of all measurements, and what it leaves out.
+
+    Attributes
+    ----------
+    measured : Measurements
+        All rows, references last, with the pattern and the drift that are left.
+    fit : FrameFit
+        Fit of the rows that were kept.
+    sound : ndarray of bool, shape (P,)
+        Pixels that follow the light.
+    kept : ndarray of bool, shape (F,)
+        Rows that do not contradict the others.
+    """
+
+    measured: Measurements
+    fit: FrameFit
+    sound: Mask
+    kept: Mask
+
+    @property
+    def used(self) -> Mask:
+        """Pixels that are sound and see the strip, shape (P,)."""
+        sensor = self.measured.sensor
+        return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
 
 
 def light_basis(pixels: int, count: int) -> Array:

@@ -34,11 +34,11 @@ class Predictions:
     response : Response
         Response of the camera.
     scale : ndarray, shape (F, 1)
-        Inverse deviation of the noise of every row, 1 / grey levels.
+        Inverse standard deviation of the noise of every row, 1 / grey levels.
     shifts : ndarray, shape (2, F, P)
-        What a frame's own gain and offset change, each by its deviation, in units of the noise.
+        What a frame's own gain and offset change, each by its standard deviation, over the noise.
     drift : ndarray, shape (2, F)
-        Own gain and offset of the frames, in units of their deviations.
+        Own gain and offset of the frames, in units of their standard deviations.
     residuals : ndarray, shape (F, P)
         Likelihood residuals in units of the noise.
     averaged : ndarray, shape (F,)
@@ -106,7 +106,7 @@ def predict(
 
 
 def frame_illumination(residuals: Array, shifts: Array, weight: Array, prior: float = 1.0) -> Array:
-    """Likeliest gain and offset of every frame, shape (2, F), in units of their deviations."""
+    """Likeliest gain and offset of every frame, shape (2, F), over their standard deviations."""
     own = illumination_information(shifts, weight, prior)
     gradients = np.einsum("afp,fp,p->fa", shifts, residuals, weight)
     return -np.linalg.solve(own, gradients[..., None])[..., 0].T

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,54 +11,22 @@ from fringeforce.calibration.columns.fit import ColumnFit
 from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
-from fringeforce.calibration.frame_fit import FrameFit, on_strip, residuals
+from fringeforce.calibration.frame_fit import CalibrationFit, residuals
 from fringeforce.calibration.light.modes import fitted_imaging
 from fringeforce.calibration.light.references import pattern_freedom
-from fringeforce.calibration.measurements import SHIFT, Measurements
+from fringeforce.calibration.measurements import SHIFT
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel, characterize
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A fit and what it leaves out.
-
-    Attributes
-    ----------
-    measured : Measurements
-        All rows, references last.
-    fit : FrameFit
-        Fit of the rows that were kept.
-    sound : ndarray of bool, shape (P,)
-        Pixels that follow the light.
-    kept : ndarray of bool, shape (F,)
-        Rows that do not contradict the others.
-    columns : ColumnFit, optional
-        Corrections of the columns, if there are any.
-    """
-
-    measured: Measurements
-    fit: FrameFit
-    sound: Mask
-    kept: Mask
-    columns: ColumnFit | None = None
-
-    @property
-    def used(self) -> Mask:
-        """Pixels that are sound and see the strip, shape (P,)."""
-        sensor = self.measured.sensor
-        return self.sound & on_strip(self.fit.unknowns.positions(sensor), sensor)
-
-
-def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
+def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorModel:
     """The calibrated model with its covariance and what is to be said of it.
 
     Parameters
     ----------
-    found : Found
+    found : CalibrationFit
         The fit.
     paths : tuple of str
         Dotted paths of the design values that were estimated.
@@ -94,14 +62,14 @@ def built(found: Found, paths: tuple[str, ...], frames: int) -> SensorModel:
         "method": "finite elements, calibrated",
         "calibration frames": int(kept[:frames].sum()),
     }
-    if found.columns is None:
+    if not isinstance(found, ColumnFit):
         root = np.asarray(np.linalg.cholesky(covariance), dtype=float)
         imaging = fitted_imaging(measured, found.fit, used, root)
     else:
-        imaging = column_imaging(found.columns, used, max(chi2, 1.0))
-        correction = found.columns.correction(model.x).reshape(model.psi.shape)
+        imaging = column_imaging(found, used, max(chi2, 1.0))
+        correction = found.correction(model.x).reshape(model.psi.shape)
         model = replace(model, psi=model.psi + correction)
-        origin |= found.columns.origin
+        origin |= found.origin
     model = replace(
         model,
         imaging=imaging,

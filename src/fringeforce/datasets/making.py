@@ -1,4 +1,4 @@
-"""A data set in a folder: made on any executor, and gone on with where it was stopped."""
+"""A data set in a folder: made on any executor, and resumed where it was stopped."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def make_dataset(
     study : path
         Path of the study file.
     folder : path
-        Path of the data set; made, or gone on with.
+        Path of the data set; made, or resumed if it exists.
     scheduler : str, optional
         Address of a Dask scheduler; processes of this machine if not given.
     workers : int, optional

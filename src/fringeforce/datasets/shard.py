@@ -21,6 +21,7 @@ from fringeforce.datasets.study_file import NAMES, DatasetStudy
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
 from fringeforce.io.images import DATASET
+from fringeforce.io.tables import PAD
 from fringeforce.models.characterization import characterize
 from fringeforce.models.pad import COMPONENTS, PadModel
 
@@ -136,8 +137,7 @@ def _pictures(shard: Shard, found: Sequence[Example]) -> Files:
         for one in found
         for tactel, force in enumerate(one.forces, start=1)
     ]
-    header = ("image", "tactel", "normal_N", "tangential_x_N", "tangential_y_N")
-    files[f"{shard.name}/{FORCES}"] = _csv(header, single)
+    files[f"{shard.name}/{FORCES}"] = _csv(("image", "tactel", *PAD), single)
     for name, (table, _) in _tables(found).items():
         rows = [[_cell(value) for value in row] for row in table.tolist()]
         files[f"{shard.name}/{name}.csv"] = _csv(table.dtype.names or (), rows)

@@ -90,7 +90,7 @@ class Display(Protocol):
         ...
 
     def glimpse(self, readings: Readings) -> Glimpse:
-        """What is shown of the last frame besides its verdict, forces and deviations."""
+        """What is shown of the last frame besides its verdict, forces and their uncertainty."""
         ...
 
     def follower(self) -> Follower:

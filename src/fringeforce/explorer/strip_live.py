@@ -95,7 +95,7 @@ class StripDisplay:
         return follow
 
     def _covariance(self, forces: Array, std: Array, status: Status) -> Array:
-        """Deviations that were read, correlated as the sensor's optics correlate them."""
+        """Standard deviations that were read, correlated as the sensor's optics correlate them."""
         spread = std.ravel()
         if status is not Status.OK:
             return np.diag(spread**2)

@@ -61,7 +61,7 @@ def optimise(
     pool: Executor,
     progress: Progress | None = None,
 ) -> Optimum:
-    """Seek the best design by differential evolution (Storn and Price, J. Glob. Optim. 11, 1997).
+    """Find the best design by differential evolution (Storn and Price, J. Glob. Optim. 11, 1997).
 
     Every generation is evaluated at once on the executor.  A design that exceeds limits loses to
     any that does not and to any that exceeds them by less (Deb, Comput. Methods Appl. Mech. Eng.

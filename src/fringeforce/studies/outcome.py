@@ -196,9 +196,8 @@ def _sweep_words(sweep: Sweep, front: NDArray[np.intp]) -> str:
             words.append(
                 f"It goes most with the {strongest} (rank correlation {ranks[strongest]:+.2f})."
             )
-        words.append(
-            f"{len(front)} designs are on the Pareto front of uncertainty and largest load."
-        )
+        several = "1 design is" if len(front) == 1 else f"{len(front)} designs are"
+        words.append(f"{several} on the Pareto front of uncertainty and largest load.")
     return " ".join(words)
 
 

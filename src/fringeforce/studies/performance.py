@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,10 @@ MESH_ORDER = 5
 """Order of the elements where many designs are compared; within 1e-3 of the exact influence."""
 
 
+def _in(unit: str) -> Any:
+    return field(metadata={"unit": unit})
+
+
 @dataclass(frozen=True)
 class Performance:
     """What a design does under loads up to a working load.
@@ -33,7 +38,7 @@ class Performance:
     Attributes
     ----------
     worst_uncertainty, mean_uncertainty : float
-        Largest and mean deviation of a force read from one frame, over loads and tactels [N].
+        Largest and mean standard deviation of a force read from one frame [N].
     largest_load : float
         Normal force on a tactel up to which camera and linear elasticity follow any load [N].
     edge_load : float
@@ -50,36 +55,23 @@ class Performance:
         Thickness and volume of the strip [m], [m^3].
     """
 
-    worst_uncertainty: float
-    mean_uncertainty: float
-    largest_load: float
-    edge_load: float
-    nyquist_load: float
-    strain_load: float
-    peak_phase: float
-    fringes_per_pixel: float
-    strain: float
-    condition: float
-    thickness: float
-    volume: float
+    worst_uncertainty: float = _in("N")
+    mean_uncertainty: float = _in("N")
+    largest_load: float = _in("N")
+    edge_load: float = _in("N")
+    nyquist_load: float = _in("N")
+    strain_load: float = _in("N")
+    peak_phase: float = _in("rad")
+    fringes_per_pixel: float = _in("")
+    strain: float = _in("")
+    condition: float = _in("")
+    thickness: float = _in("m")
+    volume: float = _in("m^3")
 
 
-UNITS = {
-    "worst_uncertainty": "N",
-    "mean_uncertainty": "N",
-    "largest_load": "N",
-    "edge_load": "N",
-    "nyquist_load": "N",
-    "strain_load": "N",
-    "peak_phase": "rad",
-    "fringes_per_pixel": "",
-    "strain": "",
-    "condition": "",
-    "thickness": "m",
-    "volume": "m^3",
-}
+UNITS: dict[str, str] = {one.name: one.metadata["unit"] for one in fields(Performance)}
 """Unit of every number."""
-NAMES = tuple(field.name for field in fields(Performance))
+NAMES = tuple(UNITS)
 
 
 def coarse_model(sensor: Sensor, order: int = MESH_ORDER) -> SensorModel:
@@ -126,7 +118,7 @@ def performance(
 
 
 def uncertainties(model: SensorModel, loads: np.ndarray) -> np.ndarray:
-    """Deviations of one frame's forces under loads (k, n, 2), shape (k, n, 2) [N]."""
+    """Standard deviations of one frame's forces under loads (k, n, 2), shape (k, n, 2) [N]."""
     spreads = covariances(model, loads)
     return np.sqrt(np.diagonal(spreads, axis1=1, axis2=2)).reshape(loads.shape)
 

@@ -30,7 +30,8 @@ class Resolution:
     bound : ndarray, shape (k, n, 2)
         Cramer-Rao bounds [N]; infinite where the intensity is flat to first order.
     std : ndarray, shape (k, n, 2)
-        Deviations that also count the curvature where the slope vanishes, as readings state [N].
+        Standard deviations that also count the curvature where the slope vanishes, as those of
+        readings do [N].
     crosstalk : ndarray, shape (2n, 2n)
         Correlation of the forces' errors, root mean square over the maps, ordered like
         `loads[0].ravel()`.
@@ -46,7 +47,7 @@ class Resolution:
 
 
 def resolution(model: SensorModel, loads: Array) -> Resolution:
-    """Bounds, deviations and crosstalk of a model under given loads, shape (k, n, 2) [N]."""
+    """Bounds, standard deviations and crosstalk of a model under loads (k, n, 2) [N]."""
     psi = model.frame_influence
     phases = loads.reshape(len(loads), -1) @ psi.T
     spreads = covariances(model, loads)
@@ -75,7 +76,7 @@ def resolution_study(model: SensorModel, largest: float = 1.0, seed: int = 0) ->
     header = ("tactel", *(
         f"{name} {what} [mN]"
         for name in COMPONENTS
-        for what in ("Cramer-Rao, median", "deviation, median", "deviation, worst")
+        for what in ("Cramer-Rao, median", "std, median", "std, worst")
     ))  # fmt: skip
     return StudyResult(
         "resolution", header, rows, _words(found, largest), lambda ax: _draw(ax, found), (8.0, 5.6)
@@ -104,7 +105,7 @@ def _name(index: int) -> str:
 
 
 def _draw(ax: Axes, found: Resolution) -> None:
-    """Deviations of every tactel above, crosstalk below, normal forces first."""
+    """Standard deviations of every tactel above, crosstalk below, normal forces first."""
     n = found.std.shape[1]
     ax.axis("off")
     above, below = ax.inset_axes((0, 0.6, 0.9, 0.4)), ax.inset_axes((0, 0, 0.9, 0.44))
@@ -113,7 +114,7 @@ def _draw(ax: Axes, found: Resolution) -> None:
         low, middle, high = np.percentile(found.std[..., component], [0, 50, 100], axis=0) * 1e3
         (line,) = above.plot(tactel, middle, "o-", label=f"{name}: median, least to worst")
         above.fill_between(tactel, low, high, alpha=0.2, color=line.get_color(), linewidth=0)
-    above.set(xlabel="tactel", ylabel="deviation [mN]", xticks=tactel, ylim=(0, None))
+    above.set(xlabel="tactel", ylabel="standard deviation [mN]", xticks=tactel, ylim=(0, None))
     above.legend(fontsize=8)
     order = np.arange(2 * n).reshape(n, 2).T.ravel()
     image = below.imshow(

@@ -81,7 +81,7 @@ class ResultStore:
 def open_store(
     path: str | os.PathLike[str], study: str, axes: Sequence[Axis], designs: int
 ) -> Iterator[ResultStore]:
-    """Results of a study to go on with, or a new file for them.
+    """Results of a study to resume, or a new file for them.
 
     Parameters
     ----------

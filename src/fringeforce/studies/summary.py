@@ -7,7 +7,8 @@ import numpy as np
 from fringeforce.calibration.planning.candidates import fringes_per_pixel
 from fringeforce.calibration.planning.plan import GAIN, Plan
 from fringeforce.contacts.loads import polar
-from fringeforce.design.strip import Layer
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -36,7 +37,7 @@ def surface_strain(model: SensorModel) -> float:
 
 
 def summary(model: SensorModel) -> list[tuple[str, str]]:
-    """Names and values, in the order of a person's questions.
+    """Names and values of a strip, in the order of a person's questions.
 
     Parameters
     ----------
@@ -50,36 +51,25 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     """
     sensor = model.sensor
     strip, camera = sensor.transducer, sensor.camera
-    constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
-    peaks = np.abs(model.pixel_influence).max(axis=(0, 1))
-    psi = model.pixel_influence.reshape(camera.pixels, -1)
+    normal, tangential = np.abs(model.pixel_influence).max(axis=(0, 1))
+    condition = np.linalg.cond(model.pixel_influence.reshape(camera.pixels, -1))
     density = fringe_density(model)
-    strain = surface_strain(model)
     pixel = _mm(strip.length / camera.pixels)
+    size = f"{_mm(strip.length)} x {_mm(strip.width)}"
     return [
-        (
-            "strip",
-            f"{_mm(strip.length)} x {_mm(strip.width)}, {strip.edges} edges, plane {strip.plane}",
-        ),
-        ("compliant layer", _layer(strip.compliant)),
-        ("photoelastic layer", _layer(strip.photoelastic)),
+        ("strip", f"{size}, {strip.edges} edges, plane {strip.plane}"),
+        *_layers(sensor),
         ("tactels", f"{sensor.tactels.count} at a pitch of {_mm(sensor.tactels.pitch)}"),
         ("camera", f"{camera.pixels} pixels of {pixel}, {camera.bits} bits"),
-        ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
-        (
-            "peak phase per newton",
-            f"{peaks[0]:.3g} rad normal, {peaks[1]:.3g} rad tangential",
-        ),
-        ("condition number of psi", f"{np.linalg.cond(psi):.4g} at the pixels"),
+        _constant(sensor),
+        ("peak phase per newton", f"{normal:.3g} rad normal, {tangential:.3g} rad tangential"),
+        ("condition number of psi", f"{condition:.4g} at the pixels"),
         (
             "fringe density at 1 N, 10 degrees on all",
             f"{density:.3g} fringes per pixel; Nyquist's 0.5 is reached at {0.5 / density:.3g} N",
         ),
-        (
-            "strain of the cover at 1 N",
-            f"{strain:.2%} over one pitch; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
-        ),
-        ("elements", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
+        _strain(surface_strain(model), "pitch"),
+        ("elements", _provenance(model)),
     ]
 
 
@@ -89,32 +79,55 @@ def pad_summary(model: PadModel) -> list[tuple[str, str]]:
     block, tactels, camera = pad.transducer, pad.tactels, pad.camera
     middle = np.zeros((3, tactels.total, 3))
     middle[range(3), tactels.total // 2, range(3)] = 1.0
-    peaks = [np.hypot(*one).max() for one in model.retardance(middle)]
+    normal, tangential, _ = [np.hypot(*one).max() for one in model.retardance(middle)]
     deviations = 1e3 * np.median(PadReader(model).bound(np.zeros((tactels.total, 3))), axis=0)
-    strain = 1.0 / tactels.side**2 / block.compliant.youngs_modulus
     columns, rows = camera.pixels
-    constant = stress_optic_constant(block.photoelastic, pad.polariscope.wavelength)
     return [
         ("pad", f"{_mm(block.length)} x {_mm(block.width)}, {block.sides} sides"),
-        ("compliant layer", _layer(block.compliant)),
-        ("photoelastic layer", _layer(block.photoelastic)),
+        *_layers(pad),
         ("tactels", f"{tactels.count[0]} x {tactels.count[1]} at a pitch of {_mm(tactels.pitch)}"),
         ("camera", f"{columns} x {rows} pixels, {camera.kind}, {camera.bits} bits"),
-        ("stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"),
+        _constant(pad),
         (
             "peak retardance per newton",
-            f"{peaks[0]:.3g} rad normal, {peaks[1]:.3g} rad tangential, both passes",
+            f"{normal:.3g} rad normal, {tangential:.3g} rad tangential, both passes",
         ),
         (
-            "deviation of a force from one frame",
+            "standard deviation of a force, one frame",
             f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest",
         ),
-        (
-            "strain of the cover at 1 N",
-            f"{strain:.2%} over one tactel; linear theory ends near 10 %, at {0.1 / strain:.3g} N",
-        ),
-        ("influence", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
+        _strain(1.0 / tactels.side**2 / block.compliant.youngs_modulus, "tactel"),
+        ("influence", _provenance(model)),
     ]
+
+
+def _layers(sensor: Sensor | Pad) -> list[tuple[str, str]]:
+    return [
+        (
+            f"{name} layer",
+            f"{_mm(layer.thickness)}, E = {layer.youngs_modulus / 1e6:.4g} MPa, "
+            f"nu = {layer.poissons_ratio:.4g}",
+        )
+        for name, layer in (
+            ("compliant", sensor.transducer.compliant),
+            ("photoelastic", sensor.transducer.photoelastic),
+        )
+    ]
+
+
+def _constant(sensor: Sensor | Pad) -> tuple[str, str]:
+    layer, light = sensor.transducer.photoelastic, sensor.polariscope
+    constant = stress_optic_constant(layer, light.wavelength)
+    return "stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"
+
+
+def _strain(strain: float, area: str) -> tuple[str, str]:
+    words = f"{strain:.2%} over one {area}; linear theory ends near 10 %, at {0.1 / strain:.3g} N"
+    return "strain of the cover at 1 N", words
+
+
+def _provenance(model: SensorModel | PadModel) -> str:
+    return ", ".join(f"{name} {value}" for name, value in model.provenance.items())
 
 
 def calibration_summary(model: SensorModel) -> list[str]:
@@ -148,7 +161,7 @@ def plan_summary(plan: Plan) -> list[str]:
 
 
 def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
-    """An unknown before and after, to the second digit of its deviation."""
+    """An unknown before and after, to the second digit of its standard deviation."""
     place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
     unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
     factor, symbol = UNITS[unit]
@@ -159,10 +172,3 @@ def _change(model: SensorModel, name: str, before: float, after: float, std: flo
 
 def _mm(value: float) -> str:
     return f"{value * 1e3:.4g} mm"
-
-
-def _layer(layer: Layer) -> str:
-    return (
-        f"{_mm(layer.thickness)}, E = {layer.youngs_modulus / 1e6:.4g} MPa, "
-        f"nu = {layer.poissons_ratio:.4g}"
-    )

@@ -71,7 +71,7 @@ def run_sweep(
     sensor : Sensor
         The design that it starts from.
     path : path
-        HDF5 file of results; made, or gone on with.
+        HDF5 file of results; made, or resumed if it exists.
     pool : Executor
         Where designs are evaluated.
     progress : callable, optional

@@ -30,9 +30,10 @@ class Verified:
     frames : int
         At the design's worst load.
     predicted, found : float
-        Deviation of the worst force: as predicted, and root mean square error of the readings [N].
+        Standard deviation of the worst force as predicted, and root mean square error of the
+        readings [N].
     read_right : float
-        Share of those frames with the verdict OK and all forces within 6 deviations.
+        Share of those frames with the verdict OK and all forces within 6 standard deviations.
     elsewhere : float
         The same over as many frames of all loads of the study.
     """

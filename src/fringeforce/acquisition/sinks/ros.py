@@ -17,7 +17,7 @@ QUEUE = 10
 
 
 class RosSink(Sink):
-    """Publishes the last reading of every block: resultant, forces and their deviations.
+    """Publishes the last reading of every block: resultant, forces and uncertainties.
 
     Robots' controllers take the newest value; every line is for recordings.
 

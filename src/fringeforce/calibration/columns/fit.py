@@ -16,6 +16,7 @@ from fringeforce.calibration.columns.quadratic import Quadratic, expanded, patte
 from fringeforce.calibration.design_jacobian import DesignJacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
+    CalibrationFit,
     FrameFit,
     consistent,
     pixel_weight,
@@ -38,17 +39,11 @@ GAIN_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class ColumnFit:
-    """A fit with corrected columns.
+class ColumnFit(CalibrationFit):
+    """A fit with corrected columns, which the Jacobian of its `fit` has.
 
     Attributes
     ----------
-    measured : Measurements
-        All rows, with the pattern and the drift that are left.
-    fit : FrameFit
-        Design, camera and light; its tangent has the corrected columns.
-    sound, kept : ndarray of bool, shapes (P,) and (F,)
-        Pixels and frames that were used.
     shapes : Shapes
         What the coefficients mean.
     posterior : Posterior
@@ -59,10 +54,6 @@ class ColumnFit:
         Covariance of the other shared unknowns for given corrections.
     """
 
-    measured: Measurements
-    fit: FrameFit
-    sound: Mask
-    kept: Mask
     shapes: Shapes
     posterior: Posterior
     responses: Array

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NONE = 1e-6
-"""Deviation that stands for no pattern at all, grey levels."""
+"""Standard deviation that stands for no pattern at all, grey levels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class FixedPatternNoise:
     Attributes
     ----------
     levels : ndarray, shape (2, P)
-        Deviations of the amplitude, then of the offset, grey levels.
+        Differences of the amplitude, then of the offset, grey levels.
     known : ndarray, shape (2, P)
         What is known of them from elsewhere, such as the offset's from frames in the dark.
     precision : ndarray, shape (2, P)

@@ -154,7 +154,7 @@ def patterned(
 def _sizes(
     left: dict[str, Array], errors: dict[str, float], normal: NormalEquations
 ) -> tuple[float, float]:
-    """Deviations of amplitude and offset from pixel to pixel, noise taken off, grey levels."""
+    """Standard deviations of amplitude and offset over the pixels, without noise [grey levels]."""
     used = np.linalg.det(np.moveaxis(normal.pixels, 2, 0)) > 0
     pixels = np.moveaxis(normal.pixels[:, :, used], 2, 0)
     free = -np.linalg.solve(pixels, normal.pixel_gradient[:, used].T[..., None])[..., 0].T

@@ -31,7 +31,7 @@ from fringeforce.models.strip import SensorModel
 Array = NDArray[np.float64]
 
 TOLERANCE = 0.1
-"""Deviation of entries that a drawing is trusted to when the truth is imagined."""
+"""Standard deviation of entries that a drawing is trusted to when the truth is imagined."""
 
 
 @dataclass(frozen=True, eq=False)
