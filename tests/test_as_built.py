@@ -48,6 +48,12 @@ def _is_normal(values: np.ndarray, mean: float, std: float) -> bool:
     return stats.kstest(values, stats.norm(mean, std).cdf).pvalue > RARE
 
 
+def _value(design: ff.Sensor, path: str) -> float:
+    found = number_at(design, path)
+    assert found is not None
+    return found[0]
+
+
 @pytest.mark.parametrize(
     "path",
     [
@@ -60,8 +66,8 @@ def _is_normal(values: np.ndarray, mean: float, std: float) -> bool:
 )
 def test_drawn_values_are_normal_about_the_drawing(drawing: ff.Sensor, path: str) -> None:
     generator = np.random.default_rng()
-    values = [number_at(drawn(drawing, generator), path)[0] for _ in range(DRAWS)]
-    assert _is_normal(np.array(values), number_at(drawing, path)[0], drawing.tolerances[path])
+    values = np.array([_value(drawn(drawing, generator), path) for _ in range(DRAWS)])
+    assert _is_normal(values, _value(drawing, path), drawing.tolerances[path])
 
 
 def test_a_value_at_its_limit_is_drawn_within(drawing: ff.Sensor) -> None:
@@ -77,7 +83,9 @@ def test_values_are_drawn_independently_and_others_stay(drawing: ff.Sensor) -> N
     designs = [drawn(drawing, generator) for _ in range(DRAWS)]
     thickness = [design.transducer.compliant.thickness for design in designs]
     modulus = [design.transducer.compliant.youngs_modulus for design in designs]
-    assert stats.pearsonr(thickness, modulus).pvalue > RARE
+    # Fisher's transform of the correlation of independent draws is normal
+    together = np.arctanh(np.corrcoef(thickness, modulus)[0, 1]) * np.sqrt(DRAWS - 3)
+    assert 2 * stats.norm.sf(abs(together)) > RARE
     assert all(design.transducer.length == drawing.transducer.length for design in designs)
     assert not any(design.tolerances for design in designs)
 
@@ -180,6 +188,22 @@ def test_frames_of_a_built_sensor_follow_its_own_design(sensor: ff.Sensor) -> No
     visibility = own.polariscope.visibility
     level = own.camera.amplitude * (1 - visibility * np.cos(phase)) / 2 + 5
     assert np.abs(real.expose(forces) - level).max() < 0.5 + 1e-6
+
+
+def test_readings_know_the_width_and_the_place_of_contacts(sensor: ff.Sensor) -> None:
+    changes = {"tactels.contact_width": "0.8 mm", "tactels.placement": "0.05 mm"}
+    wide = sensor.replace(**{"transducer.edges": "roller"}, **changes)
+    model, forces = ff.characterize(wide), ff.polar(1.0, angle=10, n=11)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    places = wide.tactels.positions[:, None] + 0.05e-3 + 0.4e-3 * nodes
+    lines = fourier.integrated_stress(wide.transducer, places.ravel(), wide.pixel_positions)
+    constant = stress_optic_constant(wide.transducer.photoelastic, wide.polariscope.wavelength)
+    each = lines.reshape(-1, 11, 20, 2)
+    phase = 2 * constant * np.einsum("mcqt,q,ct->m", each, weights / 2, forces)
+    reading = ff.Reader(model).read(model.delivered(phase, rng=0))
+    assert reading.status is ff.Status.OK
+    off = (reading.forces - forces).ravel()
+    assert off @ np.linalg.solve(reading.covariance, off) < stats.chi2(22).isf(RARE)
 
 
 def test_a_residual_shows_without_load(sensor: ff.Sensor) -> None:

@@ -257,7 +257,7 @@ def test_a_table_of_tolerances_has_no_place_in_a_file() -> None:
 @pytest.mark.parametrize(
     ("stated", "words"),
     [
-        ({"transducer.compliant.thicknes": 1e-5}, ["thicknes", "no number"]),
+        ({"transducer.cover.thickness": 1e-5}, ["transducer.cover", "no number"]),
         ({"camera.pixels": 3.0}, ["camera.pixels", "no number"]),
         ({THICKNESS: -1e-5}, [THICKNESS, "not negative"]),
         ({THICKNESS: 1e-3}, [THICKNESS, "too large"]),

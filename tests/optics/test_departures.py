@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, quad_vec
 from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 import fringeforce as ff
-from fringeforce.design.light import Polariscope
+from fringeforce.design.light import Channel, Plates, Polariscope
 from fringeforce.models.imaging import designed_response
 from fringeforce.optics.area_camera import pictures as pad_pictures
 from fringeforce.optics.camera import blurred, encoded, expose
@@ -22,7 +22,7 @@ WAVELENGTH = 632.8e-9
 def test_a_spectrum_takes_the_contrast_that_its_integral_takes(
     bandwidth: float, bias: float
 ) -> None:
-    light = Polariscope(wavelength=WAVELENGTH, bandwidth=bandwidth, channels=({"bias": bias},))
+    light = Polariscope(wavelength=WAVELENGTH, bandwidth=bandwidth, channels=(Channel(bias=bias),))
     phase = np.linspace(-40, 40, 81)
     found = pictures(light)[0].fringe.intensity(phase)
     # a Gaussian of 1 / wavelength whose width at half maximum is measured in wavelength
@@ -32,7 +32,7 @@ def test_a_spectrum_takes_the_contrast_that_its_integral_takes(
         reach = np.sqrt(2 * np.log(2)) * deviation
         return 1 / (centre - reach) - 1 / (centre + reach) - bandwidth
 
-    deviation = brentq(half_width, 1e-6 * centre, 0.3 * centre, rtol=1e-14)
+    deviation = float(root_scalar(half_width, bracket=(1e-6 * centre, 0.3 * centre)).root)
 
     def spectrum(k: float) -> float:
         return float(np.exp(-(((k - centre) / deviation) ** 2) / 2))
@@ -65,8 +65,8 @@ def test_light_of_a_band_that_meets_a_turned_retarder_is_the_mean_over_the_band(
     np.testing.assert_allclose(fringe.turned(lead, cross), expected, atol=1e-10)
 
 
-@pytest.mark.parametrize("plates", [None, {"retardance_error": 4.0, "extinction_ratio": 0.01}])
-def test_visibility_is_that_of_brightest_and_darkest(plates: dict | None) -> None:
+@pytest.mark.parametrize("plates", [None, Plates(retardance_error=4.0, extinction_ratio=0.01)])
+def test_visibility_is_that_of_brightest_and_darkest(plates: Plates | None) -> None:
     phase = np.linspace(0, 4 * np.pi, 100_001)
     full, part = (
         pictures(Polariscope(wavelength=WAVELENGTH, visibility=v, plates=plates))[

@@ -208,11 +208,7 @@ class SensorModel:
         """Normalised intensity of all channels at phase leads, shape (..., n_pixels)."""
         seen = [p.fringe.intensity(p.dispersion * phase) for p in self._pictures]
         light = seen[0] if len(seen) == 1 else np.stack(seen, axis=-2)
-        sensor = self.sensor
-        if not sensor.camera.blur:
-            return light
-        pitch = sensor.transducer.length / sensor.camera.pixels
-        return camera_optics.blurred(light, sensor.camera.blur / pitch)
+        return camera_optics.on_sensor(self.sensor, light)
 
     def expose(
         self,

@@ -9,6 +9,7 @@ from scipy.special import ive
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.parts import Converter
+from fringeforce.design.strip import Sensor
 
 Lighting = tuple[NDArray[np.float64], NDArray[np.float64]]
 Rng = int | np.random.Generator | None
@@ -127,6 +128,14 @@ def blurred(light: NDArray[np.float64], deviation: float) -> NDArray[np.float64]
     else:
         kernel = np.exp(-np.square(steps / deviation) / 2)
     return np.asarray(correlate1d(light, kernel / kernel.sum(), mode="nearest"))
+
+
+def on_sensor(sensor: Sensor, light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lines of light on a strip as they reach its camera's pixels, shape (..., n_pixels)."""
+    camera = sensor.camera
+    if not camera.blur:
+        return light
+    return blurred(light, camera.blur * camera.pixels / sensor.transducer.length)
 
 
 def noise_variance(camera: Converter) -> float:
