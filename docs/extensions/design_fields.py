@@ -9,18 +9,18 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from fringeforce.design.strip import Sensor
-from fringeforce.design.text import unit_of
+from fringeforce.design.text import keys, unit_of
 from fringeforce.design.units import EXAMPLES
 
 LIMITS = {"gt": ">", "ge": "at least", "lt": "<", "le": "at most"}
-QUANTITIES = {"meter": "length", "pascal": "pressure", "newton": "force"}
+QUANTITIES = {"meter": "length", "pascal": "pressure", "newton": "force", "radian": "angle"}
 KINDS = {int: "whole number", float: "number", str: "text", bool: "`true` or `false`"}
 
 
 def tables(model: type[BaseModel] = Sensor, path: str = "") -> str:
     """A table in Markdown for every table of a design file."""
     rows, children = [], []
-    for name, info in model.model_fields.items():
+    for name, info in keys(model).items():
         key, child = info.alias or name, _table(info.annotation)
         if child is None:
             rows.append(_row(key, info))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fringeforce.design.files import load_sensor
     from fringeforce.design.strip import Sensor
     from fringeforce.estimation.phase.noise_free import recover_phase
+    from fringeforce.models.as_built import BuiltSensor
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
     from fringeforce.models.strip import SensorModel
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Batch",
+    "BuiltSensor",
     "Contact",
     "Friction",
     "FringeforceError",
@@ -60,6 +62,7 @@ __all__ = [
 
 _HOME = {
     "Batch": "reading.batch",
+    "BuiltSensor": "models.as_built",
     "Contact": "contacts.contact",
     "Friction": "contacts.contact",
     "FringeforceError": "base.errors",

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, AllowInfNan, BeforeValidator, Field, Strict
 from fringeforce.design.units import EXAMPLES, parse_quantity
 
 
-def _quantity(unit: str, above: float | None = None) -> Any:
+def _quantity(unit: str, above: float | None = None, least: float | None = None) -> Any:
     """A physical quantity: text with a unit, or, from Python only, an SI float."""
 
     def read(value: Any, info: ValidationInfo) -> Any:
@@ -25,7 +25,7 @@ def _quantity(unit: str, above: float | None = None) -> Any:
         float,
         Strict(),
         AllowInfNan(False),
-        Field(gt=above, json_schema_extra={"unit": unit}),
+        Field(gt=above, ge=least, json_schema_extra={"unit": unit}),
         BeforeValidator(read),
     ]
 
@@ -40,14 +40,31 @@ def _plain_list(value: Any) -> Any:
 
 
 if TYPE_CHECKING:
-    Length = Pressure = Force = Place = float
+    Length = Pressure = Force = Place = Extent = Angle = float
 else:
     Length, Pressure = _quantity("meter", above=0), _quantity("pascal", above=0)
     Force, Place = _quantity("newton", above=0), _quantity("meter")
+    Extent, Angle = _quantity("meter", least=0), _quantity("radian")
 Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
 """Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]
 Share = Annotated[Finite, Field(ge=0, le=1)]
+
+
+def _percent(value: Any) -> Any:
+    """A share written in per cent, "1 %", as a number."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return float(value.strip().removesuffix("%")) / (100 if value.strip()[-1:] == "%" else 1)
+    except ValueError:
+        raise ValueError('is no share; write a number or per cent, such as "1 %"') from None
+
+
+Percent = Annotated[Finite, Field(ge=0), BeforeValidator(_percent)]
+"""A share of something, 0.01 or "1 %"."""
+Visibility = Annotated[Finite, Field(gt=0, le=1)]
+"""Of fringes, (brightest - darkest) / (brightest + darkest)."""
 Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(_plain_integer)]
 
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from fringeforce.design.fields import Count, Finite, Length, Place
+from fringeforce.design.fields import Angle, Count, Extent, Finite, Length, Place, Visibility
 from fringeforce.design.parts import Converter, Part
 
 
@@ -53,6 +53,33 @@ class Polariscope(Part):
     )
     plates: Plates | None = Field(
         default=None, description="errors of polarisers and plates; perfect ones if not given"
+    )
+    bandwidth: Extent = Field(
+        default=0.0,
+        description="full width at half maximum of the spectrum in wavelength [m], Gaussian in "
+        "1 / wavelength; of every channel.  Fringes of a high order lose contrast; simulated by "
+        "expose; readings do not allow for it yet",
+        json_schema_extra={"ideal": True},
+    )
+    visibility: Visibility = Field(
+        default=1.0,
+        description="V of fringes, I = [1 - V cos p] / 2: extinction, misalignment, stray light; "
+        "readings allow for the value, not yet for its tolerance",
+        json_schema_extra={"ideal": True},
+    )
+    residual: Angle = Field(
+        default=0.0,
+        description="phase lead without load [rad]; its tolerance is the standard deviation of a "
+        "smooth random field along the strip.  Simulated by expose; readings do not allow for it "
+        "yet",
+        json_schema_extra={"ideal": True},
+    )
+    residual_length: Length = Field(
+        default=5e-3,
+        description="correlation length of the residual [m]: stresses that casting and bonding "
+        "leave vary over no less than the layer's thickness (Saint-Venant's principle), and the "
+        "ends of a strip differ",
+        json_schema_extra={"ideal": True, "unit": "meter"},
     )
 
     @property

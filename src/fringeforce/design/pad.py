@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from fringeforce.design.fields import Finite, Length
+from fringeforce.design.fields import Finite, Length, Visibility
 from fringeforce.design.light import Plates
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
 
@@ -106,6 +106,11 @@ class PadPolariscope(Part):
     plates: Plates | None = Field(
         default=None, description="errors of polarisers and plates; perfect ones if not given"
     )
+    visibility: Visibility = Field(
+        default=1.0,
+        description="of fringes: 1 - visibility of the light has lost its polarisation",
+        json_schema_extra={"ideal": True},
+    )
 
     @property
     def pictures(self) -> tuple[PadChannel, ...]:
@@ -121,12 +126,6 @@ class AreaCamera(Converter):
         default="ordinary",
         description='"polarisation" has analysers at 0 and 45 degrees before the pixels of even '
         "rows in turn, at 135 and 90 degrees before those of odd rows",
-    )
-    blur: Length | None = Field(
-        default=None,
-        description="standard deviation of the lens's point spread, on the pad [m]; none if not "
-        "given",
-        json_schema_extra={"unit": "meter"},
     )
 
 

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, InitErrorDetails
 
 from fringeforce.base.errors import DesignError
-from fringeforce.design.fields import Count, Finite, Length, Pressure
+from fringeforce.design.fields import Count, Extent, Finite, Length, Percent, Pressure
 from fringeforce.design.text import toml_text
+from fringeforce.design.tolerances import Tolerances, excess, number_at, problem_at, take, without
 from fringeforce.design.validation import suggestion, validated
 
 
@@ -44,6 +57,42 @@ class Converter(Part):
         ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
     )
     noise_model: Literal["uniform", "gaussian"] = Field("uniform", description="its distribution")
+    blur: Extent | None = Field(
+        default=None,
+        description="standard deviation of the Gaussian point spread, on the sensor [m]; none if "
+        "not given.  Readings of pads allow for it, those of strips do not yet: it is only "
+        "simulated by expose",
+        json_schema_extra={"unit": "meter"},
+    )
+    drift: Percent = Field(
+        default=0.0,
+        description='relative standard deviation of the light from frame to frame, such as "1 %"; '
+        "simulated by expose; readings do not allow for it yet",
+        json_schema_extra={"ideal": True},
+    )
+    response: str = Field(
+        default="linear",
+        description='grey level over light: "linear", "sRGB" (IEC 61966-2-1), or a gamma such as '
+        '"0.45", the power of the light as a share of the full scale; noise is added behind it.  '
+        "Simulated by expose; readings do not allow for it yet",
+        json_schema_extra={"ideal": True},
+    )
+
+    @field_validator("response")
+    @classmethod
+    def _known_response(cls, response: str) -> str:
+        if response in ("linear", "sRGB"):
+            return response
+        try:
+            gamma = float(response)
+        except ValueError:
+            gamma = 0.0
+        if not 0 < gamma < np.inf:
+            raise ValueError(
+                'is no response of a camera; take "linear", "sRGB" or a gamma above zero such as '
+                '"0.45"'
+            )
+        return response
 
     @model_validator(mode="after")
     def _within_converter(self) -> Self:
@@ -71,6 +120,46 @@ class Converter(Part):
 class Design(Part):
     """What all designs can do."""
 
+    tolerances: Tolerances = Field(
+        default=Tolerances(),
+        description="one standard deviation of each value that has a tolerance, by dotted path; in "
+        "a file they stand behind the values",
+    )
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_tolerances(
+        cls, values: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
+    ) -> Self:
+        if not isinstance(values, Mapping):
+            return handler(values)
+        if "tolerances" in values and info.context and info.context["units_required"]:
+            raise ValueError(
+                "has a table of tolerances; write each behind its value, as in "
+                'thickness = "0.50 +/- 0.02 mm"'
+            )
+        if not isinstance(values.get("tolerances", {}), Mapping):
+            raise ValueError("has tolerances that are no mapping from dotted paths to numbers")
+        plain, found, problems = take(cls, values)
+        stated = {**values.get("tolerances", {}), **found}
+        plain["tolerances"] = {path: std for path, std in stated.items() if std != 0}
+        design = None
+        try:
+            design = handler(plain)
+        except ValidationError as error:
+            places = {problem.get("loc") for problem in problems}
+            problems += [_again(e) for e in error.errors() if e["loc"] not in places]
+        if design is not None:
+            problems += [
+                problem
+                for path, std in design.tolerances.items()
+                if path not in found and (problem := _stated_problem(design, path, std))
+            ]
+        if problems:
+            raise ValidationError.from_exception_data(cls.__name__, problems)
+        assert design is not None
+        return design
+
     def replace(self, **changes: Any) -> Self:
         """A variant of this design.
 
@@ -78,7 +167,9 @@ class Design(Part):
         ----------
         **changes
             Dotted paths, ``replace(**{"transducer.length": "30 mm"})``, or nested values,
-            ``replace(transducer={"length": "30 mm"})``.  Quantities are SI floats or text.
+            ``replace(transducer={"length": "30 mm"})``.  Quantities are SI floats or text, with a
+            tolerance or without.  A value keeps the tolerance that it had unless the text states
+            another, "30 +/- 0 mm" for none; ``tolerances={path: std}`` adds to what there is.
 
         Raises
         ------
@@ -87,6 +178,8 @@ class Design(Part):
         """
         values = self.model_dump(by_alias=True, exclude_none=True)
         for path, value in changes.items():
+            if path != "tolerances":
+                values["tolerances"] = without(values["tolerances"], path, value)
             *parents, key = path.split(".")
             branch = values
             for parent in parents:
@@ -101,6 +194,28 @@ class Design(Part):
     def to_toml(self) -> str:
         """The text of a design file that reads back to an equal design."""
         return toml_text(self)
+
+
+def _again(error: ErrorDetails) -> InitErrorDetails:
+    """A problem that pydantic found, to be raised together with others."""
+    kind: Any = error["type"]
+    return {"type": kind, "loc": error["loc"], "input": error["input"], "ctx": error.get("ctx", {})}
+
+
+def _stated_problem(design: Design, path: str, std: float) -> InitErrorDetails | None:
+    """What is wrong with a tolerance that is not written behind its value."""
+    found, place = number_at(design, path), ("tolerances", path)
+    if found is None:
+        return problem_at(
+            place, std, "belongs to no number of the design; give the dotted path of one"
+        )
+    if not 0 <= std < np.inf:
+        return problem_at(
+            place, std, "is no standard deviation; it must be finite and not negative"
+        )
+    wrong = excess(found[0], std, found[1])
+    key = tuple(int(k) if k.isdigit() else k for k in path.split("."))
+    return None if wrong is None else problem_at(key, found[0], wrong)
 
 
 def _merged(old: Any, new: Any) -> Any:

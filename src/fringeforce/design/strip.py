@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from fringeforce.design.fields import Count, Length, Places
+from fringeforce.design.fields import Count, Extent, Length, Place, Places
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
 
@@ -41,6 +41,19 @@ class Tactels(Part):
         alias="positions",
         description="single places along x, ascending [m]; without them the pitch says where",
         json_schema_extra={"unit": "meter"},
+    )
+    placement: Place = Field(
+        default=0.0,
+        description="how far beside its tactel each contact lands [m]; its tolerance is drawn anew "
+        "with every contact.  Readings allow for the value, not yet for its tolerance",
+        json_schema_extra={"ideal": True, "unit": "meter"},
+    )
+    contact_width: Extent = Field(
+        default=0.0,
+        description="width of each contact, under a uniform traction [m]; 0 is a line.  Its "
+        "tolerance is drawn anew with every contact.  Readings allow for the value, not yet for "
+        "its tolerance; calibration takes lines",
+        json_schema_extra={"ideal": True, "unit": "meter"},
     )
 
     @model_validator(mode="after")
@@ -101,6 +114,28 @@ class Sensor(Design):
                     f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
                     f"tactels, {remedy} or a longer strip"
                 )
+        return tactels
+
+    @field_validator("tactels", mode="after")
+    @classmethod
+    def _contacts_on_the_strip(cls, tactels: Tactels, info: ValidationInfo) -> Tactels:
+        transducer = info.data.get("transducer")
+        if transducer is None or not (tactels.placement or tactels.contact_width):
+            return tactels
+        if transducer.plane == "3d":
+            raise ValueError(
+                'placement and contact_width do not go with plane = "3d", where tactels are lines '
+                'at their places; leave them out or take plane = "stress" or "strain"'
+            )
+        centres = tactels.positions + tactels.placement
+        outermost = np.abs(centres).max() + tactels.contact_width / 2
+        if outermost > transducer.length / 2:
+            raise ValueError(
+                f"contacts {tactels.contact_width * 1e3:g} mm wide, {tactels.placement * 1e3:g} mm "
+                f"beside their tactels, reach {outermost * 1e3:g} mm from the centre, beyond the "
+                f"strip's end at {transducer.length / 2 * 1e3:g} mm; take narrower contacts, fewer "
+                "tactels or a longer strip"
+            )
         return tactels
 
     @field_validator("camera", mode="after")

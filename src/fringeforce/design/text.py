@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
@@ -24,21 +24,34 @@ def toml_values(text: str, source: str) -> dict[str, Any]:
 
 def toml_text(design: BaseModel) -> str:
     """The text of a design file whose values read back to the very same floats."""
-    return "\n".join(_lines(design, "")).lstrip() + "\n"
+    return "\n".join(_lines(design, "", getattr(design, "tolerances", {}))).lstrip() + "\n"
 
 
-def _lines(part: BaseModel, path: str) -> Iterator[str]:
+def keys(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Fields of a table by attribute; not the tolerances, which stand behind the values."""
+    return {key: info for key, info in model.model_fields.items() if key != "tolerances"}
+
+
+def _lines(part: BaseModel, path: str, tolerances: Mapping[str, float]) -> Iterator[str]:
     if path:
         yield f"\n[{path}]"
     children: list[tuple[str, BaseModel]] = []
-    for key, info in type(part).model_fields.items():
-        value = getattr(part, key)
+    for key, info in keys(type(part)).items():
+        value, name = getattr(part, key), info.alias or key
+        at = f"{path}.{name}" if path else name
         if isinstance(value, BaseModel):
-            children.append((f"{path}.{key}" if path else key, value))
-        elif value is not None and value != ():
-            yield f"{info.alias or key} = {_spelled(value, info)}"
+            children.append((at, value))
+        elif value is not None and value != () and not _left_out(value, info, at in tolerances):
+            yield f"{name} = {_spelled(value, info, at, tolerances)}"
     for child_path, child in children:
-        yield from _lines(child, child_path)
+        yield from _lines(child, child_path, tolerances)
+
+
+def _left_out(value: Any, info: FieldInfo, tolerant: bool) -> bool:
+    """Whether a value says only that a sensor is ideal, which files need not."""
+    extra = info.json_schema_extra
+    ideal = isinstance(extra, dict) and bool(extra.get("ideal"))
+    return ideal and not tolerant and value == info.default
 
 
 def unit_at(design: BaseModel, path: str) -> str | None:
@@ -56,16 +69,31 @@ def unit_of(info: FieldInfo) -> str | None:
     return unit if isinstance(unit, str) else None
 
 
-def _spelled(value: Any, info: FieldInfo) -> str:
+def _spelled(value: Any, info: FieldInfo, path: str, tolerances: Mapping[str, float]) -> str:
     if isinstance(value, BaseModel):
-        fields = (field.strip() for field in _lines(value, ""))
+        fields = []
+        for key, own in keys(type(value)).items():
+            single, name = getattr(value, key), own.alias or key
+            if single is not None and single != ():
+                fields.append(f"{name} = {_spelled(single, own, f'{path}.{name}', tolerances)}")
         return f"{{ {', '.join(fields)} }}"
     if isinstance(value, tuple):
-        return f"[{', '.join(_spelled(single, info) for single in value)}]"
-    unit = unit_of(info)
+        each = (_spelled(v, info, f"{path}.{i}", tolerances) for i, v in enumerate(value))
+        return f"[{', '.join(each)}]"
+    unit, std = unit_of(info), tolerances.get(path)
     if unit:
-        return json.dumps(spell_quantity(value, unit))
+        text = spell_quantity(value, unit)
+        return json.dumps(text if std is None else _with_tolerance(text, spell_quantity(std, unit)))
+    if std is not None:
+        return json.dumps(f"{value!r} +/- {std!r}")
     if isinstance(value, str):
         # a JSON string is a TOML basic string, but for DEL, which only TOML wants escaped
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return repr(value)
+
+
+def _with_tolerance(value: str, std: str) -> str:
+    """Both with one unit where they have the same."""
+    number, unit = value.split(" ")
+    same = std.endswith(f" {unit}") or float(number) == 0
+    return f"{number if same else value} +/- {std}"

@@ -9,8 +9,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-EXAMPLES = {"meter": '"0.5 mm"', "pascal": '"11 MPa"', "newton": '"3 N"'}
-_PLEASANT = {"meter": ("mm", "um", "nm", "m"), "pascal": ("MPa", "kPa", "Pa")}
+EXAMPLES = {
+    "meter": '"0.5 mm"',
+    "pascal": '"11 MPa"',
+    "newton": '"3 N"',
+    "radian": '"0.1 rad"',
+}
+_PLEASANT = {
+    "meter": ("mm", "um", "nm", "m"),
+    "pascal": ("MPa", "kPa", "Pa"),
+    "radian": ("rad",),
+}
+_ANGLES = ("radian", "degree", "turn")
 
 
 @cache
@@ -28,7 +38,8 @@ def parse_quantity(text: str, unit: str) -> float:
     text : str
         A number and a unit, in any spelling that pint knows.
     unit : str
-        The SI unit that the quantity must be convertible to, "meter", "pascal" or "newton".
+        The SI unit that the quantity must be convertible to, "meter", "pascal", "newton" or
+        "radian".
 
     Returns
     -------
@@ -47,7 +58,12 @@ def parse_quantity(text: str, unit: str) -> float:
     example = EXAMPLES[unit]
     try:
         quantity = _registry().Quantity(text)
-        dimensionless = quantity.dimensionless
+        dimensionless = quantity.unitless if unit == "radian" else quantity.dimensionless
+        if unit == "radian" and not dimensionless:
+            # percent and the like have no dimension either
+            names = [str(name) for name in dict(quantity.unit_items())]
+            if not all(name.endswith(_ANGLES) for name in names):
+                raise ValueError
         value = math.nan if dimensionless else float(quantity.to(unit).magnitude)
     except (PintError, TokenError, ArithmeticError, AssertionError, TypeError, ValueError):
         raise ValueError(

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from fringeforce.base.errors import DesignError
+from fringeforce.design.text import keys
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -62,8 +63,8 @@ def _problem(model: type[BaseModel], values: Mapping[str, Any], detail: ErrorDet
         return f"{path} is not a key; {hint}"
     given = _given(values, detail)
     shown = "a table" if isinstance(given, Mapping) else repr(given)
-    if detail["type"] == "value_error":
-        text = str(detail["ctx"]["error"]) if "ctx" in detail else detail["msg"]
+    if detail["type"] in ("value_error", "tolerance"):
+        text = str(detail.get("ctx", {}).get("error", detail["msg"]))
         return (
             f"{path} = {shown} {text}."
             if not isinstance(given, Mapping | BaseModel)
@@ -124,7 +125,7 @@ def _table_of(annotation: Any) -> type[BaseModel]:
 
 
 def _fields(model: type[BaseModel], location: Sequence[int | str]) -> list[str]:
-    fields = _model_at(model, location).model_fields
+    fields = keys(_model_at(model, location))
     return [info.alias or name for name, info in fields.items()]
 
 

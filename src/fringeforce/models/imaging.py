@@ -32,7 +32,8 @@ class Imaging:
     positions : ndarray, shape (P,)
         Places along the strip [m]; beyond its ends for pixels that see no strip.
     amplitude, offset : ndarray, shape (P,)
-        A and I_o of equation (13) at every pixel, grey levels.
+        A and I_o of equation (13) at every pixel, grey levels, as measured: they hold the
+        visibility of the fringes.
     usable : ndarray of bool, shape (P,)
         False for pixels that are dead, stuck or see no strip.
     influence_modes : ndarray, shape (d, P, n, 2)
@@ -145,7 +146,7 @@ class Calibration:
 
 def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
     """Response of a camera to the pictures of a design, all pixels of each in turn."""
-    if len(seen) == 1 and seen[0].fringe == Fringe():
+    if len(seen) == 1 and replace(seen[0].fringe, spread=0.0) == Fringe():
         return camera_response(camera)
     fringes = [[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]
     amplitude, bias, offset = np.repeat(fringes, camera.pixels, axis=0).T

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
+from fringeforce.models.as_built import changes_influence, drawn
 from fringeforce.models.pad_influence import PadInfluence, Retardance, compressed
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
 from fringeforce.optics import camera as camera_optics
@@ -199,7 +200,10 @@ class PadModel:
         return gradient.reshape(modes.shape)
 
     def expose(
-        self, forces: ArrayLike, rng: camera_optics.Rng = None
+        self,
+        forces: ArrayLike,
+        rng: camera_optics.Rng = None,
+        as_built: camera_optics.Rng = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, shape (..., *frame_shape), uint8 or uint16.
 
@@ -208,9 +212,27 @@ class PadModel:
         forces : array_like, shape (..., n, 3)
             N, T_x, T_y of every tactel [N].
         rng : int, numpy.random.Generator or None
-            Source of the noise.
+            Source of the noise, and of light that drifts.
+        as_built : int or numpy.random.Generator, optional
+            Source of one pad, drawn from the tolerances of the design, that all frames are of; the
+            pad as drawn if not given.
         """
-        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+        if as_built is not None:
+            return self.as_built(as_built).expose(forces, rng)
+        camera, axes = self.sensor.camera, len(self.frame_shape)
+        return camera_optics.expose(camera, self.intensity(forces), rng, frame_axes=axes)
+
+    def as_built(self, rng: camera_optics.Rng = None) -> PadModel:
+        """Draw one real pad from the tolerances of the design: the model of the values drawn.
+
+        Parameters
+        ----------
+        rng : int, numpy.random.Generator or None
+            Source of the draws.
+        """
+        pad = drawn(self.sensor, np.random.default_rng(rng))
+        anew = changes_influence(self.sensor.tolerances)
+        return characterize_pad(pad) if anew else replace(self, sensor=pad)
 
     def checked(self, forces: ArrayLike, single: bool = False) -> Array:
         """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,8 +28,10 @@ from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
-from fringeforce.mechanics.mesh import Mesh, named_mesh
+from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
+from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.models.as_built import BuiltSensor, built, changes_influence, drawn
 from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
 from fringeforce.models.imaging_files import (
     read_calibration,
@@ -139,7 +141,10 @@ class SensorModel:
 
     @cached_property
     def _pictures(self) -> list[Picture]:
-        return pictures(self.sensor.polariscope)
+        light = self.sensor.polariscope
+        if self.imaging is not None:  # measured amplitudes hold the visibility already
+            light = light.model_copy(update={"visibility": 1.0})
+        return pictures(light)
 
     @property
     def dispersions(self) -> tuple[float, ...]:
@@ -181,7 +186,7 @@ class SensorModel:
         return loads.reshape(*loads.shape[:-2], -1) @ influence.reshape(len(influence), -1).T
 
     def intensity(self, forces: ArrayLike) -> Array:
-        """Normalised intensity at the camera's pixels, equation (11).
+        """Normalised intensity at the camera's pixels, equation (11), behind polariscope and lens.
 
         Parameters
         ----------
@@ -193,12 +198,23 @@ class SensorModel:
         ndarray, shape (..., *frame_shape)
             Share of what a perfect dark field lets through at most.
         """
-        phase = self.phase(forces)
+        return self._light(self._with_residual(self.phase(forces)))
+
+    def _with_residual(self, phase: Array) -> Array:
+        residual = self.sensor.polariscope.residual
+        return phase + residual if residual else phase
+
+    def _light(self, phase: Array) -> Array:
+        """Normalised intensity of all channels at phase leads, shape (..., n_pixels)."""
         seen = [p.fringe.intensity(p.dispersion * phase) for p in self._pictures]
-        return seen[0] if len(seen) == 1 else np.stack(seen, axis=-2)
+        light = seen[0] if len(seen) == 1 else np.stack(seen, axis=-2)
+        return camera_optics.on_sensor(self.sensor, light)
 
     def expose(
-        self, forces: ArrayLike, rng: camera_optics.Rng = None
+        self,
+        forces: ArrayLike,
+        rng: camera_optics.Rng = None,
+        as_built: camera_optics.Rng = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, equation (13).
 
@@ -207,15 +223,69 @@ class SensorModel:
         forces : array_like, shape (..., n, 2)
             Normal and tangential force of every tactel [N].
         rng : int, numpy.random.Generator or None
-            Source of the noise.
+            Source of the noise, and of all that changes from frame to frame.
+        as_built : int or numpy.random.Generator, optional
+            Source of one sensor, drawn from the tolerances of the design, that all frames are of;
+            the sensor as drawn if not given.  `as_built` keeps such a sensor.
 
         Returns
         -------
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
+        if as_built is not None:
+            return self.as_built(as_built).expose(forces, rng)
+        return self.delivered(self._with_residual(self.phase(forces)), rng)
+
+    def delivered(
+        self, phase: ArrayLike, rng: camera_optics.Rng = None
+    ) -> NDArray[np.unsignedinteger]:
+        """Frames of given phase leads, such as those of another solution of the mechanics.
+
+        Parameters
+        ----------
+        phase : array_like, shape (..., n_pixels)
+            Phase lead at the polariscope's wavelength, residual included [rad].
+        rng : int, numpy.random.Generator or None
+            Source of drift and noise.
+
+        Returns
+        -------
+        ndarray, shape (..., *frame_shape)
+            Grey levels, uint8 up to 8 bits and uint16 above.
+        """
+        light = self._light(np.asarray(phase, dtype=float))
         lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
-        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
+        frame_axes = len(self.frame_shape)
+        return camera_optics.expose(self.sensor.camera, light, rng, lighting, frame_axes)
+
+    def as_built(self, rng: camera_optics.Rng = None) -> BuiltSensor:
+        """Draw one real sensor from the tolerances of the design.
+
+        Materials, sizes, light and camera are drawn once, and the mechanics solved again where they
+        change; the residual is drawn as a field along the strip.  `BuiltSensor.expose` then draws
+        place and width of the contacts, light and noise for every frame.
+
+        Parameters
+        ----------
+        rng : int, numpy.random.Generator or None
+            Source of the draws.
+
+        Raises
+        ------
+        InputError
+            If the model is calibrated: it is of one sensor already.
+        """
+        if self.calibration is not None or self.imaging is not None:
+            raise InputError(
+                "This model is calibrated, so that it is of one sensor already; draw others from "
+                "the model of the drawing, characterize(sensor)."
+            )
+        generator = np.random.default_rng(rng)
+        design = drawn(self.sensor, generator)
+        anew = changes_influence(self.sensor.tolerances)
+        model = characterize(design) if anew else replace(self, sensor=design)
+        return built(self.sensor, model, generator)
 
     def residuals(self, frames: ArrayLike, forces: ArrayLike) -> Array:
         """What known forces leave of frames, in units of the noise; zero where no pixel is usable.
@@ -317,9 +387,29 @@ def characterize(
         facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}
         return SensorModel(sensor, found.breaks, found.psi, facts)
     transducer, positions = sensor.transducer, sensor.tactels.positions
+    if sensor.tactels.contact_width or sensor.tactels.placement:
+        return _distributed(sensor, mesh)
     if mesh is None or isinstance(mesh, str):
         mesh = named_mesh(mesh or "default", transducer, positions)
     return reduced(sensor, unit_displacements(transducer, positions, mesh))
+
+
+def _distributed(sensor: Sensor, mesh: Mesh | str | None) -> SensorModel:
+    """The influence matrix of contacts that are not lines at the tactels' places."""
+    if mesh not in (None, "default"):
+        raise InputError(
+            "A mesh of one's own has its line loads at the tactels' places; leave mesh out, or "
+            "tactels.contact_width and tactels.placement."
+        )
+    tactels, transducer = sensor.tactels, sensor.transducer
+    centres, half = tactels.positions + tactels.placement, tactels.contact_width / 2
+    places = strip_mesh(transducer, tactels.positions)
+    surface = surface_influence(transducer, centres[0] - half, centres[-1] + half, places.stations)
+    constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
+    widths = np.full(tactels.count, tactels.contact_width)
+    facts = {"method": "finite elements, distributed loads", "line loads": len(surface.places)}
+    psi = phase_lead(surface.under(centres, widths), constant)
+    return SensorModel(sensor, places.x, psi, facts)
 
 
 def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:

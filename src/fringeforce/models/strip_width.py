@@ -108,11 +108,13 @@ class StripWidth:
             Share of what a perfect dark field lets through at most.
         """
         lead, cross = (self._at(self._pixels, part, forces) for part in (self.lead, self.cross))
+        lead = lead + self.sensor.polariscope.residual
         seen = [
             self.weights @ p.fringe.turned(p.dispersion * lead, p.dispersion * cross)
             for p in pictures(self.sensor.polariscope)
         ]
-        return seen[0] if len(seen) == 1 else np.stack(seen)
+        light = seen[0] if len(seen) == 1 else np.stack(seen)
+        return camera_optics.on_sensor(self.sensor, light)
 
     def expose(
         self, forces: ArrayLike, rng: camera_optics.Rng = None

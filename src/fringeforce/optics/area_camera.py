@@ -56,6 +56,9 @@ def pictures(pad: Pad) -> tuple[Picture, ...]:
         else:
             kind = channel.arrangement or "dark field"
             forms = [arranged(kind, np.radians(channel.angle), light.plates, dispersion)]
+        v = light.visibility
+        if v < 1:  # w' w = 1: light that has lost its polarisation is half as bright at any phase
+            forms = [v * form + (1 - v) / 2 * np.eye(3) for form in forms]
         found.append(Picture(dispersion, np.array(forms)))
     return tuple(found)
 
@@ -84,7 +87,7 @@ class Lens(LinearMap):
     @classmethod
     def of(cls, pad: Pad) -> Lens | None:
         """The lens of a design; none if it is perfect."""
-        if (blur := pad.camera.blur) is None:
+        if not (blur := pad.camera.blur):
             return None
         x, y = pad.pixel_positions
         return cls(_spread(y, blur), _spread(x, blur))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import correlate1d
+from scipy.special import ive
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.parts import Converter
+from fringeforce.design.strip import Sensor
 
 Lighting = tuple[NDArray[np.float64], NDArray[np.float64]]
 Rng = int | np.random.Generator | None
@@ -31,9 +34,15 @@ def grey_levels(
 
 
 def expose(
-    camera: Converter, intensity: ArrayLike, rng: Rng = None, lighting: Lighting | None = None
+    camera: Converter,
+    intensity: ArrayLike,
+    rng: Rng = None,
+    lighting: Lighting | None = None,
+    frame_axes: int | None = None,
 ) -> NDArray[np.unsignedinteger]:
     """Frames as the camera delivers them, equation (13).
+
+    The light drifts from frame to frame, the camera's response follows, then noise and rounding.
 
     Parameters
     ----------
@@ -46,6 +55,8 @@ def expose(
         noise.
     lighting : pair of ndarray, shape (n_pixels,), optional
         Amplitude and offset of every pixel in place of the camera's, grey levels.
+    frame_axes : int, optional
+        Trailing axes of one frame, which share its light; all axes if not given.
 
     Returns
     -------
@@ -58,15 +69,73 @@ def expose(
     InputError
         If the intensity is not finite.
     """
-    levels = grey_levels(camera, intensity, lighting)
+    generator, light = np.random.default_rng(rng), np.asarray(intensity, dtype=float)
+    if camera.drift:
+        batch = light.ndim - (light.ndim if frame_axes is None else frame_axes)
+        shape = light.shape[:batch] + (1,) * (light.ndim - batch)
+        light = light * (1 + generator.normal(0.0, camera.drift, shape))
+    levels = grey_levels(camera, light, lighting)
     if not np.isfinite(levels).all():
         raise InputError(
             "The intensity holds values that are not finite, which no camera can expose; "
             "check the forces or the phase it was computed from."
         )
-    noisy = levels + _noise(camera, levels.shape, np.random.default_rng(rng))
+    if camera.response != "linear":
+        levels = camera.full_scale * encoded(levels / camera.full_scale, camera.response)
+    noisy = levels + _noise(camera, levels.shape, generator)
     dtype = np.uint8 if camera.bits <= 8 else np.uint16
     return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
+
+
+def encoded(light: ArrayLike, response: str) -> NDArray[np.float64]:
+    """Grey level over light, both as shares of the full scale.
+
+    Parameters
+    ----------
+    light : array_like, any shape
+        0 or more; what lies below counts as 0.
+    response : str
+        "linear", "sRGB" (IEC 61966-2-1:1999, equations 5 and 6), or a gamma such as "0.45", the
+        power.
+    """
+    share = np.maximum(np.asarray(light, dtype=float), 0.0)
+    if response == "linear":
+        return share
+    if response == "sRGB":
+        return np.where(share <= 0.0031308, 12.92 * share, 1.055 * share ** (1 / 2.4) - 0.055)
+    return share ** float(response)
+
+
+def blurred(light: NDArray[np.float64], deviation: float) -> NDArray[np.float64]:
+    """Lines of light behind a Gaussian point spread; what lies beyond is as the end is.
+
+    A sampled Gaussian damps a wave of k per pixel by exp(-(k deviation)^2 / 2) as long as it is a
+    pixel wide or wider.  A narrower one is the discrete Gaussian of the same variance, which damps
+    it by exp(deviation^2 (cos k - 1)) (Lindeberg, IEEE Trans. Pattern Anal. Mach. Intell. 12, 234,
+    1990).
+
+    Parameters
+    ----------
+    light : ndarray, shape (..., n_pixels)
+        Normalised intensity.
+    deviation : float
+        Standard deviation of the point spread [pixels].
+    """
+    reach = int(np.ceil(8 * deviation)) + 4
+    steps = np.arange(-reach, reach + 1)
+    if deviation < 1:
+        kernel = ive(np.abs(steps), deviation**2)
+    else:
+        kernel = np.exp(-np.square(steps / deviation) / 2)
+    return np.asarray(correlate1d(light, kernel / kernel.sum(), mode="nearest"))
+
+
+def on_sensor(sensor: Sensor, light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lines of light on a strip as they reach its camera's pixels, shape (..., n_pixels)."""
+    camera = sensor.camera
+    if not camera.blur:
+        return light
+    return blurred(light, camera.blur * camera.pixels / sensor.transducer.length)
 
 
 def noise_variance(camera: Converter) -> float:

@@ -28,16 +28,31 @@ class Fringe:
         In units of what a perfect dark-field polariscope lets through at most.
     bias : float
         Phase lead that the arrangement adds to the strip's [rad].
+    spread : float
+        Standard deviation of the light's wave number, 1 / wavelength, over its mean.
     """
 
     amplitude: float = 1.0
     bias: float = 0.0
     offset: float = 0.0
+    spread: float = 0.0
 
     def intensity(self, phase: ArrayLike) -> NDArray[np.float64]:
         """Light that passes at a phase lead [rad], same shape."""
-        half = (np.asarray(phase, dtype=float) + self.bias) / 2
-        return self.amplitude * np.sin(half) ** 2 + self.offset
+        lead = np.asarray(phase, dtype=float)
+        if self.spread:
+            swing = self.contrast(lead) * np.cos(lead + self.bias)
+            return self.amplitude * (1 - swing) / 2 + self.offset
+        return self.amplitude * np.sin((lead + self.bias) / 2) ** 2 + self.offset
+
+    def contrast(self, phase: ArrayLike) -> NDArray[np.float64]:
+        """Share of the fringes that a spectrum leaves at a phase lead [rad], same shape.
+
+        The phase is proportional to the wave number.  Over a Gaussian spectrum of the wave number
+        the mean of cos(p k / k_0 + bias) is exp(-(p spread)^2 / 2) cos(p + bias): its Fourier
+        transform (Born and Wolf, Principles of Optics, section 7.5.8).
+        """
+        return np.exp(-np.square(np.asarray(phase, dtype=float) * self.spread) / 2)
 
     def turned(self, lead: ArrayLike, cross: ArrayLike) -> NDArray[np.float64]:
         """Light that passes a retarder whose axis does not lie along x.
@@ -54,6 +69,8 @@ class Fringe:
         size = np.hypot(along, cross)
         sine = along * np.sinc(size / np.pi)
         swing = np.cos(size) * np.cos(self.bias) - sine * np.sin(self.bias)
+        if self.spread:
+            swing *= self.contrast(size)
         return self.amplitude * (1 - swing) / 2 + self.offset
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,7 +59,34 @@ def _picture(polariscope: Polariscope, channel: Channel) -> Picture:
     first, second = quarter_wave_plates(plates, dispersion)
     before = [polariser(0.0, plates.extinction_ratio), first]
     analyser = polariser((np.pi - np.radians(channel.bias)) / 2, plates.extinction_ratio)
-    return Picture(fringe(before, [second, analyser]), dispersion)
+    seen, v = fringe(before, [second, analyser]), polariscope.visibility
+    if v < 1:
+        # A sin^2 = A [1 - cos] / 2, and A [1 - V cos] / 2 = A V sin^2 + A (1 - V) / 2
+        seen = replace(
+            seen, amplitude=seen.amplitude * v, offset=seen.offset + seen.amplitude * (1 - v) / 2
+        )
+    spread = wave_number_spread(polariscope.bandwidth, polariscope.wavelength / dispersion)
+    return Picture(replace(seen, spread=spread), dispersion)
+
+
+def wave_number_spread(bandwidth: float, wavelength: float) -> float:
+    """Standard deviation of 1 / wavelength over its mean, of light that is Gaussian in it.
+
+    With d the full width at half maximum in wave number over the mean, the wavelengths of half the
+    maximum, wavelength / (1 -+ d / 2), lie  wavelength d / (1 - d^2 / 4)  apart, which is solved
+    for d.
+
+    Parameters
+    ----------
+    bandwidth : float
+        Full width at half maximum in wavelength [m].
+    wavelength : float
+        That of the mean wave number [m].
+    """
+    share = bandwidth / wavelength
+    # 2 (sqrt(1 + s^2) - 1) / s, without the loss of digits
+    width = 2 * share / (1 + np.sqrt(1 + share**2))
+    return float(width / (2 * np.sqrt(2 * np.log(2))))
 
 
 def quarter_wave_plates(plates: Plates, dispersion: float = 1.0) -> tuple[Jones, Jones]:

@@ -1,0 +1,258 @@
+"""One real sensor: a design whose tolerances have been drawn, exposed as often as wanted.
+
+Every toleranced value is drawn once from a normal distribution about what is drawn, cut off where
+its field has a limit.  Three are not one number for a sensor: the residual is a smooth random field
+along the strip, and place and width of the contacts are drawn anew for every frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.parts import Design
+from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Limits, limits, number_at, with_values
+from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
+from fringeforce.optics import camera as camera_optics
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+
+if TYPE_CHECKING:
+    from fringeforce.models.strip import SensorModel
+
+Array = NDArray[np.float64]
+AnyDesign = TypeVar("AnyDesign", bound=Design)
+
+RESIDUAL, PLACEMENT, WIDTH = "polariscope.residual", "tactels.placement", "tactels.contact_width"
+MECHANICAL = "transducer.", "tactels.", "polariscope.wavelength"
+"""Beginnings of the paths on which the influence matrix depends."""
+FIELD_STEP = 8
+"""Points of a residual field in one correlation length; a cubic spline between them is good to
+2e-5 of its standard deviation."""
+FARTHEST = 6.0
+"""Standard deviations beside a tactel up to which contacts are solved for: 2 in 1e9 lie beyond and
+are moved there."""
+
+
+class Contacts(NamedTuple):
+    """Where the forces of frames act.
+
+    Attributes
+    ----------
+    centres, widths : ndarray, shape (..., n)
+        Of the contact at every tactel [m].
+    """
+
+    centres: Array
+    widths: Array
+
+
+@dataclass(frozen=True, eq=False)
+class BuiltSensor:
+    """One sensor made from a drawing with tolerances; `SensorModel.as_built` makes it.
+
+    Attributes
+    ----------
+    drawing : Sensor
+        The design with its tolerances.
+    model : SensorModel
+        The sensor's own model: its design holds the values that were drawn, which readers of the
+        drawing's model do not know.
+    residual : ndarray, shape (n_pixels,)
+        Phase lead without load [rad].
+    surface : SurfaceInfluence, optional
+        What tractions at any place do at the pixels, if contacts differ from frame to frame.
+
+    Examples
+    --------
+    >>> drawing = ff.load_sensor("saad").replace(**{"tactels.placement": "0 +/- 0.1 mm"})
+    >>> real = ff.characterize(drawing).as_built(rng=0)
+    >>> real.expose([ff.polar(1.0, angle=10, n=11)] * 3, rng=1).shape
+    (3, 2048)
+    """
+
+    drawing: Sensor
+    model: SensorModel
+    residual: Array
+    surface: SurfaceInfluence | None = None
+
+    def contacts(
+        self, frames: int | tuple[int, ...] = (), rng: camera_optics.Rng = None
+    ) -> Contacts:
+        """Draw where the forces of frames act.
+
+        Parameters
+        ----------
+        frames : int or tuple of int
+            Number of frames, or shape of a batch.
+        rng : int, numpy.random.Generator or None
+            Source of the draws.
+        """
+        generator, tactels = np.random.default_rng(rng), self.model.sensor.tactels
+        shape = (*np.atleast_1d(np.asarray(frames, dtype=int)), tactels.count)
+        std = self.drawing.tolerances
+        beside = generator.normal(tactels.placement, std.get(PLACEMENT, 0.0), shape)
+        width = tactels.contact_width, std.get(WIDTH, 0.0)
+        widths = _truncated(*width, Limits(low=0.0), generator, shape)
+        return Contacts(tactels.positions + beside, widths)
+
+    def phase(self, forces: ArrayLike, contacts: Contacts | None = None) -> Array:
+        """Phase lead at the pixels, residual included, shape (..., n_pixels) [rad].
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., n, 2)
+            Normal and tangential force of every tactel [N].
+        contacts : Contacts, optional
+            Where they act, of a shape that fits the forces; at the places and under the widths of
+            the design if not given.
+        """
+        if contacts is None:
+            return self.model.phase(forces) + self.residual
+        sensor = self.model.sensor
+        loads = checked_loads(forces, sensor.tactels.count)
+        surface = self.surface
+        if surface is None or not surface.covers(*contacts):
+            surface = _surface(sensor, *contacts)
+        layer = sensor.transducer.photoelastic
+        constant = stress_optic_constant(layer, sensor.polariscope.wavelength)
+        shape = np.broadcast_shapes(loads.shape[:-1], contacts.centres.shape, contacts.widths.shape)
+        centres, widths = (np.broadcast_to(part, shape) for part in contacts)
+        shares = surface.shares(centres.ravel(), widths.ravel()).reshape(*shape, -1)
+        lines = np.einsum("...ck,...ct->...kt", shares, loads)
+        stress = surface.stress.reshape(len(surface.stress), -1)
+        flat = lines.reshape(*lines.shape[:-2], -1) @ stress.T
+        return phase_lead(flat, constant) + self.residual
+
+    def expose(
+        self, forces: ArrayLike, rng: camera_optics.Rng = None, contacts: Contacts | None = None
+    ) -> NDArray[np.unsignedinteger]:
+        """Frames that the camera of this sensor would deliver, each with contacts of its own.
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., n, 2)
+            Normal and tangential force of every tactel [N].
+        rng : int, numpy.random.Generator or None
+            Source of contacts, light and noise.
+        contacts : Contacts, optional
+            Where the forces act, if it is known; drawn anew for every frame if not given.
+
+        Returns
+        -------
+        ndarray, shape (..., *frame_shape)
+            Grey levels, uint8 up to 8 bits and uint16 above.
+        """
+        generator = np.random.default_rng(rng)
+        if contacts is None and self.surface is not None:
+            contacts = self.contacts(np.shape(forces)[:-2], generator)
+        return self.model.delivered(self.phase(forces, contacts), generator)
+
+
+def drawn(design: AnyDesign, generator: np.random.Generator) -> AnyDesign:
+    """A design with values drawn from its tolerances, and without tolerances.
+
+    What is made may break a rule of drawings, such as a light that the converter clips.
+
+    Parameters
+    ----------
+    design : Design
+        Of a strip or a pad.
+    generator : numpy.random.Generator
+        Source of the draws.
+    """
+    values: dict[str, Any] = {"tolerances": type(design.tolerances)()}
+    for path, std in design.tolerances.items():
+        found = number_at(design, path)
+        if found is not None and path not in (RESIDUAL, PLACEMENT, WIDTH):
+            values[path] = float(_truncated(found[0], std, limits(found[1]), generator, ()))
+    return with_values(design, values)
+
+
+def changes_influence(paths: Iterable[str]) -> bool:
+    """Whether the influence matrix depends on one of these values."""
+    lasting = set(paths) - {PLACEMENT, WIDTH}
+    return any(path.startswith(MECHANICAL) for path in lasting)
+
+
+def built(drawing: Sensor, model: SensorModel, generator: np.random.Generator) -> BuiltSensor:
+    """Add to the model of a drawn design what is not one number.
+
+    Parameters
+    ----------
+    drawing : Sensor
+        The design with its tolerances.
+    model : SensorModel
+        Of the values that were drawn from it.
+    generator : numpy.random.Generator
+        Source of the residual field.
+    """
+    std, light = drawing.tolerances, model.sensor.polariscope
+    residual = np.full(len(model.pixel_positions), light.residual)
+    if RESIDUAL in std:
+        field = smooth_field(model.pixel_positions, light.residual_length, generator)
+        residual = residual + std[RESIDUAL] * field
+    if PLACEMENT not in std and WIDTH not in std:
+        return BuiltSensor(drawing, model, residual)
+    tactels = model.sensor.tactels
+    beside = abs(tactels.placement) + FARTHEST * std.get(PLACEMENT, 0.0)
+    width = tactels.contact_width + FARTHEST * std.get(WIDTH, 0.0) + 2 * beside
+    surface = _surface(model.sensor, tactels.positions, np.array(width))
+    return BuiltSensor(drawing, model, residual, surface)
+
+
+def _surface(sensor: Sensor, centres: Array, widths: Array) -> SurfaceInfluence:
+    """Line loads as far as contacts reach."""
+    if sensor.transducer.plane == "3d":
+        raise InputError(
+            "Contacts beside the tactels or of some width need a plane model; take "
+            'plane = "stress" or "strain", or leave out placement and contact_width.'
+        )
+    first, last = float(np.min(centres - widths / 2)), float(np.max(centres + widths / 2))
+    return surface_influence(sensor.transducer, first, last, sensor.pixel_positions)
+
+
+def smooth_field(x: Array, length: float, generator: np.random.Generator) -> Array:
+    """A Gaussian process of unit variance with covariance exp(-(distance / length)^2 / 2).
+
+    White noise behind a Gaussian filter of standard deviation length / sqrt(2) (Rasmussen and
+    Williams, Gaussian Processes for Machine Learning, section 4.2.1).
+
+    Parameters
+    ----------
+    x : ndarray, shape (m,)
+        Places, ascending [m].
+    length : float
+        Correlation length [m].
+    generator : numpy.random.Generator
+        Source of the noise.
+    """
+    step = length / FIELD_STEP
+    grid = np.arange(x[0] - 2 * step, x[-1] + 3 * step, step)
+    reach = 5 * FIELD_STEP
+    kernel = np.exp(-np.square(np.arange(-reach, reach + 1) / FIELD_STEP))
+    white = generator.standard_normal(len(grid) + 2 * reach)
+    values = np.convolve(white, kernel / np.linalg.norm(kernel), mode="valid")
+    return np.asarray(CubicSpline(grid, values)(x))
+
+
+def _truncated(
+    mean: float,
+    std: float,
+    allowed: Limits,
+    generator: np.random.Generator,
+    shape: tuple[int, ...],
+) -> Array:
+    """Normal draws, repeated where they leave the limits."""
+    values = np.asarray(generator.normal(mean, std, shape))
+    inside = np.vectorize(allowed.allow, otypes=[bool])
+    while not (good := inside(values)).all():
+        values = np.where(good, values, generator.normal(mean, std, shape))
+    return values
