@@ -93,7 +93,8 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
     loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k,), (k,)
         Filled, with records of REPORT; of the covariances only what is wanted.
     """
-    strip, place = Pixels(*state[0]), Place(*state[1], Room(*state[2]))  # pyright: ignore[reportCallIssue]
+    place = Place(*state[1], Room(*state[2]))  # pyright: ignore[reportCallIssue]
+    strip = Pixels(*state[0])
     memory, limits = Memory(*state[3]), Limits(*state[4])
     mean, known, lasting = memory.mean[0], memory.known[0], memory.lasting[0]
     for i in range(len(frames)):
