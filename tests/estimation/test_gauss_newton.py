@@ -63,7 +63,7 @@ def test_one_frame_is_climbed_to_where_the_gradient_vanishes(scene) -> None:
     strip = Strip.of(influence, response, used)
     place = Place.at(strip, loads + 0.02)
     found, report = np.empty(M), np.zeros(1, REPORT)[0]
-    follow(strip.arrays, place.arrays, np.where(used, frame, 0), found, report)
+    follow(strip.arrays, place, np.where(used, frame, 0), found, report)
     left = misfit(frame[used], response.level(influence[used] @ found), response)
     slope = response.slope(influence[used] @ found) / 3
     gradient = influence[used].T @ (slope * left.slope)
@@ -105,7 +105,7 @@ def test_the_way_from_one_frame_to_the_next_is_as_bent_as_the_levels(scene) -> N
     way = 0.01 * np.random.default_rng(3).normal(size=M)
     strip = Strip.of(influence, response, np.ones(P, bool))
     place, found, report = Place.at(strip, loads), np.empty(M), np.zeros(1, REPORT)[0]
-    follow(strip.arrays, place.arrays, response.level(influence @ (loads + way)), found, report)
+    follow(strip.arrays, place, response.level(influence @ (loads + way)), found, report)
     first, second = changes(influence, response, loads + way, way)
     assert report["bent"] == pytest.approx(np.sqrt(second @ second / (first @ first)), rel=0.15)
 

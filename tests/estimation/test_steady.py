@@ -17,7 +17,7 @@ def begun(influence: np.ndarray, loads: np.ndarray) -> tuple[np.ndarray, np.ndar
     """Covariance of the loads; variance of the phase at every so many pixels; how many."""
     strip = Strip.of(influence, RESPONSE, np.ones(P, bool))
     place, variance = Place.at(strip, loads), np.zeros(strip.layout.places, np.float32)
-    steady(strip.arrays, place.arrays, variance, np.zeros(1, MEAN)[0])
+    steady(strip.arrays, place, variance, np.zeros(1, MEAN)[0])
     every = strip.layout.every
     return place.covariance, variance[strip.layout.order[::every]], every
 

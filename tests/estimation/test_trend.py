@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import chi2
 
 from fringeforce.estimation.residual_monitor import (
-    LONGEST,
     MOST,
+    REMEMBERED,
     TREND,
     begin_trend,
     lingers,
@@ -31,9 +31,9 @@ def test_noise_on_the_mean_is_as_small_as_it_says() -> None:
         squares.append(float(trend @ trend) / state["variance"])
     assert squares[0] == pytest.approx(frames[0] @ frames[0], rel=1e-5)
     assert np.mean(squares) == pytest.approx(GROUPS, rel=0.03)
-    late = np.array(squares[:: 4 * LONGEST])  # far enough apart to be independent
+    late = np.array(squares[:: 4 * REMEMBERED])  # far enough apart to be independent
     assert np.mean(late < chi2.ppf(0.9, GROUPS)) == pytest.approx(0.9, abs=0.08)
-    assert state["variance"] == pytest.approx(1 / (2 * LONGEST - 1))
+    assert state["variance"] == pytest.approx(1 / (2 * REMEMBERED - 1))
 
 
 def test_a_wave_far_below_one_frames_noise_is_found_and_then_allowed_for() -> None:
@@ -42,7 +42,7 @@ def test_a_wave_far_below_one_frames_noise_is_found_and_then_allowed_for() -> No
     assert wave @ wave < (LIMIT - GROUPS) / 10
     counts = []
     for _ in range(6):
-        for _ in range(20 * LONGEST):
+        for _ in range(20 * REMEMBERED):
             sums = (wave + rng.normal(size=GROUPS)).astype(np.float32)
             if lingers(sums, GROUPS, LIMIT, trend, state):
                 break
@@ -50,8 +50,8 @@ def test_a_wave_far_below_one_frames_noise_is_found_and_then_allowed_for() -> No
         if not state["alarmed"]:
             break
         begin_trend(state, confirmed=True)
-    assert counts[0] < 4 * LONGEST
-    assert counts[-1] == 20 * LONGEST
+    assert counts[0] < 4 * REMEMBERED
+    assert counts[-1] == 20 * REMEMBERED
 
 
 @pytest.mark.parametrize(("confirmed", "alarmed", "expected"), [(1, 1, 4), (1, 0, 2), (0, 1, 1)])

@@ -11,6 +11,7 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Camera, Sensor
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.residual_test import group_sums, square_limit
+from fringeforce.reading.cold_start import SATURATION
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -19,8 +20,6 @@ FEWEST = 4
 """Frames without which nothing is calibrated."""
 HEAVIEST, LIGHTEST = 500.0, 1e-4
 """Loads per tactel that no bench means to apply in newtons [N]."""
-SATURATED = 0.1
-"""Share of pixels at full scale that spoils a frame."""
 NEIGHBOURS = 51
 """Pixels whose median misfit tells what is usual around a pixel."""
 
@@ -81,11 +80,11 @@ def checked_measurements(
             f"The largest force is {largest:g} N, which no such sensor is pressed with; forces are "
             f"in newtons, from {LIGHTEST:g} to {HEAVIEST:g}. Convert the unit."
         )
-    full = (levels >= camera.full_scale).mean(axis=1) > SATURATED
+    full = (levels >= camera.full_scale).mean(axis=1) > SATURATION
     if full.mean() > 0.5:
         raise InputError(
-            f"Frames {_rows(full)} are saturated: more than {SATURATED:.0%} of their pixels are at "
-            f"{camera.full_scale}. Shorten the exposure and press again."
+            f"Frames {_rows(full)} are saturated: more than {SATURATION:.0%} of their pixels are "
+            f"at {camera.full_scale}. Shorten the exposure and press again."
         )
     return levels, loads.reshape(len(loads), -1)
 
@@ -98,7 +97,7 @@ def remarks(levels: Array, loads: Array, camera: Camera) -> list[str]:
             found.append(
                 f"Never loaded {kind}: tactel {never}; what is said of it rests on the elements."
             )
-    if full := _rows((levels >= camera.full_scale).mean(axis=1) > SATURATED):
+    if full := _rows((levels >= camera.full_scale).mean(axis=1) > SATURATION):
         found.append(f"Frames {full} are saturated and say little; shorten the exposure.")
     return found
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import entry, part
 from fringeforce.estimation.evaluation import Room, describe, evaluate, silence, take
-from fringeforce.estimation.gauss_newton import Place, Standing, follow, settle
+from fringeforce.estimation.gauss_newton import Place, follow, settle
 from fringeforce.estimation.information import factorise_information
 from fringeforce.estimation.residual_monitor import TREND, lingers
 from fringeforce.estimation.running_mean import MEAN, steady, step_steadily
@@ -37,8 +35,7 @@ STEP, WHOLE, NONE = range(3)
 """Covariances that are wanted: that of the step's matrix, that of all pixels, or none."""
 
 
-@dataclass(frozen=True, eq=False)
-class Memory:
+class Memory(NamedTuple):
     """What a follower knows besides its place; the compiled functions write into its arrays.
 
     Attributes
@@ -72,26 +69,11 @@ class Memory:
         mean, known, lasting = (np.zeros(1, kind) for kind in (MEAN, KNOWN, TREND))
         return cls(variance, mean, rest, known, trend, lasting)
 
-    @property
-    def arrays(self) -> tuple[Any, ...]:
-        """What the compiled functions take."""
-        return Remembered(*(getattr(self, name) for name in Remembered._fields))
-
-
-Remembered = namedtuple("Remembered", [field.name for field in fields(Memory)])
-"""What the compiled functions take of a memory, under the same names."""
-
 
 def state_of(strip: Strip, place: Place, memory: Memory, limits: Limits) -> tuple[Any, ...]:
     """What `follow_all` takes: plain tuples, for names cost several microseconds at the door."""
-    *standing, room = place.arrays
-    return (
-        tuple(strip.arrays),
-        tuple(standing),
-        tuple(room),
-        tuple(memory.arrays),
-        tuple(limits),
-    )
+    *standing, room = place
+    return tuple(map(tuple, (strip.arrays, standing, room, memory, limits)))
 
 
 @entry
@@ -111,8 +93,9 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
     loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k,), (k,)
         Filled, with records of REPORT; of the covariances only what is wanted.
     """
-    strip, place = Pixels(*state[0]), Standing(*state[1], Room(*state[2]))
-    memory, limits = Remembered(*state[3]), Limits(*state[4])
+    place = Place(*state[1], Room(*state[2]))  # pyright: ignore[reportCallIssue]
+    strip = Pixels(*state[0])
+    memory, limits = Memory(*state[3]), Limits(*state[4])
     mean, known, lasting = memory.mean[0], memory.known[0], memory.lasting[0]
     for i in range(len(frames)):
         if silent:

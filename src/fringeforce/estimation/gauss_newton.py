@@ -9,9 +9,7 @@ change since then, at the nodes.
 
 from __future__ import annotations
 
-from collections import namedtuple
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -51,8 +49,7 @@ _ZERO, _HALF = np.float32(0), np.float32(0.5)
 _TINY = np.float32(1e-20)
 
 
-@dataclass(frozen=True, eq=False)
-class Place:
+class Place(NamedTuple):
     """Where the follower stands; the compiled functions write into its arrays.
 
     Attributes
@@ -94,25 +91,15 @@ class Place:
         rows, base = len(strip.nodes), loads.copy()
         phase, slope, level, ground = np.zeros((4, strip.layout.size), dtype=np.float32)
         anchor, steep = np.zeros((2, strip.layout.places), dtype=np.float32)
-        factor, weakest = np.zeros((rows, rows)), np.ones(strip.loads + 1)
-        found = np.zeros((strip.loads, strip.loads))
-        light, ways, own = (
-            (phase, slope, level),
-            (base, ground, anchor, steep),
-            room_for(strip.arrays),
+        place = cls(
+            *(loads.copy(), phase, slope, level, base, ground, anchor, steep),
+            factor=np.zeros((rows, rows)),
+            weakest=np.ones(strip.loads + 1),
+            covariance=np.zeros((strip.loads, strip.loads)),
+            room=room_for(strip.arrays),
         )
-        place = cls(loads.copy(), *light, *ways, factor, weakest, found, own)
-        settle(strip.arrays, place.arrays)
+        settle(strip.arrays, place)
         return place
-
-    @property
-    def arrays(self) -> tuple[Any, ...]:
-        """What the compiled functions take."""
-        return Standing(*(getattr(self, name) for name in Standing._fields))
-
-
-Standing = namedtuple("Standing", [field.name for field in fields(Place)])
-"""What the compiled functions take of a place, under the same names."""
 
 
 @entry
@@ -130,8 +117,8 @@ def follow(strip, place, frame, estimate, report) -> None:
 
     Parameters
     ----------
-    strip, place : tuple
-        `Strip.arrays` and `Place.arrays`; the place is moved.
+    strip, place : Pixels, Place
+        Where to start; the place is moved.
     frame : ndarray, shape (P,)
         Grey levels, finite.
     estimate : ndarray, shape (m,)

@@ -14,14 +14,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.residual_test import GROUP
+
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 TAPS = 6
 """Nodes that a polynomial goes through."""
-GROUP = 16
-"""Neighbouring pixels that are summed to find a misfit that noise would average away.  A channel's
-places begin and end at multiples of it, and nodes beyond its ends lie in between."""
 BEFORE, BEHIND = TAPS // 2 - 1, TAPS // 2
 """Nodes of a polynomial that lie before the node of a pixel, and behind it."""
 

@@ -16,8 +16,8 @@ TREND = np.dtype(
 )
 """What is known of a trend besides the mean: frames in it; the variance of noise in it, relative to
 one frame; factor of what its limit leaves above the mean of noise; whether it was exceeded."""
-LONGEST = 32
-"""Number of frames that the mean forgets in."""
+REMEMBERED = 32
+"""Number of frames in which a mean of residuals forgets."""
 MOST = 64.0
 """Largest factor of the limit."""
 
@@ -47,7 +47,7 @@ def lingers(sums, freedom, limit, trend, state) -> bool:
         What is known of it.
     """
     state.count += 1
-    share = max(1 / LONGEST, 1 / state.count)
+    share = max(1 / REMEMBERED, 1 / state.count)
     state.variance = (1 - share) ** 2 * state.variance + share**2
     squares, part = np.float32(0), np.float32(share)
     for j in range(len(trend)):

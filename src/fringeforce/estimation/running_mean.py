@@ -17,6 +17,7 @@ from fringeforce.estimation.compiling import entry, inner, part
 from fringeforce.estimation.evaluation import compare, describe, shift, shine, silence, take
 from fringeforce.estimation.gauss_newton import FAR, FRESH, RIDGE, TURNS, bend, keep, row_of, survey
 from fringeforce.estimation.information import factorise_information
+from fringeforce.estimation.residual_monitor import REMEMBERED
 from fringeforce.estimation.vector_loops import (
     ROWS,
     combine,
@@ -35,8 +36,8 @@ MEAN = np.dtype(
 """A mean: whether frames are followed by it; number of frames in the mean of the loads; share of a
 new frame in it; running mean of what a frame surprises by, relative to noise; number of frames in
 the mean of the residuals, and the variance of noise in that, relative to one frame."""
-LONGEST, RECALLED = 64, 32
-"""Largest number of frames in the mean of the loads, and in that of the residuals."""
+LONGEST = 64
+"""Largest number of frames in the mean of the loads."""
 LAGGING = 1.3
 """Surprise beyond which the mean lags behind and takes in fewer frames."""
 RECENT, FASTER, SLOWER = 0.1, 1.2, 1.05
@@ -54,8 +55,8 @@ def steady(strip, place, variance, memory) -> None:
 
     Parameters
     ----------
-    strip, place : tuple
-        `Strip.arrays` and `Place.arrays`.
+    strip, place : Pixels, Place
+        Where to begin.
     variance : ndarray, shape (places,)
         Filled with the variance of the phase at the nodes [rad^2].
     memory : record of MEAN
@@ -142,7 +143,7 @@ def _take_in(memory, surprise) -> None:
 def _recall(left, rest, memory) -> None:
     """Take residuals into their mean."""
     memory.recalled += 1
-    share = max(1 / RECALLED, 1 / memory.recalled)
+    share = max(1 / REMEMBERED, 1 / memory.recalled)
     memory.spread = (1 - share) ** 2 * memory.spread + share**2
     part = np.float32(share)
     for k in range(len(rest)):

@@ -22,9 +22,10 @@ SAME_START, SAME_TOP = 0.1, 0.05
 TRIED = 40
 """Mirror images of all explanations together that are tried."""
 RIVAL = 16.0
-"""Twice the log-likelihood by which an explanation must beat another to rule it out."""
+"""Twice the log-likelihood by which an explanation must beat another to rule it out: the other is
+then exp(-8) = 0.0003 times as likely."""
 SPREAD = 3.0
-"""Rivals that widen no deviation by more than this are one explanation, less sure."""
+"""Factor in a deviation up to which rivals that widen it are one explanation, less sure."""
 ANCHOR = 1.5
 """Phase that a frame must reach for its signs to hang together where not all was tried [rad]."""
 PUSH = 5.0

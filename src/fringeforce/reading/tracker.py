@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +51,7 @@ STATUSES[UNSETTLED], STATUSES[SILENT] = Status.AMBIGUOUS, Status.NO_CONTACT
 """Status of a frame that was followed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
+class Track(NamedTuple):
     """What was found for k frames; arrays of the shapes that `follow_all` wants."""
 
     loads: Array
@@ -71,16 +69,9 @@ class Track:
             np.empty(frames, dtype=np.int64),
         )
 
-    def since(self, first: int) -> tuple[Any, Any, Any, Any]:
+    def since(self, first: int) -> tuple[Any, ...]:
         """The arrays from one frame on."""
-        if first == 0:
-            return self.loads, self.covariances, self.reports, self.verdicts
-        return (
-            self.loads[first:],
-            self.covariances[first:],
-            self.reports[first:],
-            self.verdicts[first:],
-        )
+        return tuple(part[first:] for part in self)
 
 
 class Tracker:
@@ -205,7 +196,7 @@ class Tracker:
         begin_trend(memory.lasting, self._confirms(found))
         begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled or mean is not None:
-            steady(strip.arrays, place.arrays, memory.variance, memory.mean[0])
+            steady(strip.arrays, place, memory.variance, memory.mean[0])
         if mean is not None:
             for name in ("frames", "share", "surprise"):
                 memory.mean[name] = mean[name]

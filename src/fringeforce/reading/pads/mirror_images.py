@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import label
 
+from fringeforce.reading.hypothesis_selection import RIVAL, SPREAD
 from fringeforce.reading.pads.fit import Top
 from fringeforce.reading.pads.sampling import Sampling
 
@@ -27,10 +28,6 @@ NEAR = (0.0, 0.15, 0.4)
 """Distances below a fold from which retardance is taken to its other side [rad]."""
 TRIED = 6
 """Regions beyond folds that are tried, the smallest ones."""
-RIVAL = 16.0
-"""Twice the log-likelihood by which an explanation must beat another to rule it out."""
-SPREAD = 3.0
-"""Rivals that widen the deviation of no sum of forces by more than this are one, less sure."""
 SAME = 1.0
 """Squared distance in deviations, per load, below which two explanations are one."""
 RIDGE = 1e-6
