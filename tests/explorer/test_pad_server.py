@@ -19,7 +19,6 @@ from fringeforce.explorer.session import Start
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.optics.colour import encoded as screen
 from fringeforce.optics.colour import light_colour, white_light
-from fringeforce.reading.pads.reader import PadReader
 from whole_numbers import in_whole_numbers
 
 pytestmark = pytest.mark.slow
@@ -168,7 +167,7 @@ def test_what_is_read_is_what_the_library_reads_and_agrees_with_the_truth(
 ) -> None:
     header, blocks = ask(type="read", id=3, design=1, contacts=[FINGER], seed=4)
     forces = truth(model, FINGER)
-    reading = PadReader(model).read(model.expose(forces, rng=4))
+    reading = ff.Reader(model).read(model.expose(forces, rng=4))
     assert header["status"] == reading.status.name == "OK"
     assert header["chi2"] == pytest.approx(1, abs=0.05)
     assert (np.abs(blocks["forces"] - reading.forces) < 0.5 * reading.std).all()

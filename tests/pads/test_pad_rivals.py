@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+import fringeforce as ff
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.models.pad import PadModel
 from fringeforce.reading.pads.fit import Curvature, Place, Top
 from fringeforce.reading.pads.mirror_images import Mirror, weighed
-from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.pads.sampling import lattice
 from fringeforce.reading.reading import Status
 
@@ -35,11 +35,11 @@ def contact(model: PadModel, rng: np.random.Generator, peak: float) -> Array:
 def test_loads_of_several_half_waves_are_found_without_an_earlier_state(
     model: PadModel, peak: float
 ) -> None:
-    reader = PadReader(model)
+    reader = ff.Reader(model)
     for seed in range(2):
         rng = np.random.default_rng(seed)
         forces = contact(model, rng, peak)
-        reading = reader.read(model.expose(forces, rng))
+        reading = reader.search(model.expose(forces, rng))
         assert reading.status is Status.OK
         assert (np.abs(reading.forces - forces) < 5.5 * reading.std).all()
 
@@ -59,11 +59,11 @@ def test_a_mirror_image_turns_back_at_the_fold(model: PadModel) -> None:
 
 def test_spots_of_a_pad_are_never_read_wrong_without_a_doubt(model: PadModel) -> None:
     forces = contact(model, np.random.default_rng(4), 4.0)
-    reader, frame = PadReader(model), model.expose(forces, 0)
+    reader, frame = ff.Reader(model), model.expose(forces, 0)
     for row, column in ((30, 40), (44, 40), (40, 30)):
         mask = np.ones(model.frame_shape, dtype=bool)
         mask[row : row + 20, column : column + 20] = False
-        reading = reader.read(frame, mask=mask)
+        reading = reader.search(frame, mask=mask)
         apart = np.abs(reading.forces - forces) / reading.std
         assert reading.status is not Status.OK or apart.max() < 6
 
@@ -72,13 +72,13 @@ def test_a_frame_that_two_loads_explain_names_both(noisy: PadModel) -> None:
     rng = np.random.default_rng(1023)
     forces = contact(noisy, rng, 1.0) * rng.uniform(1.3, 4)
     frame = noisy.expose(forces, rng)
-    reading = PadReader(noisy).read(frame)
+    reading = ff.Reader(noisy).search(frame)
     assert reading.status is Status.AMBIGUOUS
     assert reading.alternatives.shape[1:] == forces.shape
     camera = noisy.sensor.camera
     for other in reading.alternatives:
         apart = (other - reading.forces).ravel()
-        assert apart @ reading.information @ apart > forces.size
+        assert apart @ np.linalg.solve(reading.covariance, apart) > forces.size
         left = [
             ((frame - camera.offset - camera.amplitude * noisy.intensity(loads)) ** 2).sum()
             for loads in (reading.forces, other)

@@ -160,7 +160,7 @@ def test_masked_pixels_are_not_looked_at(model: ff.SensorModel) -> None:
 
 
 def test_a_model_with_errors_of_shape_gives_itself_away(model: ff.SensorModel) -> None:
-    wave = 1 + 0.03 * np.sin(2 * np.pi * model.x[:, None, None] / 5e-3 + np.arange(N))
+    wave = 1 + 0.03 * np.sin(2 * np.pi * model.x[:, None, None] / 5e-3 + np.arange(N)[:, None])
     true = ff.SensorModel(model.sensor, model.breaks, model.psi * wave, {})
     frame = true.expose(ff.polar(2.0, 10, n=N), rng=0)
     assert ff.Reader(model).search(frame).status is ff.Status.MODEL_MISMATCH

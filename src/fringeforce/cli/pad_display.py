@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fringeforce.acquisition.sinks.sink import Readings
-from fringeforce.acquisition.sinks.wrench import wrenches
+from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
 from fringeforce.reading.reading import Status
 

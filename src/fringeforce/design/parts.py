@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -69,7 +69,18 @@ class Converter(Part):
 
 
 class Design(Part):
-    """What all designs can do."""
+    """What all designs can do.
+
+    Every kind of sensor states its `kind` and the `components` of the force on a tactel, the normal
+    one first.
+    """
+
+    components: ClassVar[tuple[str, ...]]
+
+    @property
+    def dimensions(self) -> int:
+        """Of the loaded surface and of a picture: 1 of a strip, 2 of a pad."""
+        return len(self.components) - 1
 
     def replace(self, **changes: Any) -> Self:
         """A variant of this design.

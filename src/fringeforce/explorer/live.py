@@ -17,10 +17,11 @@ from typing import Any
 from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Camera
-from fringeforce.acquisition.loop import FrameReader, live
+from fringeforce.acquisition.loop import live
 from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FringeforceError
+from fringeforce.reading.reader import Reader
 
 Array = NDArray[Any]
 PERIOD = 1 / 30
@@ -129,10 +130,6 @@ class Live(ABC):
     def _latest(self) -> Latest:
         """Room for the newest readings."""
 
-    @abstractmethod
-    def _reader(self) -> FrameReader:
-        """What reads the camera's frames."""
-
     def close(self) -> None:
         """End the camera."""
         self._stop.set()
@@ -143,7 +140,7 @@ class Live(ABC):
         try:
             camera = self.source.open(self.model)
             self.name = camera.name
-            reader, sinks = self._reader(), [self.latest]
+            reader, sinks = Reader(self.model), [self.latest]
             live(reader, camera, sinks, stop=self._stop, report=self._told, queue=self.queue)
             if self._stop.is_set():
                 return

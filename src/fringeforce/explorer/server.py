@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import pickle
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing, suppress
@@ -19,12 +18,12 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from fringeforce.base.errors import InputError
-from fringeforce.design.strip import Sensor
 from fringeforce.explorer.pads.session import PadSession
 from fringeforce.explorer.pads.workers import PadWorkers
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
 from fringeforce.explorer.session import Conversation, Send, Start, StripSession
+from fringeforce.explorer.tasks import read
 from fringeforce.explorer.workers import StripWorkers, Workers
 
 if TYPE_CHECKING:
@@ -113,7 +112,7 @@ def application(
 
 def _kind(start: Start) -> tuple[Workers, str, Conversations]:
     """Who computes, the page's file, and its conversations, for a strip or for a pad."""
-    if isinstance(start.sensor, Sensor):
+    if start.sensor.kind == "strip":
         strips = StripWorkers()
         return strips, "index.html", lambda send, live: StripSession(start, strips, send, live)
     pads = PadWorkers()
@@ -122,13 +121,13 @@ def _kind(start: Start) -> tuple[Workers, str, Conversations]:
 
 def _watched(start: Start, solved: Solved, camera: Source) -> Live:
     """A camera that pages can watch; only that brings a reader's libraries into this process."""
-    if isinstance(start.sensor, Sensor):
+    if start.sensor.kind == "strip":
         from fringeforce.explorer.strip_live import StripLive
 
-        return StripLive(pickle.loads(solved.model), camera)
+        return StripLive(read(solved.model), camera)
     from fringeforce.explorer.pads.live import PadLive
 
-    return PadLive(pickle.loads(Path(solved.model).read_bytes()), camera)
+    return PadLive(read(solved.model), camera)
 
 
 def serve(

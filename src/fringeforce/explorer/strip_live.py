@@ -13,7 +13,6 @@ from fringeforce.contacts.contact import Contact, Event, Friction
 from fringeforce.estimation.bounds import covariance
 from fringeforce.explorer.live import Latest, Live, Watcher
 from fringeforce.models.strip import SensorModel
-from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
 
@@ -61,15 +60,12 @@ class StripLatest(Latest):
     def _seen(self, readings: Readings, elapsed: float) -> Glimpse:
         forces, std, status = readings.forces[-1], readings.std[-1], readings.status[-1]
         matrix = self._model.pixel_influence.reshape(-1, forces.size)
-        reading = Reading(
+        reading = Reading.of(
             forces=forces,
             covariance=self._covariance(forces, std, status),
             phase=matrix @ forces.ravel(),
             chi2=float(readings.chi2[-1]),
             status=status,
-            detail="",
-            alternatives=np.empty((0, *forces.shape)),
-            limited=np.zeros(len(forces), dtype=bool),
         )
         frame = np.atleast_2d(readings.lines[-1])[0]
         return Glimpse(readings.first + len(readings) - 1, elapsed, frame, std, reading)
@@ -97,9 +93,6 @@ class StripLive(Live):
 
     def _latest(self) -> StripLatest:
         return StripLatest(self.model)
-
-    def _reader(self) -> Reader:
-        return Reader(self.model)
 
 
 class StripWatcher(Watcher):

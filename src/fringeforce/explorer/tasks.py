@@ -1,10 +1,13 @@
 """What the worker processes do; every function is pure, so that a lost process costs nothing.
 
-The libraries behind them are imported where they are used: the server itself stays light.
+A model may be too large to be sent with every question: it is written once, questions name its
+file, and every process keeps those that it has read last.  The libraries behind the tasks are
+imported where they are used: the server itself stays light.
 """
 
 from __future__ import annotations
 
+import os
 import pickle
 import tempfile
 from collections.abc import Mapping
@@ -30,20 +33,33 @@ class Solved:
 
     Attributes
     ----------
-    model
-        As the workers take it: pickled, or its file, which lasts as long as this.
+    model : str
+        Its file, which lasts as long as this.
     facts : mapping
         JSON values for the page.
     blocks : mapping of str to ndarray
         Numbers for the page.
     """
 
-    model: Any
+    model: str
     facts: Mapping[str, Any]
     blocks: Mapping[str, NDArray[Any]]
 
 
-def solve(sensor: Sensor, known: bytes | None) -> Solved:
+def written(model: Any, folder: str) -> str:
+    """Write a model to a new file of a folder, whose path is returned."""
+    handle, path = tempfile.mkstemp(dir=folder, suffix=".pickle")
+    with os.fdopen(handle, "wb") as file:
+        pickle.dump(model, file, pickle.HIGHEST_PROTOCOL)
+    return path
+
+
+def read(path: str) -> Any:
+    """The model of a file that `written` made."""
+    return pickle.loads(Path(path).read_bytes())
+
+
+def solve(sensor: Sensor, known: bytes | None, folder: str) -> Solved:
     """Characterise a design.
 
     Parameters
@@ -52,33 +68,35 @@ def solve(sensor: Sensor, known: bytes | None) -> Solved:
         The design.
     known : bytes, optional
         Its pickled model, where there is one already.
+    folder : str
+        Where to write.
     """
     from fringeforce.explorer.solution import solve
 
     solution = solve(sensor, None if known is None else pickle.loads(known))
-    return Solved(pickle.dumps(solution.model), solution.facts, solution.blocks)
+    return Solved(written(solution.model, folder), solution.facts, solution.blocks)
 
 
-def inside(model: bytes) -> Answer:
+def inside(model: str) -> Answer:
     """Figures of a design that was characterised here, and what is inside it.
 
     Parameters
     ----------
-    model : bytes
-        A pickled SensorModel.
+    model : str
+        File of a SensorModel.
     """
     from fringeforce.explorer.solution import inside
 
     return inside(_reader(model))
 
 
-def shoot(model: bytes, forces: Loads, seed: int) -> Answer:
+def shoot(model: str, forces: Loads, seed: int) -> Answer:
     """Expose one noisy line and read it.
 
     Parameters
     ----------
-    model : bytes
-        A pickled SensorModel.
+    model : str
+        File of a SensorModel.
     forces : nested list, shape (n, 2)
         Normal and tangential forces [N].
     seed : int
@@ -90,7 +108,7 @@ def shoot(model: bytes, forces: Loads, seed: int) -> Answer:
     return shot.facts, shot.blocks
 
 
-def file(kind: str, model: bytes, forces: Loads, seed: int) -> bytes:
+def file(kind: str, model: str, forces: Loads, seed: int) -> bytes:
     """Contents of a file that the library would write.
 
     Parameters
@@ -118,7 +136,7 @@ def file(kind: str, model: bytes, forces: Loads, seed: int) -> bytes:
 
 
 @lru_cache(maxsize=4)
-def _reader(model: bytes) -> SingleFrameReader:
+def _reader(model: str) -> SingleFrameReader:
     from fringeforce.reading.single_frame import SingleFrameReader
 
-    return SingleFrameReader(pickle.loads(model))
+    return SingleFrameReader(read(model))

@@ -7,6 +7,8 @@ import multiprocessing
 import os
 import shutil
 import signal
+import tempfile
+import weakref
 from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import Callable
@@ -15,11 +17,10 @@ from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from fringeforce.base.child_process import end_with_parent
-from fringeforce.design.strip import Sensor
 from fringeforce.explorer import tasks
 
 
@@ -109,18 +110,25 @@ def _work(connection: Connection, patient: bool, folder: str | None) -> None:
 
 
 class Workers(ABC):
-    """What the pages of all kinds of sensors have in common.
+    """Processes for designs and for readings, and the files between them.
 
     Parameters
     ----------
-    workers : Worker
-        All processes.
+    task : callable
+        What characterises a design, `tasks.solve` or that of pads.
     remembered : int
         Number of designs whose solutions are kept: undo and comparisons come at once.
+    patient : bool
+        Whether readings leave the processor to others who want it.
     """
 
-    def __init__(self, *workers: Worker, remembered: int) -> None:
-        self._workers, self._remembered = workers, remembered
+    def __init__(
+        self, task: Callable[..., tasks.Solved], remembered: int, patient: bool = False
+    ) -> None:
+        self._task, self._remembered = task, remembered
+        self._folder = tempfile.TemporaryDirectory(prefix="fringeforce-")
+        self._designs, self._readings = Worker(folder=self._folder.name), Worker(patient)
+        self._workers = [self._designs, self._readings]
         self._known: OrderedDict[str, tasks.Solved] = OrderedDict()
 
     async def solve(self, sensor: Any, model: bytes | None) -> tasks.Solved:
@@ -140,15 +148,14 @@ class Workers(ABC):
         """
         key = f"{sensor.model_dump_json()} {model is not None}"
         if key not in self._known:
-            self._known[key] = await self._solved(sensor, model)
+            solved = await self._designs.run(self._task, sensor, model, self._folder.name)
+            # a page may still use a design that is no longer remembered
+            weakref.finalize(solved, Path(solved.model).unlink, missing_ok=True)
+            self._known[key] = solved
         self._known.move_to_end(key)
         while len(self._known) > self._remembered:
             self._known.popitem(last=False)
         return self._known[key]
-
-    @abstractmethod
-    async def _solved(self, sensor: Any, model: bytes | None) -> tasks.Solved:
-        """Solution of a design that nobody remembers."""
 
     async def begin(self, sensor: Any, model: bytes | None) -> tasks.Solved:
         """Solution of the first design, after which a picture of it can be had at once."""
@@ -159,26 +166,25 @@ class Workers(ABC):
         """Let all workers load their libraries before anybody waits for them."""
 
     def close(self) -> None:
-        """End the processes."""
+        """End the processes and remove their files."""
         for worker in self._workers:
             worker.close()
+        self._folder.cleanup()
 
 
 class StripWorkers(Workers):
     """One process for elements, one for readings."""
 
     def __init__(self) -> None:
-        self._elements, self._readings = Worker(), Worker()
-        super().__init__(self._elements, self._readings, remembered=6)
-        self._insides: WeakKeyDictionary[tasks.Solved, tasks.Answer] = WeakKeyDictionary()
-
-    async def _solved(self, sensor: Sensor, model: bytes | None) -> tasks.Solved:
-        return await self._elements.run(tasks.solve, sensor, model)
+        super().__init__(tasks.solve, remembered=6)
+        self._insides: weakref.WeakKeyDictionary[tasks.Solved, tasks.Answer] = (
+            weakref.WeakKeyDictionary()
+        )
 
     async def inside(self, solved: tasks.Solved) -> tasks.Answer:
         """Figures of a design, and what is inside it."""
         if solved not in self._insides:
-            self._insides[solved] = await self._elements.run(tasks.inside, solved.model)
+            self._insides[solved] = await self._designs.run(tasks.inside, solved.model)
         return self._insides[solved]
 
     async def shoot(self, solved: tasks.Solved, forces: tasks.Loads, seed: int) -> tasks.Answer:

@@ -32,8 +32,6 @@ Single = NDArray[np.float32]
 
 PAD = "pad"
 """Kind of these files."""
-COMPONENTS = ("normal", "tangential_x", "tangential_y")
-"""Of the force on a tactel."""
 LABELS = tuple(
     "_".join("even" if sign > 0 else "odd" for sign in parity) + "_{}" for parity in PARITIES
 )
@@ -74,6 +72,11 @@ class PadModel:
     def _image(self) -> tuple[int, int]:
         columns, rows = self.sensor.camera.pixels
         return rows, columns
+
+    @property
+    def pixel_positions(self) -> tuple[Array, Array]:
+        """Where the camera's pixels look, along x (columns) and along y (rows) [m]."""
+        return self.sensor.pixel_positions
 
     @property
     def slice_heights(self) -> Array:
@@ -280,7 +283,7 @@ class PadModel:
         rows = 2 * profile.shape[1] * (len(x) // 2) * (len(y) // 2)
         expected = (
             [(rows, len(load_basis(pad.tactels.count, parity))) for parity in PARITIES]
-            if isinstance(pad, Pad)
+            if pad.kind == "pad"
             else []
         )
         if [quarter.shape for quarter in quarters] != expected:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from fringeforce.calibration.planning.candidates import fringes_per_pixel
@@ -12,7 +15,7 @@ from fringeforce.design.text import unit_at
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.reading.pads.reader import PadReader
+from fringeforce.reading.reader import Reader
 
 UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 """Factor and symbol of the unit in which a person reads a quantity."""
@@ -35,12 +38,12 @@ def surface_strain(model: SensorModel) -> float:
     return 1.0 / area / sensor.transducer.compliant.youngs_modulus
 
 
-def summary(model: SensorModel) -> list[tuple[str, str]]:
+def summary(model: SensorModel | PadModel) -> list[tuple[str, str]]:
     """Names and values, in the order of a person's questions.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         The characterised sensor.
 
     Returns
@@ -48,6 +51,10 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     list of (str, str)
         Each a quantity and its value with unit.
     """
+    return _SUMMARIES[model.sensor.kind](model)
+
+
+def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     sensor = model.sensor
     strip, camera = sensor.transducer, sensor.camera
     constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
@@ -83,14 +90,13 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     ]
 
 
-def pad_summary(model: PadModel) -> list[tuple[str, str]]:
-    """Names and values of a pad, as `summary` of a strip."""
+def _pad_summary(model: PadModel) -> list[tuple[str, str]]:
     pad = model.sensor
     block, tactels, camera = pad.transducer, pad.tactels, pad.camera
     middle = np.zeros((3, tactels.total, 3))
     middle[range(3), tactels.total // 2, range(3)] = 1.0
     peaks = [np.hypot(*one).max() for one in model.retardance(middle)]
-    deviations = 1e3 * np.median(PadReader(model).bound(np.zeros((tactels.total, 3))), axis=0)
+    deviations = 1e3 * np.median(Reader(model).bound(np.zeros((tactels.total, 3))), axis=0)
     strain = 1.0 / tactels.side**2 / block.compliant.youngs_modulus
     columns, rows = camera.pixels
     constant = stress_optic_constant(block.photoelastic, pad.polariscope.wavelength)
@@ -115,6 +121,9 @@ def pad_summary(model: PadModel) -> list[tuple[str, str]]:
         ),
         ("influence", ", ".join(f"{name} {value}" for name, value in model.provenance.items())),
     ]
+
+
+_SUMMARIES: Mapping[str, Any] = {"strip": _strip_summary, "pad": _pad_summary}
 
 
 def calibration_summary(model: SensorModel) -> list[str]:

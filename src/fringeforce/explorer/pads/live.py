@@ -13,8 +13,6 @@ from fringeforce.explorer.live import Latest, Live, Watcher
 from fringeforce.explorer.pads.pictures import camera_picture
 from fringeforce.explorer.pads.resultants import resultant
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.following import PadFollower
-from fringeforce.reading.pads.reader import PadReader
 
 Array = NDArray[Any]
 
@@ -91,9 +89,6 @@ class PadLive(Live):
 
     def _latest(self) -> PadLatest:
         return PadLatest(self.model)
-
-    def _reader(self) -> PadFollower:
-        return PadReader(self.model).follower()
 
 
 class PadWatcher(Watcher):

@@ -8,8 +8,8 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design.pad import PadTactels
-from fringeforce.io.tables import PAD, PAD_READING
+from fringeforce.design.pad import Pad, PadTactels
+from fringeforce.io.tables import force_columns, reading_columns
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def forces_text(tactels: PadTactels, forces: Array, std: Array | None = None) ->
     forces, std : ndarray, shape (n, 3)
         N, T_x, T_y [N].
     """
-    names = PAD if std is None else PAD_READING
+    names = (force_columns if std is None else reading_columns)(Pad.components)
     numbers = np.hstack([tactels.places, forces, *([] if std is None else [std])])
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

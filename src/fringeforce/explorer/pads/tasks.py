@@ -1,37 +1,31 @@
-"""What the worker processes do for the page of a pad; each names the model by its file.
-
-A model is too large to be sent with every question: it is written once, and every process keeps
-those that it has read last.
-"""
+"""What the worker processes do for the page of a pad."""
 
 from __future__ import annotations
 
-import os
 import pickle
 import tempfile
-from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.explorer.pads.contacts import Contact
+from fringeforce.explorer.tasks import Answer, Solved, written
+from fringeforce.explorer.tasks import read as load
 
 if TYPE_CHECKING:
     from fringeforce.design.pad import Pad
     from fringeforce.explorer.pads.sketch import Sketch
     from fringeforce.models.pad import PadModel
-    from fringeforce.reading.pads.reading import PadReading
+    from fringeforce.reading.reader import Reader
 
 Contacts = tuple[Contact, ...]
-Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
 
 
-def solve(pad: Pad, known: bytes | None, folder: str) -> tuple[Mapping[str, Any], str]:
-    """What the page is told of a design, and the file of its model.
+def solve(pad: Pad, known: bytes | None, folder: str) -> Solved:
+    """Characterise a design.
 
     Parameters
     ----------
@@ -45,10 +39,7 @@ def solve(pad: Pad, known: bytes | None, folder: str) -> tuple[Mapping[str, Any]
     from fringeforce.explorer.pads.solution import facts, solved
 
     model = solved(pad, None if known is None else pickle.loads(known))
-    handle, path = tempfile.mkstemp(dir=folder, suffix=".pickle")
-    with os.fdopen(handle, "wb") as file:
-        pickle.dump(model, file, pickle.HIGHEST_PROTOCOL)
-    return facts(model), path
+    return Solved(written(model, folder), facts(model), {})
 
 
 def prepare() -> None:
@@ -116,7 +107,7 @@ def read(path: str, contacts: Contacts, seed: int) -> Answer:
     model = _model(path)
     pad = model.sensor
     forces = tactel_forces(pad.tactels, contacts)
-    reading = _follower(path).read(model.expose(forces, rng=seed))
+    reading = _reader(path).read(model.expose(forces, rng=seed))
     members = np.vstack(
         [np.ones((1, pad.tactels.total), dtype=bool), groups(pad.tactels, contacts)]
     )
@@ -150,13 +141,13 @@ def file(kind: str, path: str, contacts: Contacts, seed: int) -> bytes:
     forces = tactel_forces(tactels, contacts)
     if kind == "forces":
         return forces_text(tactels, forces).encode()
-    reading = _follower(path).read(model.expose(forces, rng=seed))
+    reading = _reader(path).read(model.expose(forces, rng=seed))
     return forces_text(tactels, reading.forces, reading.std).encode()
 
 
 @lru_cache(maxsize=2)
 def _model(path: str) -> PadModel:
-    return pickle.loads(Path(path).read_bytes())
+    return load(path)
 
 
 @lru_cache(maxsize=6)
@@ -180,23 +171,9 @@ def _sketch(path: str) -> Sketch:
     return Sketch.of(_coarse(path))
 
 
-class Follower:
-    """Reads frames, each from the one before where that is near; a search takes much longer."""
-
-    def __init__(self, model: PadModel) -> None:
-        from fringeforce.reading.pads.reader import PadReader
-
-        self._reader = PadReader(model)
-        self._last: PadReading | None = None
-
-    def read(self, frame: NDArray[Any]) -> PadReading:
-        """Reading of a frame."""
-        last = self._last
-        found = self._reader.read(frame) if last is None else self._reader.follow(frame, last)
-        self._last = found
-        return found
-
-
 @lru_cache(maxsize=2)
-def _follower(path: str) -> Follower:
-    return Follower(_model(path))
+def _reader(path: str) -> Reader:
+    """What reads frames, each from the one before where that is near; a search takes longer."""
+    from fringeforce.reading.reader import Reader
+
+    return Reader(_model(path))

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import tempfile
-import weakref
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fringeforce.explorer.pads import tasks
@@ -17,20 +14,12 @@ if TYPE_CHECKING:
 
 
 class PadWorkers(Workers):
-    """The processes, and the files between them."""
+    """One more process, for pictures."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="fringeforce-")
-        self._designs, self._pictures = Worker(folder=self._folder.name), Worker()
-        self._readings = Worker(patient=True)
-        super().__init__(self._designs, self._pictures, self._readings, remembered=4)
-
-    async def _solved(self, sensor: Pad, model: bytes | None) -> Solved:
-        facts, path = await self._designs.run(tasks.solve, sensor, model, self._folder.name)
-        solved = Solved(path, facts, {})
-        # a page may still press on a design that is no longer remembered
-        weakref.finalize(solved, Path(path).unlink, missing_ok=True)
-        return solved
+        super().__init__(tasks.solve, remembered=4, patient=True)
+        self._pictures = Worker()
+        self._workers.append(self._pictures)
 
     async def press(
         self, solved: Solved, contacts: tasks.Contacts, view: str, fine: bool, seed: int
@@ -61,8 +50,3 @@ class PadWorkers(Workers):
     async def warm(self, solved: Solved) -> None:
         """Let the reader load its libraries before anybody waits for it."""
         await self.read(solved, (), 0)
-
-    def close(self) -> None:
-        """End the processes and remove their files."""
-        super().close()
-        self._folder.cleanup()

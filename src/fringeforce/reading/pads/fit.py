@@ -16,6 +16,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
+from fringeforce.reading.pads.covariance import covariance_of
 from fringeforce.reading.pads.sampling import Sampling
 
 Array = NDArray[np.float64]
@@ -91,6 +92,11 @@ class Curvature:
     @cached_property
     def _factor(self) -> Array | None:
         return _factor(self.information)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the forces that it belongs to, shape (3 n, 3 n) [N^2]."""
+        return covariance_of(self.information)
 
     def step(self, gradient: Array, damping: float = 0.0) -> tuple[Array, float]:
         """Newton's step, shape (3 n,) [N], and the gain of the loss that it promises.
