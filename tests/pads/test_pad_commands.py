@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -87,6 +88,23 @@ def test_images_are_read_from_arrays_and_their_own_files(
     np.testing.assert_array_equal(load_frames(tmp_path / "i.npy", 2), stack)
     save_frames(tmp_path / "i.h5", stack, pad.pixel_positions)
     np.testing.assert_array_equal(load_frames(tmp_path / "i.h5", 2), stack)
+
+
+def test_images_that_an_earlier_version_wrote_are_read(tmp_path: Path, pad: Pad) -> None:
+    images = np.random.default_rng(0).integers(0, 255, (2, 80, 96), dtype=np.uint8)
+    save_frames(tmp_path / "i.h5", images, pad.pixel_positions)
+    with h5py.File(tmp_path / "i.h5", "a") as file:
+        file.attrs["format"] = "fringeforce-images"
+    np.testing.assert_array_equal(load_frames(tmp_path / "i.h5", 2), images)
+
+
+def test_images_are_not_taken_for_lines_nor_lines_for_images(tmp_path: Path, pad: Pad) -> None:
+    save_frames(tmp_path / "i.h5", np.zeros((2, 80, 96), np.uint8), pad.pixel_positions)
+    with pytest.raises(ff.FringeforceError, match=r"images of a pad.*are lines of a strip"):
+        load_frames(tmp_path / "i.h5")
+    save_frames(tmp_path / "l.h5", np.zeros((2, 96), np.uint8), pad.pixel_positions[0])
+    with pytest.raises(ff.FringeforceError, match=r"lines of a strip.*are images of a pad"):
+        load_frames(tmp_path / "l.h5", 2)
 
 
 def test_images_of_a_data_set_are_read(pad: Pad) -> None:

@@ -144,3 +144,27 @@ def test_patches_sum_up_what_each_contact_does(
     assert (apart < 5 * np.sqrt(np.diag(found.total.moment_covariance))).all()
     # knowing where nothing touches makes the sum more certain
     assert found.total.force_covariance[0, 0] < reading.covariance[::3, ::3].sum()
+
+
+def test_magnitude_and_angle_are_those_of_many_drawn_forces() -> None:
+    rng = np.random.default_rng(3)
+    forces = np.array([[2.0, 0.6, -0.3], [1.0, 0.0, 0.8], [0.5, -0.4, 0.1]])
+    root = 0.01 * rng.normal(size=(9, 9))
+    reading = ff.Reading.of(
+        forces, 1.0, Status.OK, covariance=root @ root.T, phase=np.empty((2, 0, 0))
+    )
+    drawn = forces + (rng.normal(size=(100_000, 9)) @ root.T).reshape(-1, 3, 3)
+    size = np.linalg.norm(drawn, axis=2)
+    angle = np.degrees(np.arccos(drawn[..., 0] / size))
+    for value, std, sample in (
+        (reading.magnitude, reading.magnitude_std, size),
+        (reading.angle, reading.angle_std, angle),
+    ):
+        np.testing.assert_allclose(value, sample.mean(axis=0), rtol=0.01)
+        np.testing.assert_allclose(std, sample.std(axis=0), rtol=0.03)
+
+
+def test_what_belongs_to_strips_is_refused(model: PadModel) -> None:
+    for options in ({"friction": 0.5}, {"model_error": 0.03}):
+        with pytest.raises(ff.FringeforceError, match="strips"):
+            ff.Reader(model, **options)

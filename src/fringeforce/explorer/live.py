@@ -12,8 +12,10 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Camera
@@ -22,6 +24,7 @@ from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FringeforceError
 from fringeforce.reading.reader import Reader
+from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[Any]
 PERIOD = 1 / 30
@@ -49,14 +52,52 @@ class Source:
     recorded: bool = False
 
 
-class Latest(Sink, ABC):
-    """The newest readings of a run; each block replaces the one before."""
+@dataclass(frozen=True, eq=False)
+class Glimpse:
+    """The last frame of a block, as it was read.
+
+    Attributes
+    ----------
+    number : int
+        Running number of the frame.
+    time : float
+        Since the first frame of the run [s].
+    frame : ndarray
+        What a page shows of it; of several pictures the first.
+    reading : Reading
+        With a covariance that has the deviations which the reader gave.
+    """
+
+    number: int
+    time: float
+    frame: Array
+    reading: Reading
+
+
+class Latest(Sink):
+    """The newest readings of a run; each block replaces the one before.
+
+    Parameters
+    ----------
+    frame : callable
+        From grey levels to what a page shows of them.
+    covariance : callable
+        From forces, deviations (n, components) and status to a covariance with those deviations.
+    phase : callable
+        From forces to their phase lead.
+    """
 
     name = "page"
 
-    def __init__(self) -> None:
+    def __init__(
+        self,
+        frame: Callable[[Array], Array],
+        covariance: Callable[[Array, Array, Status], Array],
+        phase: Callable[[Array], Array],
+    ) -> None:
+        self._frame, self._covariance, self._phase = frame, covariance, phase
         self._readings: Readings | None = None
-        self._glimpse: tuple[Readings, Any] | None = None
+        self._glimpse: tuple[Readings, Glimpse] | None = None
         self._start: float | None = None
 
     def write(self, readings: Readings) -> None:
@@ -68,19 +109,27 @@ class Latest(Sink, ABC):
     def close(self) -> None:
         """Nothing to finish: the last readings stay."""
 
-    def glimpse(self) -> Any:
+    def glimpse(self) -> Glimpse | None:
         """What to show of the newest block, or None; worked out once for all pages."""
         readings = self._readings
         if readings is None or self._start is None:
             return None
         if self._glimpse is None or self._glimpse[0] is not readings:
             elapsed = float(readings.timestamps[-1]) - self._start
-            self._glimpse = readings, self._seen(readings, elapsed)
+            forces, std, status = readings.forces[-1], readings.std[-1], readings.status[-1]
+            reading = Reading.of(
+                forces=forces,
+                chi2=float(readings.chi2[-1]),
+                status=status,
+                covariance=self._covariance(forces, std, status),
+                phase=partial(self._phase, forces),
+            )
+            number = readings.first + len(readings) - 1
+            self._glimpse = (
+                readings,
+                Glimpse(number, elapsed, self._frame(readings.lines[-1]), reading),
+            )
         return self._glimpse[1]
-
-    @abstractmethod
-    def _seen(self, readings: Readings, elapsed: float) -> Any:
-        """The last frame of a block, exposed so many seconds after the first of the run."""
 
 
 class Live(ABC):
@@ -202,19 +251,27 @@ class Watcher(ABC):
         self._told = time.monotonic()
         header = {"run": self._run, "camera": source.name, "recorded": source.source.recorded}
         header |= {"ended": ended, **_counts(source.statistics)}
-        if not new:
+        if glimpse is None or not new:
             return header, {}
         self._seen = glimpse
+        reading = glimpse.reading
+        header |= {
+            "time": glimpse.time,
+            "line": glimpse.number,
+            "status": reading.status.name,
+            "advice": reading.advice,
+            "chi2": reading.chi2 if np.isfinite(reading.chi2) else None,
+        }
         facts, blocks = self._shown(glimpse, friction)
-        return header | facts, blocks
+        return header | facts, {"forces": reading.forces, "std": reading.std, **blocks}
 
     @abstractmethod
     def _begin(self) -> None:
         """Forget what was seen of an earlier run."""
 
     @abstractmethod
-    def _shown(self, glimpse: Any, friction: float) -> tuple[dict[str, Any], dict[str, Array]]:
-        """Facts and arrays that the page shows."""
+    def _shown(self, glimpse: Glimpse, friction: float) -> tuple[dict[str, Any], dict[str, Array]]:
+        """Facts and arrays that the page shows beside those of every sensor."""
 
 
 def _counts(statistics: Statistics | None) -> dict[str, Any]:

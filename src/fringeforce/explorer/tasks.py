@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import pickle
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from fringeforce.design.strip import Sensor
 
 if TYPE_CHECKING:
+    from fringeforce.reading.reading import Reading
     from fringeforce.reading.single_frame import SingleFrameReader
 
 Loads = list[list[float]]
@@ -109,29 +110,39 @@ def shoot(model: str, forces: Loads, seed: int) -> Answer:
 
 
 def file(kind: str, model: str, forces: Loads, seed: int) -> bytes:
+    """Contents of a file that the library would write; see `contents`."""
+    from fringeforce.explorer.shot import shoot
+
+    reader = _reader(model)
+    return contents(kind, reader.model, forces, lambda: shoot(reader, forces, seed).reading)
+
+
+def contents(kind: str, model: Any, forces: Any, reading: Callable[[], Reading]) -> bytes:
     """Contents of a file that the library would write.
 
     Parameters
     ----------
     kind : {"design", "model", "forces", "reading"}
         Which.
-    model, forces, seed
-        As for `shoot`.
+    model : SensorModel or PadModel
+        Of the sensor.
+    forces : array_like, shape (n, components)
+        That act [N].
+    reading : callable
+        Returns the reading of a frame under these forces.
     """
-    from fringeforce.explorer.shot import shoot
     from fringeforce.io.tables import save_forces, save_readings
 
-    reader = _reader(model)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
         if kind == "design":
-            path.write_text(reader.model.sensor.to_toml(), encoding="utf-8")
+            path.write_text(model.sensor.to_toml(), encoding="utf-8")
         elif kind == "model":
-            reader.model.save(path)
+            model.save(path)
         elif kind == "forces":
             save_forces(path, [forces])
         else:
-            save_readings(path, [shoot(reader, forces, seed).reading])
+            save_readings(path, [reading()], model.sensor.components)
         return path.read_bytes()
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import pickle
-import tempfile
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fringeforce.base.errors import InputError
 from fringeforce.explorer.pads.contacts import Contact
-from fringeforce.explorer.tasks import Answer, Solved, written
+from fringeforce.explorer.tasks import Answer, Solved, contents, written
 from fringeforce.explorer.tasks import read as load
 
 if TYPE_CHECKING:
@@ -126,23 +124,12 @@ def read(path: str, contacts: Contacts, seed: int) -> Answer:
 
 
 def file(kind: str, path: str, contacts: Contacts, seed: int) -> bytes:
-    """Contents of a file of the design, the model, the forces or the reading."""
+    """Contents of a file that the library would write; see `tasks.contents`."""
     from fringeforce.explorer.pads.contacts import tactel_forces
-    from fringeforce.explorer.pads.tables import forces_text
 
     model = _model(path)
-    tactels = model.sensor.tactels
-    if kind == "design":
-        return model.sensor.to_toml().encode()
-    if kind == "model":
-        with tempfile.TemporaryDirectory() as folder:
-            model.save(Path(folder) / "model.h5")
-            return (Path(folder) / "model.h5").read_bytes()
-    forces = tactel_forces(tactels, contacts)
-    if kind == "forces":
-        return forces_text(tactels, forces).encode()
-    reading = _reader(path).read(model.expose(forces, rng=seed))
-    return forces_text(tactels, reading.forces, reading.std).encode()
+    forces = tactel_forces(model.sensor.tactels, contacts)
+    return contents(kind, model, forces, lambda: _reader(path).read(model.expose(forces, rng=seed)))
 
 
 @lru_cache(maxsize=2)
