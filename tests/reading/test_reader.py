@@ -185,7 +185,7 @@ def test_the_bound_of_a_frame_is_that_of_its_derivatives(model: ff.SensorModel) 
     variance = camera.noise**2 / 3 + 1 / 12
     fisher = jacobian @ jacobian.T / variance
     expected = np.sqrt(np.diag(np.linalg.inv(fisher))).reshape(forces.shape)
-    np.testing.assert_allclose(ff.Reader(model).bound(forces), expected, rtol=1e-3)
+    np.testing.assert_allclose(ff.Reader(model).bound(forces), expected, rtol=1e-4)
 
 
 def test_a_strip_takes_no_start(model: ff.SensorModel) -> None:

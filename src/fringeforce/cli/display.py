@@ -18,7 +18,6 @@ from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.pad_display import pad_picture
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
-from fringeforce.reading.reading import Status
 
 Report = Callable[[Statistics, Readings | None], None]
 BAR = 20
@@ -82,7 +81,7 @@ def picture(
     else:
         parts.append(_PICTURES[sensor.kind](sensor, readings, scale))
         status = readings.status[-1]
-        calm = status in (Status.OK, Status.NO_CONTACT)
+        calm = status.trusted
         words = "" if calm else f": {status.advice}"
         parts += [Text(), Text(f"{status.name}{words}", style=QUIET if calm else WARNING)]
     parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=QUIET)]

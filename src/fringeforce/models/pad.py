@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.progress import Progress
 from fringeforce.base.storage import existing_file, new_file, read, text, write
+from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
@@ -234,12 +235,11 @@ class PadModel:
 
     def checked(self, forces: ArrayLike, single: bool = False) -> Array:
         """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""
-        loads, n = np.asarray(forces, dtype=float), self.sensor.tactels.total
-        fits = loads.shape == (n, 3) if single else loads.shape[-2:] == (n, 3)
-        if not fits or not np.isfinite(loads).all():
+        loads = checked_loads(forces, self.sensor.tactels.total, 3)
+        if (single and loads.ndim > 2) or not np.isfinite(loads).all():
             raise InputError(
-                f"Forces of shape {loads.shape} do not fit this pad, or are not finite; its {n} "
-                f"tactels need {'' if single else '(..., '}{n}, 3): N, T_x and T_y of each."
+                f"Forces of shape {loads.shape} are those of several frames, or are not finite; "
+                f"give {loads.shape[-2:]} finite ones."
             )
         return loads
 

@@ -122,7 +122,8 @@ class Reader:
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading of one frame can have.
 
-        The Cramer-Rao bound for Gaussian noise of the camera's variance.
+        The Cramer-Rao bound for Gaussian noise of the camera's variance; infinite where a frame
+        does not change with a force to first order, as that of a strip without load.
 
         Parameters
         ----------

@@ -30,6 +30,11 @@ class Status(Enum):
     BAD_FRAME = "BAD_FRAME"
 
     @property
+    def trusted(self) -> bool:
+        """Whether forces with this verdict may be used: they explain the frame, or none act."""
+        return self in (Status.OK, Status.NO_CONTACT)
+
+    @property
     def advice(self) -> str:
         """What to do."""
         return _ADVICE[self]
@@ -157,7 +162,7 @@ class Reading:
     @property
     def trusted(self) -> bool:
         """Whether the forces may be used: they explain the frame, or nothing touches."""
-        return self.status in (Status.OK, Status.NO_CONTACT)
+        return self.status.trusted
 
     @property
     def advice(self) -> str:

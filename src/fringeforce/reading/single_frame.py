@@ -13,6 +13,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import admissible
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bounds import covariance as noise_covariance
+from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.estimation.chi_square import reduced_chi_square
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.strip import Strip
@@ -58,8 +59,8 @@ class SingleFrameReader(FrameReader):
         """Smallest deviations that an unbiased reading can have, shape (n, 2) [N]."""
         loads, used = checked_loads(forces, self.model.sensor.tactels.count), self.usable(None)
         phase = self.influence[used] @ loads.reshape(-1)
-        spread = noise_covariance(phase, self.influence[used], self.model.response.at(used))
-        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
+        std = cramer_rao_bound(phase, self.influence[used], self.model.response.at(used))
+        return std.reshape(self.forces_shape)
 
     def phase(self, forces: Array) -> Array:
         """Phase lead at the pixels, shape (n_pixels,) [rad]."""
