@@ -28,7 +28,6 @@ from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.models.pad import PadModel, block_of, characterize_pad
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray
@@ -61,14 +60,14 @@ def fingertip(pad: Pad, centre: Array, radius: float) -> Array:
     return pressure / pressure.sum()
 
 
-def cold(model: PadModel, reader: PadReader, count: int) -> Rows:
+def cold(model: PadModel, reader: ff.Reader, count: int) -> Rows:
     rng, statuses = np.random.default_rng(2026), Counter()
     seconds, busy, errors, bounds, totals, sure, within, wrong = [], [], [], [], [], [], 0, 0
     for _ in range(count):
         forces = contacts(rng, model.sensor)
         frame = model.expose(forces, rng)
         begun, used = time.perf_counter(), time.process_time()
-        reading = reader.read(frame)
+        reading = reader.search(frame)
         seconds.append(time.perf_counter() - begun)
         busy.append(time.process_time() - used)
         statuses[reading.status.value] += 1
@@ -113,21 +112,21 @@ def cold(model: PadModel, reader: PadReader, count: int) -> Rows:
         )
 
 
-def dense(model: PadModel, reader: PadReader, count: int) -> Rows:
+def dense(model: PadModel, reader: ff.Reader, count: int) -> Rows:
     """The same contacts, scaled to a largest retardance, evenly from 4 to 20 rad."""
     rng, edges = np.random.default_rng(77), [4, 8, 12, 16, 20]
     found = np.zeros((len(edges) - 1, 2), dtype=int)
     for wanted in np.linspace(4, 20, count, endpoint=False):
         forces = contacts(rng, model.sensor)
         forces *= wanted / np.hypot(*model.retardance(forces)).max()
-        reading = reader.read(model.expose(forces, rng))
+        reading = reader.search(model.expose(forces, rng))
         right = (np.abs(reading.forces - forces) < 6 * reading.std).all()
         found[np.searchsorted(edges, wanted, side="right") - 1] += right, 1
     for low, high, (right, tried) in zip(edges, edges[1:], found, strict=False):
         yield f"read cold, largest retardance {low} to {high} rad", f"{right} of {tried}"
 
 
-def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Rows:
+def tracked(model: PadModel, reader: ff.Reader, count: int = 60) -> Rows:
     rng = np.random.default_rng(1)
     pad = model.sensor
     # a fingertip of 8 N that wanders over the pad, twice around in ten seconds at 30 frames/s
@@ -137,6 +136,7 @@ def tracked(model: PadModel, reader: PadReader, count: int = 60) -> Rows:
         share = fingertip(pad, 4e-3 * np.array([np.cos(angle), np.sin(angle)]), 4e-3)
         truth.append(share[:, None] * 8 * [1, -0.2 * np.sin(angle), 0.2 * np.cos(angle)])
     frames = [model.expose(forces, rng) for forces in truth]
+    reader.reset()
     stream = reader.stream(frames)
     next(stream)
     begun, busy = time.perf_counter(), time.process_time()
@@ -173,11 +173,12 @@ class Errors(Sink):
         """Nothing to finish."""
 
 
-def live(model: PadModel, reader: PadReader, rate: float, seconds: float = 20) -> Rows:
+def live(model: PadModel, reader: ff.Reader, rate: float, seconds: float = 20) -> Rows:
     """A simulated finger, as `fringeforce live` reads it."""
     camera = SimulatedCamera(model, Settings(rate))
     errors = Errors(camera)
-    reader.follower().prepare()
+    reader.reset()
+    reader.prepare()
     used = time.process_time()
     found = ff.live(reader, camera, [errors], seconds=seconds)
     used = time.process_time() - used
@@ -244,9 +245,9 @@ def main() -> None:
     pad = ff.load_sensor("pad")
     model = characterize_pad(pad)
     ready = time.perf_counter()
-    reader = PadReader(model)
+    reader = ff.Reader(model)
     for seed in range(2):  # compiles, and computes what belongs to the model
-        reader.read(model.expose(contacts(np.random.default_rng(seed), pad), seed))
+        reader.search(model.expose(contacts(np.random.default_rng(seed), pad), seed))
     table = Table("", "", title="Planar pad, 121 tactels, 256 x 256 pixels, 8 bits, one shot")
     table.add_row("seconds to characterise", f"{ready - begun:.1f}")
     table.add_row("seconds to get ready to read", f"{time.perf_counter() - ready:.1f}")

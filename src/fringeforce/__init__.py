@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fringeforce.models.files import load_model
     from fringeforce.models.strip import SensorModel
     from fringeforce.reading.batch import Batch
-    from fringeforce.reading.pads.reader import PadReader
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading, Status
 
@@ -37,7 +36,6 @@ __all__ = [
     "Friction",
     "FringeforceError",
     "Limits",
-    "PadReader",
     "Plan",
     "Reader",
     "Reading",
@@ -67,7 +65,6 @@ _HOME = {
     "Friction": "contacts.contact",
     "FringeforceError": "base.errors",
     "Limits": "calibration.planning.candidates",
-    "PadReader": "reading.pads.reader",
     "Plan": "calibration.planning.plan",
     "Reader": "reading.reader",
     "Reading": "reading.reading",

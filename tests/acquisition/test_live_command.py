@@ -48,7 +48,7 @@ def _readings(normal: float, tangential: float, status: ff.Status) -> Readings:
 
 def _text(readings: Readings | None, scale: float = 1.0) -> str:
     console = Console(width=100, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    console.print(picture("a sensor", "a camera", STATISTICS, readings, scale))
+    console.print(picture(ff.load_sensor("saad"), "a camera", STATISTICS, readings, scale))
     console.file.close()
     return console.export_text()
 

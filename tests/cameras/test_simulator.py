@@ -8,7 +8,7 @@ import pytest
 import fringeforce as ff
 from fringeforce.acquisition.cameras.camera import Settings
 from fringeforce.acquisition.cameras.simulator import SimulatedCamera
-from fringeforce.contacts.fingertip import PERIOD, touch
+from fringeforce.contacts.fingertip import PERIODS, touch
 
 
 def test_lines_are_those_that_the_model_exposes(model: ff.SensorModel) -> None:
@@ -53,7 +53,7 @@ def test_the_forces_behind_a_line_are_known(model: ff.SensorModel) -> None:
 
 
 def test_a_touch_is_smooth_and_obeys_friction(sensor: ff.Sensor) -> None:
-    t = np.linspace(0, PERIOD, 4001)
+    t = np.linspace(0, PERIODS[1], 4001)
     forces = touch(t, sensor.tactels.positions, force=2.0, friction=0.3)
     np.testing.assert_allclose(forces[0], 0, atol=1e-12)
     np.testing.assert_allclose(forces[-1], 0, atol=1e-12)

@@ -187,8 +187,8 @@ def test_a_link_restores_contacts_view_and_design(
 def test_files_can_be_taken_away(page: Page, pad_server: LocalServer) -> None:
     opened(page, pad_server)
     starts = {
-        "design": b"kind", "model": b"\x89HDF", "forces": b"frame,tactel",
-        "reading": b"frame,tactel", "png": b"\x89PNG",
+        "design": b"kind", "model": b"\x89HDF", "png": b"\x89PNG",
+        "forces": b"frame,tactel", "reading": b"frame,tactel",
     }  # fmt: skip
     expect_downloads(page, starts)
 

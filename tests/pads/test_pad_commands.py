@@ -5,13 +5,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 import fringeforce as ff
 from fringeforce.design.pad import Pad
-from fringeforce.io.images import load_images, save_images
-from fringeforce.io.tables import load_pad_forces
+from fringeforce.io.frames import load_frames, save_frames
+from fringeforce.io.tables import load_forces
 from fringeforce.models.pad import PadModel
 
 pytestmark = pytest.mark.slow
@@ -46,7 +47,7 @@ def loads(pad: Pad) -> np.ndarray:
 
 
 def test_simulated_images_are_those_of_the_library(place: Path, model: PadModel, loads) -> None:
-    np.testing.assert_array_equal(load_images(place / "i.h5"), model.expose(loads, rng=3))
+    np.testing.assert_array_equal(load_frames(place / "i.h5", 2), model.expose(loads, rng=3))
 
 
 def test_forces_of_images_come_back_within_their_deviations(place: Path, loads) -> None:
@@ -58,14 +59,14 @@ def test_forces_of_images_come_back_within_their_deviations(place: Path, loads) 
     assert [row["status"] for row in rows] == 20 * ["OK"] + 20 * ["NO_CONTACT"]
     names = ("normal", "tangential_x", "tangential_y")
     std = np.array([[float(row[f"{name}_std_N"]) for name in names] for row in rows])
-    error = load_pad_forces(place / "r.csv", 20) - loads
+    error = load_forces(place / "r.csv", 20, Pad.components) - loads
     assert (np.abs(error.reshape(-1, 3)) < 5 * std).all()
 
 
 def test_show_tells_how_well_a_pad_reads(place: Path, model: PadModel) -> None:
     result = run("show", "m.h5", cwd=place)
     assert result.returncode == 0, result.stderr
-    bound = ff.PadReader(model).bound(np.zeros((20, 3)))
+    bound = ff.Reader(model).bound(np.zeros((20, 3)))
     assert f"{1e3 * np.median(bound[:, 0]):.3g} mN normal" in result.stdout
 
 
@@ -73,7 +74,7 @@ def test_show_tells_how_well_a_pad_reads(place: Path, model: PadModel) -> None:
 def test_what_pads_are_not_read_with_is_refused(place: Path, option: tuple[str, str]) -> None:
     result = run("read", "m.h5", "i.h5", "-o", "no.csv", *option, cwd=place)
     assert result.returncode == 2
-    assert option[0] in result.stderr
+    assert option[0].strip("-").replace("-", "_") in result.stderr
     assert not (place / "no.csv").exists()
 
 
@@ -84,14 +85,31 @@ def test_images_are_read_from_arrays_and_their_own_files(
     images = np.random.default_rng(0).integers(0, 255, shape, dtype=np.uint8)
     stack = images[None] if images.ndim == 2 else images
     np.save(tmp_path / "i.npy", images)
-    np.testing.assert_array_equal(load_images(tmp_path / "i.npy"), stack)
-    save_images(tmp_path / "i.h5", stack, pad)
-    np.testing.assert_array_equal(load_images(tmp_path / "i.h5"), stack)
+    np.testing.assert_array_equal(load_frames(tmp_path / "i.npy", 2), stack)
+    save_frames(tmp_path / "i.h5", stack, pad.pixel_positions)
+    np.testing.assert_array_equal(load_frames(tmp_path / "i.h5", 2), stack)
+
+
+def test_images_that_an_earlier_version_wrote_are_read(tmp_path: Path, pad: Pad) -> None:
+    images = np.random.default_rng(0).integers(0, 255, (2, 80, 96), dtype=np.uint8)
+    save_frames(tmp_path / "i.h5", images, pad.pixel_positions)
+    with h5py.File(tmp_path / "i.h5", "a") as file:
+        file.attrs["format"] = "fringeforce-images"
+    np.testing.assert_array_equal(load_frames(tmp_path / "i.h5", 2), images)
+
+
+def test_images_are_not_taken_for_lines_nor_lines_for_images(tmp_path: Path, pad: Pad) -> None:
+    save_frames(tmp_path / "i.h5", np.zeros((2, 80, 96), np.uint8), pad.pixel_positions)
+    with pytest.raises(ff.FringeforceError, match=r"images of a pad.*are lines of a strip"):
+        load_frames(tmp_path / "i.h5")
+    save_frames(tmp_path / "l.h5", np.zeros((2, 96), np.uint8), pad.pixel_positions[0])
+    with pytest.raises(ff.FringeforceError, match=r"lines of a strip.*are images of a pad"):
+        load_frames(tmp_path / "l.h5", 2)
 
 
 def test_images_of_a_data_set_are_read(pad: Pad) -> None:
     shard = next((Path(__file__).parents[2] / "examples" / "dataset").rglob("shard-*.h5"))
-    images = load_images(shard)
+    images = load_frames(shard, 2)
     assert images.ndim == 3
     assert images.dtype == np.uint8
 
@@ -100,13 +118,13 @@ def test_images_of_a_data_set_are_read(pad: Pad) -> None:
 def test_an_array_that_is_no_images_is_refused(tmp_path: Path, shape: tuple[int, ...]) -> None:
     np.save(tmp_path / "i.npy", np.zeros(shape))
     with pytest.raises(ff.FringeforceError, match="images of a pad"):
-        load_images(tmp_path / "i.npy")
+        load_frames(tmp_path / "i.npy", 2)
 
 
 def test_a_strip_s_table_is_no_table_of_a_pad(tmp_path: Path) -> None:
     (tmp_path / "f.csv").write_text("tactel,normal_N,tangential_N\n1,1,0\n")
     with pytest.raises(ff.FringeforceError, match="tangential_x_N and tangential_y_N"):
-        load_pad_forces(tmp_path / "f.csv", 20)
+        load_forces(tmp_path / "f.csv", 20, Pad.components)
 
 
 def test_a_command_for_strips_says_so(place: Path) -> None:

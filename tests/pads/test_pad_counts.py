@@ -22,7 +22,7 @@ def test_a_single_tactel_or_row_is_characterised_saved_and_read(
     model = ff.load_model(tmp_path / "pad.h5")
     forces = np.zeros((pad.tactels.total, 3))
     forces[-1] = 1.0, 0.3, -0.2
-    reader = ff.PadReader(model)
+    reader = ff.Reader(model)
     frames = [model.expose(forces * (1 + 0.02 * k), k) for k in range(2)]
     first, second = reader.stream(frames)
     for reading, size in ((first, 1.0), (second, 1.02)):

@@ -21,11 +21,10 @@ from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.cli import app
 from fringeforce.cli.display import full_scale, picture
-from fringeforce.contacts.fingertip import PAD_PERIOD, pad_touch
+from fringeforce.contacts.fingertip import PERIODS, touch
 from fringeforce.design.pad import Pad
-from fringeforce.io.frames import load_times
-from fringeforce.io.images import load_images
-from fringeforce.io.tables import load_pad_forces
+from fringeforce.io.frames import load_frames, load_times
+from fringeforce.io.tables import load_forces
 from fringeforce.models.pad import PadModel
 
 pytestmark = pytest.mark.slow
@@ -86,7 +85,7 @@ def test_a_simulated_touch_is_read_as_it_is(small: PadModel) -> None:
         if statistics.lines >= 25:
             stop.set()
 
-    reader = ff.PadReader(small)
+    reader = ff.Reader(small)
     found = ff.live(reader, camera, [kept], stop=stop, report=report, every=0.0)
     assert found.counted == "images"
     assert sum(map(len, kept.parts)) == found.lines >= 25
@@ -103,8 +102,8 @@ def test_frames_that_come_are_read_as_a_stream_of_them_is(small: PadModel, saved
     images = np.load(saved / "touch.npy")
     kept = Kept()
     camera = ff.open_camera(f"file:{saved / 'touch.npy'}", small)
-    assert ff.live(ff.PadReader(small), camera, [kept]).lines == len(images)
-    readings = list(ff.PadReader(small).stream(images))
+    assert ff.live(ff.Reader(small), camera, [kept]).lines == len(images)
+    readings = list(ff.Reader(small).stream(images))
     for block, reading in zip(kept.parts, readings, strict=True):
         np.testing.assert_array_equal(block.forces[0], reading.forces)
         np.testing.assert_array_equal(block.std[0], reading.std)
@@ -114,7 +113,7 @@ def test_frames_that_come_are_read_as_a_stream_of_them_is(small: PadModel, saved
 def test_a_pad_that_needs_a_start_is_refused_before_anything_is_read(small: PadModel) -> None:
     dark = PadModel(small.sensor.replace(**{"camera.kind": "ordinary"}), small.influence)
     with pytest.raises(ff.FringeforceError, match="polarisation camera"):
-        ff.live(ff.PadReader(dark), SimulatedCamera(dark), seconds=1)
+        ff.live(ff.Reader(dark), SimulatedCamera(dark), seconds=1)
 
 
 def test_of_images_that_come_too_fast_the_newest_is_read_and_others_are_counted(
@@ -128,13 +127,13 @@ def test_of_images_that_come_too_fast_the_newest_is_read_and_others_are_counted(
                 yield Block(self.lines[number : number + 1], np.array([time.time()]), 0, number)
             sent.set()
 
-    def late(reader: loop.FrameReader, block: Block) -> Readings:
+    def late(reader: ff.Reader, block: Block) -> Readings:
         sent.wait(20)
         return whole(reader, block)
 
     monkeypatch.setattr(loop, "read_block", late)
     kept = Kept()
-    found = ff.live(ff.PadReader(small), Burst(small), [kept])
+    found = ff.live(ff.Reader(small), Burst(small), [kept])
     # one that the reader held, if it was quick enough, and the last
     assert 1 <= found.lines <= 2
     assert found.lines + found.dropped_queue == 20
@@ -143,9 +142,9 @@ def test_of_images_that_come_too_fast_the_newest_is_read_and_others_are_counted(
 
 
 def test_a_finger_on_a_pad_is_smooth_and_obeys_friction(small: PadModel) -> None:
-    t = np.linspace(0, PAD_PERIOD, 6001)
+    t = np.linspace(0, PERIODS[2], 6001)
     places = ff.load_sensor("pad").tactels.places
-    forces = pad_touch(t, places, force=5.0, friction=0.3)
+    forces = touch(t, places, force=5.0, friction=0.3)
     np.testing.assert_allclose(forces[[0, -1]], 0, atol=1e-12)
     normal, shear = forces[:, :, 0], np.hypot(*np.moveaxis(forces[:, :, 1:], 2, 0))
     assert normal.sum(axis=1).max() == pytest.approx(5.0)
@@ -176,7 +175,7 @@ def test_the_command_reads_records_and_reads_again(saved: Path) -> None:
     assert f"CSV r.csv: {count} images" in first.stdout
     with h5py.File(saved / "r.h5") as file:
         shown = np.asarray(file["frame"])
-    images, times = load_images(saved / "r.h5"), load_times(saved / "r.h5", "images")
+    images, times = load_frames(saved / "r.h5", 2), load_times(saved / "r.h5")
     assert times is not None
     assert len(images) == count > 5
     np.testing.assert_allclose(15 * np.diff(times), np.diff(shown), atol=1e-3)
@@ -185,8 +184,8 @@ def test_the_command_reads_records_and_reads_again(saved: Path) -> None:
     live, again = _rows(saved / "r.csv"), _rows(saved / "again.csv")
     assert set(again[0]) < set(live[0])
     assert [row["status"] for row in live] == [row["status"] for row in again]
-    forces = load_pad_forces(saved / "r.csv", 9)[shown]
-    np.testing.assert_allclose(forces, load_pad_forces(saved / "again.csv", 9))
+    forces = load_forces(saved / "r.csv", 9, Pad.components)[shown]
+    np.testing.assert_allclose(forces, load_forces(saved / "again.csv", 9, Pad.components))
 
 
 def test_a_recording_plays_at_the_speed_of_its_images(saved: Path, small: PadModel) -> None:
@@ -213,8 +212,8 @@ def _rows(path: Path) -> list[dict[str, str]]:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--friction", "0.5"), "--friction"),
-        (("--model-error", "0.03"), "--model-error"),
+        (("--friction", "0.5"), "friction"),
+        (("--model-error", "0.03"), "model_error"),
         (("--camera", "file:missing.npy"), "missing.npy"),
         (("--camera", "webcam"), "There is no camera"),
         (("--block", "0"), "block = 0"),
@@ -244,7 +243,7 @@ def _readings(pad: Pad, forces: Array, status: ff.Status = ff.Status.OK) -> Read
 def _text(pad: Pad, readings: Readings) -> list[str]:
     statistics = Statistics(1, 19.6, {}, 1, 0, 3, {"OK": 1}, 0, "", (), "images")
     console = Console(width=80, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    console.print(picture("a pad", "cam", statistics, readings, full_scale(readings), pad))
+    console.print(picture(pad, "cam", statistics, readings, full_scale(readings)))
     console.file.close()
     return console.export_text().splitlines()
 

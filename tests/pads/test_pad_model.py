@@ -14,8 +14,8 @@ from fringeforce.mechanics.solid.influence import pad_influence
 from fringeforce.models.pad import PadModel, block_of, characterize_pad
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.reading.pads.reader import STATED
 from fringeforce.reading.pads.sampling import lattice
+from fringeforce.reading.pads.single_frame import STATED
 from whole_numbers import in_whole_numbers
 
 

@@ -7,15 +7,14 @@ from scipy import stats
 import fringeforce as ff
 from fringeforce.contacts.resultant import touch
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray
 
 
 @pytest.fixture(scope="module")
-def reader(model: PadModel) -> PadReader:
-    return PadReader(model)
+def reader(model: PadModel) -> ff.Reader:
+    return ff.Reader(model)
 
 
 def pressed(n: int, **tactels: list[float]) -> Array:
@@ -32,36 +31,36 @@ def forces(model: PadModel) -> Array:
 
 
 def test_a_frame_is_read_within_its_own_deviations(
-    model: PadModel, reader: PadReader, forces: Array
+    model: PadModel, reader: ff.Reader, forces: Array
 ) -> None:
     assert np.hypot(*model.retardance(forces)).max() > np.pi / 2
     for seed in range(3):
-        reading = reader.read(model.expose(forces, seed))
+        reading = reader.search(model.expose(forces, seed))
         assert reading.status is Status.OK
         assert reading.chi2 == pytest.approx(1, abs=0.1)
         assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 
 
 def test_errors_are_those_that_the_covariance_states(
-    model: PadModel, reader: PadReader, forces: Array
+    model: PadModel, reader: ff.Reader, forces: Array
 ) -> None:
-    start = reader.read(model.expose(forces, 0))
+    start = reader.search(model.expose(forces, 0))
     distances = []
     for seed in range(1, 13):
-        reading = reader.read(model.expose(forces, seed), start=start.forces)
+        reading = reader.search(model.expose(forces, seed), start=start.forces)
         apart = (reading.forces - forces).ravel()
-        distances.append(apart @ reading.information @ apart)
+        distances.append(apart @ np.linalg.solve(reading.covariance, apart))
     # a sum of squares of 60 standard normal numbers each, from 12 frames
     low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], 12 * forces.size)
     assert low < np.sum(distances) < high
 
 
 def test_a_frame_that_follows_is_read_from_the_last(
-    model: PadModel, reader: PadReader, forces: Array
+    model: PadModel, reader: ff.Reader, forces: Array
 ) -> None:
     steps = [forces * (1 + 0.03 * k) for k in range(4)]
     frames = [model.expose(step, k) for k, step in enumerate(steps)]
-    readings = list(reader.stream(frames))
+    readings = list(ff.Reader(model).stream(frames))
     assert [reading.tracked for reading in readings] == [False, True, True, True]
     for reading, step in zip(readings, steps, strict=True):
         assert reading.status is Status.OK
@@ -69,25 +68,25 @@ def test_a_frame_that_follows_is_read_from_the_last(
 
 
 def test_another_contact_than_the_last_is_searched(
-    model: PadModel, reader: PadReader, forces: Array
+    model: PadModel, reader: ff.Reader, forces: Array
 ) -> None:
     elsewhere = pressed(len(forces), t8=[3, -0.5, 0.5])
-    readings = list(reader.stream([model.expose(forces, 0), model.expose(elsewhere, 1)]))
+    readings = list(ff.Reader(model).stream([model.expose(forces, 0), model.expose(elsewhere, 1)]))
     assert readings[1].status is Status.OK
     assert (np.abs(readings[1].forces - elsewhere) < 5 * readings[1].std).all()
 
 
-def test_verdicts_on_what_is_no_load(model: PadModel, reader: PadReader, forces: Array) -> None:
+def test_verdicts_on_what_is_no_load(model: PadModel, reader: ff.Reader, forces: Array) -> None:
     nothing = np.zeros_like(forces)
-    assert reader.read(model.expose(nothing, 0)).status is Status.NO_CONTACT
+    assert reader.search(model.expose(nothing, 0)).status is Status.NO_CONTACT
     frame = model.expose(forces, 0)
-    assert reader.read(frame[:, ::-1]).status is Status.MODEL_MISMATCH
-    assert reader.read(np.random.default_rng(0).integers(0, 250, frame.shape)).status in (
+    assert reader.search(frame[:, ::-1]).status is Status.MODEL_MISMATCH
+    assert reader.search(np.random.default_rng(0).integers(0, 250, frame.shape)).status in (
         Status.MODEL_MISMATCH,
         Status.FRINGES_TOO_DENSE,
     )
     bright = np.clip(2.0 * frame, 0, 255)
-    assert reader.read(bright).status is Status.SATURATED
+    assert reader.search(bright).status is Status.SATURATED
     for bad in (
         frame[:-1],
         np.full(frame.shape, np.nan),
@@ -95,7 +94,7 @@ def test_verdicts_on_what_is_no_load(model: PadModel, reader: PadReader, forces:
         300.0 + frame,
         "x",
     ):
-        reading = reader.read(bad)
+        reading = reader.search(bad)
         assert reading.status is Status.BAD_FRAME
         assert reading.detail
 
@@ -104,8 +103,8 @@ def test_a_dark_field_alone_needs_a_start(model: PadModel, forces: Array) -> Non
     dark = PadModel(model.sensor.replace(**{"camera.kind": "ordinary"}), model.influence)
     frame = dark.expose(forces, 0)
     with pytest.raises(ff.FringeforceError, match="polarisation camera"):
-        PadReader(dark).read(frame)
-    reading = PadReader(dark).read(frame, start=forces * 1.02)
+        ff.Reader(dark).search(frame)
+    reading = ff.Reader(dark).search(frame, start=forces * 1.02)
     assert reading.status is Status.OK
     assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
 
@@ -118,15 +117,15 @@ def test_two_analysers_before_an_ordinary_camera_read_as_well(
     two = PadModel(pad, model.influence)
     frame = two.expose(forces, 0)
     assert frame.shape == (2, 80, 96)
-    reading = PadReader(two).read(frame)
+    reading = ff.Reader(two).search(frame)
     assert reading.status is Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 
 
 def test_patches_sum_up_what_each_contact_does(
-    model: PadModel, reader: PadReader, forces: Array
+    model: PadModel, reader: ff.Reader, forces: Array
 ) -> None:
-    pad, reading = model.sensor, reader.read(model.expose(forces, 0))
+    pad, reading = model.sensor, reader.search(model.expose(forces, 0))
     found = touch(pad, reading)
     assert not np.any(found.silent & (np.abs(forces).sum(axis=1) > 0))
     assert [patch.tactels.tolist() for patch in found.patches] == [[14, 15], [1]]
@@ -145,3 +144,27 @@ def test_patches_sum_up_what_each_contact_does(
     assert (apart < 5 * np.sqrt(np.diag(found.total.moment_covariance))).all()
     # knowing where nothing touches makes the sum more certain
     assert found.total.force_covariance[0, 0] < reading.covariance[::3, ::3].sum()
+
+
+def test_magnitude_and_angle_are_those_of_many_drawn_forces() -> None:
+    rng = np.random.default_rng(3)
+    forces = np.array([[2.0, 0.6, -0.3], [1.0, 0.0, 0.8], [0.5, -0.4, 0.1]])
+    root = 0.01 * rng.normal(size=(9, 9))
+    reading = ff.Reading.of(
+        forces, 1.0, Status.OK, covariance=root @ root.T, phase=np.empty((2, 0, 0))
+    )
+    drawn = forces + (rng.normal(size=(100_000, 9)) @ root.T).reshape(-1, 3, 3)
+    size = np.linalg.norm(drawn, axis=2)
+    angle = np.degrees(np.arccos(drawn[..., 0] / size))
+    for value, std, sample in (
+        (reading.magnitude, reading.magnitude_std, size),
+        (reading.angle, reading.angle_std, angle),
+    ):
+        np.testing.assert_allclose(value, sample.mean(axis=0), rtol=0.01)
+        np.testing.assert_allclose(std, sample.std(axis=0), rtol=0.03)
+
+
+def test_what_belongs_to_strips_is_refused(model: PadModel) -> None:
+    for options in ({"friction": 0.5}, {"model_error": 0.03}):
+        with pytest.raises(ff.FringeforceError, match="strips"):
+            ff.Reader(model, **options)

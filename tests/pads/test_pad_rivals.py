@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+import fringeforce as ff
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit
+from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.reading.pads.fit import Fit, Place, Top
 from fringeforce.reading.pads.mirror_images import Mirror, weighed
-from fringeforce.reading.pads.reader import PadReader
 from fringeforce.reading.pads.sampling import lattice
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.reading import Status
@@ -47,11 +48,11 @@ def test_loads_of_several_half_waves_are_found_without_an_earlier_state(
     model: PadModel, peak: float, most: int
 ) -> None:
     # of many touches 100, 93 and 77 in 100 are found; what is not found is not OK
-    reader, found = PadReader(model), 0
+    reader, found = ff.Reader(model), 0
     for seed in range(8):
         rng = np.random.default_rng(seed)
         forces = contact(model, rng, peak)
-        reading = reader.read(model.expose(forces, rng))
+        reading = reader.search(model.expose(forces, rng))
         if reading.status is Status.OK:
             assert (np.abs(reading.forces - forces) < 5.5 * reading.std).all()
             found += 1
@@ -74,7 +75,7 @@ def test_a_mirror_image_turns_back_at_the_fold(model: PadModel) -> None:
 def test_the_loss_of_a_top_is_that_of_its_forces_also_after_a_last_step(model: PadModel) -> None:
     forces, rng = contact(model, np.random.default_rng(5), 2.0).ravel(), np.random.default_rng(6)
     frame = model.expose(forces.reshape(-1, 3), rng).ravel().astype(float)
-    fit = Fit(model, PadReader(model).response, lattice(model, 48), frame)
+    fit = Fit(model, camera_response(model.sensor.camera), lattice(model, 48), frame)
     best = fit.climb(forces)
     root = np.linalg.cholesky(best.curvature.information)
     for size in (1.0, 2.0, 3.0):
@@ -89,14 +90,14 @@ def test_the_loss_of_a_top_is_that_of_its_forces_also_after_a_last_step(model: P
 def test_spots_of_a_pad_are_never_read_wrong_without_a_doubt(
     model: PadModel, rows: int, columns: int
 ) -> None:
-    reader, statuses = PadReader(model), []
+    reader, statuses = ff.Reader(model), []
     for seed in range(4):
         rng = np.random.default_rng(seed)
         forces = contact(model, rng, 4.0)
         row, column = rng.integers(np.subtract(model.frame_shape, (rows, columns)) + 1)
         mask = np.ones(model.frame_shape, dtype=bool)
         mask[row : row + rows, column : column + columns] = False
-        reading = reader.read(model.expose(forces, rng), mask=mask)
+        reading = reader.search(model.expose(forces, rng), mask=mask)
         apart = np.abs(reading.forces - forces) / reading.std
         assert reading.status is not Status.OK or apart.max() < 6
         statuses.append(reading.status)
@@ -135,16 +136,19 @@ def test_a_frame_that_two_loads_explain_names_both(
     assert max(left) < 10
     # a search that finds one of them: the other is found as its mirror image
     monkeypatch.setattr(Search, "attempts", lambda *_: iter([(beyond.ravel(), True)]))
-    reading = PadReader(noisy).read(frame)
+    reading = ff.Reader(noisy).search(frame)
     assert reading.status is Status.AMBIGUOUS
     assert reading.alternatives.shape[1:] == beyond.shape
     named = [reading.forces, *reading.alternatives]
     for loads in (beyond, below):
         apart = [(other - loads).ravel() for other in named]
-        assert min(one @ reading.information @ one for one in apart) < 0.25 * beyond.size
+        assert (
+            min(one @ np.linalg.solve(reading.covariance, one) for one in apart)
+            < 0.25 * beyond.size
+        )
     for other in reading.alternatives:
         apart = (other - reading.forces).ravel()
-        assert apart @ reading.information @ apart > beyond.size
+        assert apart @ np.linalg.solve(reading.covariance, apart) > beyond.size
         left = [
             ((frame - camera.offset - camera.amplitude * noisy.intensity(loads)) ** 2).sum()
             for loads in (reading.forces, other)

@@ -135,7 +135,7 @@ def test_what_the_sides_change_is_what_scikit_fem_finds(
 
 def test_a_frame_is_read_within_its_own_deviations(model: PadModel) -> None:
     forces = np.array([[2.0, 0.3, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, -0.2], [0.5, 0.1, 0.1]])
-    reading = ff.PadReader(model).read(model.expose(forces, rng=1))
+    reading = ff.Reader(model).read(model.expose(forces, rng=1))
     assert reading.status is ff.Status.OK
     assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
 

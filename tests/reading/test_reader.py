@@ -173,3 +173,22 @@ def test_a_stated_model_error_widens_the_deviations(model: ff.SensorModel) -> No
     for wrong in ({"model_error": -0.1}, {"friction": 0.0}):
         with pytest.raises(ff.FringeforceError, match="must be"):
             ff.Reader(model, **wrong)
+
+
+def test_the_bound_of_a_frame_is_that_of_its_derivatives(model: ff.SensorModel) -> None:
+    forces = ff.polar(1.0, 10, n=N)
+    camera, step = model.sensor.camera, 1e-5
+    moves = step * np.eye(forces.size).reshape(-1, *forces.shape)
+    slopes = (model.intensity(forces + moves) - model.intensity(forces - moves)) / (2 * step)
+    jacobian = camera.amplitude * slopes
+    # uniform noise of a half width, and the rounding of the converter
+    variance = camera.noise**2 / 3 + 1 / 12
+    fisher = jacobian @ jacobian.T / variance
+    expected = np.sqrt(np.diag(np.linalg.inv(fisher))).reshape(forces.shape)
+    np.testing.assert_allclose(ff.Reader(model).bound(forces), expected, rtol=1e-4)
+
+
+def test_a_strip_takes_no_start(model: ff.SensorModel) -> None:
+    forces = ff.polar(1.0, 10, n=N)
+    with pytest.raises(ff.FringeforceError, match="start is for pads"):
+        ff.Reader(model).search(model.expose(forces, rng=0), start=forces)

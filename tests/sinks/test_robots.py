@@ -9,7 +9,6 @@ import pylsl
 import pytest
 
 import fringeforce as ff
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.lsl import LslSink
 from fringeforce.acquisition.sinks.ros import RosSink
 from fringeforce.acquisition.sinks.sink import Readings
@@ -20,7 +19,7 @@ pytestmark = pytest.mark.slow
 def test_a_lab_streaming_layer_inlet_gets_every_line(
     model: ff.SensorModel, blocks: list[Readings], whole: Readings
 ) -> None:
-    sink = LslSink("fringeforce test", Components.of(model))
+    sink = LslSink("fringeforce test", model.sensor)
     (info,) = pylsl.resolve_byprop("name", "fringeforce test", timeout=20)
     inlet = pylsl.StreamInlet(info)
     inlet.open_stream(timeout=10)
@@ -90,7 +89,7 @@ def test_ros_gets_the_newest_reading_of_a_block(
     ros = _Ros()
     for name, module in ros.modules().items():
         monkeypatch.setitem(sys.modules, name, module)
-    sink = RosSink("skin", Components.of(model))
+    sink = RosSink("skin", model.sensor)
     sink.write(blocks[1])
     sink.close()
     assert ros.down

@@ -18,7 +18,6 @@ from websockets.typing import Origin, Subprotocol
 
 import fringeforce as ff
 from conftest import make_readings
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.acquisition.sinks.websocket import WAITING, WebSocketSink
@@ -141,7 +140,7 @@ def test_a_port_that_is_taken_is_named(model: ff.SensorModel, scheme: str) -> No
 def test_foxglove_is_told_what_is_sent(
     model: ff.SensorModel, blocks: list[Readings], whole: Readings
 ) -> None:
-    sink = FoxgloveSink(Components.of(model), "foxglove://127.0.0.1:0")
+    sink = FoxgloveSink(model.sensor, "foxglove://127.0.0.1:0")
     try:
         with connect(
             f"ws://127.0.0.1:{sink.port}",

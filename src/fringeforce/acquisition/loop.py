@@ -6,20 +6,15 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from fringeforce.acquisition.camera_thread import CameraThread
 from fringeforce.acquisition.cameras.camera import Block, Camera
 from fringeforce.acquisition.run_statistics import Delivery, RunStatistics, Statistics
 from fringeforce.acquisition.sink_thread import SinkThread
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.models.pad import PadModel
-from fringeforce.models.strip import SensorModel
-from fringeforce.reading.batch import Batch
-from fringeforce.reading.pads.reader import PadReader
+from fringeforce.reading.reader import Reader
 
 POLL = 0.1
 """Time to wait for a block before asking whether to go on [s]."""
@@ -34,25 +29,8 @@ ones took, beyond which each has to be searched and a block of its own is long e
 Report = Callable[[Statistics, Readings | None], None]
 
 
-class FrameReader(Protocol):
-    """What the loop needs of a reader: a `Reader`, or a `PadReader.follower()`."""
-
-    @property
-    def model(self) -> SensorModel | PadModel:
-        """The sensor that is read."""
-        ...
-
-    def prepare(self) -> None:
-        """Do all that the first frame would wait for otherwise."""
-        ...
-
-    def read_on(self, frames: ArrayLike, /) -> Batch:
-        """Read frames that follow those before, shape (k, *frame_shape)."""
-        ...
-
-
 def live(
-    reader: FrameReader | PadReader,
+    reader: Reader,
     camera: Camera,
     sinks: Sequence[Sink] = (),
     *,
@@ -72,8 +50,8 @@ def live(
 
     Parameters
     ----------
-    reader : Reader or PadReader
-        Reader of the sensor; a pad's images are followed as `PadReader.stream` does it.
+    reader : Reader
+        Reader of the sensor; it goes on from what it read last.
     camera : Camera
         Not yet connected.
     sinks : sequence of Sink
@@ -112,15 +90,14 @@ def live(
     >>> ff.live(ff.Reader(model), camera, [ff.open_sink("csv:touch.csv", model)]).lines
     8
     """
-    follower = reader.follower() if isinstance(reader, PadReader) else reader
-    images = isinstance(follower.model, PadModel)
+    images = reader.model.sensor.dimensions > 1
     stopping = stop or threading.Event()
     with ExitStack() as finishing:
         sink_threads: list[SinkThread] = []
         for sink in sinks:
             sink_threads.append(SinkThread(sink, queue or QUEUE, camera.patient))
             finishing.callback(sink_threads[-1].finish)
-        follower.prepare()
+        reader.prepare()
         counts = RunStatistics("images" if images else "lines")
         camera_thread = CameraThread(camera, queue or (IMAGE_QUEUE if images else QUEUE), counts)
         finishing.callback(camera_thread.stop)
@@ -134,7 +111,7 @@ def live(
                 break
             if block is not None:
                 began = time.monotonic()
-                last = read_block(follower, block)
+                last = read_block(reader, block)
                 together = 1 if images or time.monotonic() - began > SLOW else TOGETHER
                 counts.read(last)
                 for sink_thread in sink_threads:
@@ -148,7 +125,7 @@ def live(
     return statistics
 
 
-def read_block(reader: FrameReader, block: Block) -> Readings:
+def read_block(reader: Reader, block: Block) -> Readings:
     """Read all lines or images of a block, as those that follow what the reader read last."""
     found = reader.read_on(block.lines)
     return Readings(

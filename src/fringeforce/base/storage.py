@@ -71,12 +71,12 @@ def stamp(file: h5py.File, kind: str) -> None:
 
 
 @contextmanager
-def existing_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
-    """An HDF5 file of one kind, opened to read; FileFormatError for any other."""
+def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File]:
+    """An HDF5 file of one of some kinds, opened to read; FileFormatError for any other."""
     try:
         with _opened(path) as file:
             found = file.attrs.get("format", "a foreign HDF5 file")
-            if found != f"fringeforce-{kind}":
+            if found not in [f"fringeforce-{name}" for name in (kind, *others)]:
                 raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
             newest = int(file.attrs.get("format_version", 0))
             if newest > FORMAT_VERSION:

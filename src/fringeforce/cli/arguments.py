@@ -33,14 +33,6 @@ Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or imag
 Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 
-def refuse_for_pads(friction: float | None, model_error: float) -> None:
-    """InputError for what only strips are read with."""
-    from fringeforce.base.errors import InputError
-
-    if friction is not None or model_error:
-        raise InputError("--friction and --model-error are for strips; read a pad without them.")
-
-
 def is_model(path: str) -> bool:
     """Whether a path means a model file, and not a design."""
     from h5py import is_hdf5

@@ -58,15 +58,14 @@ def show(
     from fringeforce.design.files import load_sensor
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
-    from fringeforce.models.pad import PadModel
-    from fringeforce.studies.summary import pad_summary, summary
+    from fringeforce.studies.summary import summary
 
     if is_model(model):
         found = load_model(model)
     else:
         with progress_bar() as advance:
             found = characterize(load_sensor(model), progress=advance)
-    facts = pad_summary(found) if isinstance(found, PadModel) else summary(found)
+    facts = summary(found)
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)
     for name, value in facts:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -16,7 +17,7 @@ from fringeforce.acquisition.run_statistics import Delivery, Statistics
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.pad_display import pad_picture
 from fringeforce.design.pad import Pad
-from fringeforce.reading.reading import Status
+from fringeforce.design.strip import Sensor
 
 Report = Callable[[Statistics, Readings | None], None]
 BAR = 20
@@ -26,15 +27,15 @@ NORMAL, TANGENTIAL, DIM, WARNING = "cyan", "magenta", "dim", "yellow"
 
 
 @contextmanager
-def display(sensor: str, camera: str, pad: Pad | None = None) -> Iterator[Report]:
+def display(sensor: Sensor | Pad, camera: str) -> Iterator[Report]:
     """A report for `live`: a calm picture on a terminal, one line a second elsewhere.
 
     Parameters
     ----------
-    sensor, camera : str
-        What to call them.
-    pad : Pad, optional
-        The design, where the sensor is a pad.
+    sensor : Sensor or Pad
+        The design.
+    camera : str
+        What to call it.
     """
     console = Console(stderr=True)
     if not console.is_terminal:
@@ -47,7 +48,7 @@ def display(sensor: str, camera: str, pad: Pad | None = None) -> Iterator[Report
         def report(statistics: Statistics, readings: Readings | None) -> None:
             # the scale only grows, so that bars do not jump
             scale[0] = max(scale[0], full_scale(readings))
-            shown = picture(sensor, camera, statistics, readings, scale[0], pad)
+            shown = picture(sensor, camera, statistics, readings, scale[0])
             screen.update(shown, refresh=True)
 
         yield report
@@ -66,22 +67,21 @@ def busy(words: str) -> Iterator[None]:
 
 
 def picture(
-    sensor: str,
+    sensor: Sensor | Pad,
     camera: str,
     statistics: Statistics,
     readings: Readings | None,
     scale: float,
-    pad: Pad | None = None,
 ) -> RenderableType:
     """The whole screen; bars and shades end at `scale` newtons."""
-    head = Text.assemble((sensor, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", DIM))
+    head = Text.assemble((sensor.name, "bold"), (f"\n{camera}, {statistics.seconds:.0f} s", DIM))
     parts: list[RenderableType] = [head, Text()]
     if readings is None:
         parts.append(Text(f"Waiting for {statistics.counted} ...", style=DIM))
     else:
-        parts.append(pad_picture(pad, readings, scale) if pad else _forces(readings, scale))
+        parts.append(_PICTURES[sensor.kind](sensor, readings, scale))
         status = readings.status[-1]
-        calm = status in (Status.OK, Status.NO_CONTACT)
+        calm = status.trusted
         words = "" if calm else f": {status.advice}"
         parts += [Text(), Text(f"{status.name}{words}", style=DIM if calm else WARNING)]
     parts += [Text(), Text(_rates(statistics)), Text(_counts(statistics), style=DIM)]
@@ -126,7 +126,7 @@ def _once_a_second() -> Report:
     return report
 
 
-def _forces(readings: Readings, scale: float) -> Table:
+def _strip_picture(_: Sensor, readings: Readings, scale: float) -> Table:
     table = Table.grid(padding=(0, 2))
     for justify in ("right", "left", "right", "center", "right"):
         table.add_column(justify=justify)
@@ -142,6 +142,9 @@ def _forces(readings: Readings, scale: float) -> Table:
             _value(tangential, spread[1]),
         )
     return table
+
+
+_PICTURES: Mapping[str, Any] = {"strip": _strip_picture, "pad": pad_picture}
 
 
 def _value(value: float, std: float) -> Text:

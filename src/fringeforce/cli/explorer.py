@@ -46,7 +46,6 @@ def explore(
     import webbrowser
 
     from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
-    from fringeforce.design.strip import Sensor
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import Start
@@ -65,7 +64,7 @@ def explore(
     if camera is not None:
         from fringeforce.acquisition.cameras.camera import Settings
 
-        lines = BLOCK if isinstance(start.sensor, Sensor) else None
+        lines = BLOCK if start.sensor.dimensions == 1 else None
         source = _source(camera, Settings(line_rate, exposure, lines if block is None else block))
 
     def ready(address: str) -> None:
@@ -81,13 +80,12 @@ def _source(name: str, settings: Settings) -> Source:
     from fringeforce.acquisition.cameras.choice import open_camera
     from fringeforce.acquisition.cameras.simulator import IMAGE_RATE, LINE_RATE
     from fringeforce.explorer.live import Source
-    from fringeforce.models.pad import PadModel
 
     def opened(model: SensorModel | PadModel) -> Camera:
         camera = open_camera(name, model, settings)
         if not camera.patient:
             return camera
-        rate = IMAGE_RATE if isinstance(model, PadModel) else LINE_RATE
+        rate = IMAGE_RATE if model.sensor.dimensions > 1 else LINE_RATE
         return open_camera(name, model, replace(settings, line_rate=rate))
 
     return Source(opened, recorded=name.startswith("file:"))

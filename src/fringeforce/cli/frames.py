@@ -8,14 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import (
-    Frames,
-    Friction,
-    Model,
-    ModelError,
-    draw_beside,
-    refuse_for_pads,
-)
+from fringeforce.cli.arguments import Frames, Friction, Model, ModelError, draw_beside
 from fringeforce.cli.progress import progress_bar
 
 
@@ -32,20 +25,13 @@ def simulate(
 ) -> None:
     """Expose frames as the sensor's camera would deliver them."""
     from fringeforce.io.frames import save_frames
-    from fringeforce.io.images import save_images
-    from fringeforce.io.tables import load_forces, load_pad_forces
+    from fringeforce.io.tables import load_forces
     from fringeforce.models.files import load_model
-    from fringeforce.models.pad import PadModel
 
     found = load_model(model)
-    if isinstance(found, PadModel):
-        loads = load_pad_forces(forces, found.sensor.tactels.total)
-        frames = found.expose(loads, rng=seed)
-        save_images(output, frames, found.sensor, loads)
-    else:
-        loads = load_forces(forces, found.sensor.tactels.count)
-        frames = found.expose(loads, rng=seed)
-        save_frames(output, frames, found.pixel_positions, loads)
+    loads = load_forces(forces, found.sensor.tactels.total, found.sensor.components)
+    frames = found.expose(loads, rng=seed)
+    save_frames(output, frames, found.pixel_positions, loads)
     print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
 
 
@@ -59,31 +45,23 @@ def read(
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each."""
     from fringeforce.io.frames import load_frames
-    from fringeforce.io.images import load_images
-    from fringeforce.io.tables import save_pad_readings, save_readings
+    from fringeforce.io.tables import save_readings
     from fringeforce.models.files import load_model
-    from fringeforce.models.pad import PadModel
-    from fringeforce.plotting.figures import draw_pad_readings, draw_readings
-    from fringeforce.reading.pads.reader import PadReader
+    from fringeforce.plotting.figures import draw_readings
     from fringeforce.reading.reader import Reader
 
     found = load_model(model)
-    if not isinstance(found, PadModel):
-        reader, images = Reader(found, friction, model_error), load_frames(frames)
-        save, draw = save_readings, draw_readings
-    else:
-        refuse_for_pads(friction, model_error)
-        reader, images = PadReader(found), load_images(frames)
-        save, draw = save_pad_readings, partial(draw_pad_readings, found.sensor)
+    sensor, reader = found.sensor, Reader(found, friction, model_error)
+    images = load_frames(frames, sensor.dimensions)
     readings: Any = []
     with progress_bar() as advance:
         for reading in reader.stream(images):
             readings.append(reading)
             advance("Reading", len(readings), len(images))
-    statuses = save(output, readings)
+    statuses = save_readings(output, readings, sensor.components)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
     for status in {reading.status: reading for reading in readings}:
         if status.name != "OK":
             print(f"  {status.name}: {status.advice}")
     if plot:
-        draw_beside(output, "the forces drawn", partial(draw, readings))
+        draw_beside(output, "the forces drawn", partial(draw_readings, sensor, readings))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Exposure, Friction, Model, ModelError, Rate, refuse_for_pads
+from fringeforce.cli.arguments import Exposure, Friction, Model, ModelError, Rate
 
 if TYPE_CHECKING:
     from fringeforce.acquisition.sinks.sink import Sink
@@ -60,24 +60,18 @@ def live(
     from fringeforce.acquisition.loop import live as run
     from fringeforce.cli.display import busy, display, summary
     from fringeforce.models.files import load_model
-    from fringeforce.models.pad import PadModel
-    from fringeforce.reading.pads.reader import PadReader
     from fringeforce.reading.reader import Reader
 
     found, settings = load_model(model), Settings(line_rate, exposure, block)
-    if isinstance(found, PadModel):
-        refuse_for_pads(friction, model_error)
-        reader, pad = PadReader(found), found.sensor
-    else:
-        reader, pad = Reader(found, friction, model_error), None
-    with busy("Exposing a simulated touch ...") if pad and camera == "sim" else nullcontext():
+    reader = Reader(found, friction, model_error)
+    slow = camera == "sim" and found.sensor.dimensions > 1
+    with busy("Exposing a simulated touch ...") if slow else nullcontext():
         source = open_camera(camera, found, settings)
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
     sinks = _opened(targets, found, bind, token)
-    if isinstance(reader, Reader):
-        with busy("Loading the reader, which is compiled for about a minute the first time ..."):
-            reader.prepare()
-    with _interruptible() as stop, display(found.sensor.name, source.name, pad) as report:
+    with busy("Loading the reader, which is compiled for about a minute the first time ..."):
+        reader.prepare()
+    with _interruptible() as stop, display(found.sensor, source.name) as report:
         statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)
     print("\n".join(summary(statistics)))
 

@@ -8,9 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fringeforce.acquisition.sinks.sink import Readings
-from fringeforce.acquisition.sinks.wrench import wrenches
+from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
-from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
 SHADES = "··", "░░", "▒▒", "▓▓", "██"
@@ -23,7 +22,7 @@ def pad_picture(pad: Pad, readings: Readings, scale: float) -> Table:
     forces, std = readings.forces[-1], readings.std[-1]
     table = Table.grid(padding=(0, 4))
     table.add_column(no_wrap=True)
-    known = readings.status[-1] in (Status.OK, Status.NO_CONTACT)
+    known = readings.status[-1].trusted
     table.add_row(_map(pad, forces[:, 0], scale), _sums(pad, forces, std, scale, known))
     return table
 

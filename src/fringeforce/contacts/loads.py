@@ -43,8 +43,8 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArr
     return forces
 
 
-def checked_loads(forces: ArrayLike, tactels: int) -> NDArray[np.float64]:
-    """Forces of a strip as floats of shape (..., tactels, 2) [N].
+def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> NDArray[np.float64]:
+    """Forces as floats of shape (..., tactels, components) [N].
 
     Raises
     ------
@@ -52,11 +52,12 @@ def checked_loads(forces: ArrayLike, tactels: int) -> NDArray[np.float64]:
         If they are those of another number of tactels, or have the components before the tactels.
     """
     loads = np.asarray(forces, dtype=float)
-    if loads.shape[-2:] != (tactels, 2):
-        turned = loads.shape[-2:] == (2, tactels)
+    if loads.shape[-2:] != (tactels, components):
+        turned = loads.shape[-2:] == (components, tactels)
         remedy = " Components come last: pass np.swapaxes(forces, -1, -2)." if turned else ""
+        names = {2: "the normal and the tangential force", 3: "N, T_x and T_y"}[components]
         raise InputError(
             f"Forces of shape {loads.shape} do not fit this sensor; its {tactels} tactels "
-            f"need (..., {tactels}, 2): the normal and the tangential force of each.{remedy}"
+            f"need (..., {tactels}, {components}): {names} of each.{remedy}"
         )
     return loads

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_dilation, label
 
 from fringeforce.contacts.force_estimate import ForceEstimate
@@ -107,6 +107,53 @@ class Touch:
     covariance: Array
 
 
+def resultant_matrix(places: ArrayLike) -> Array:
+    """From forces of tactels to their sum N, T_x, T_y and its moment about the origin.
+
+    Parameters
+    ----------
+    places : array_like, shape (n, 1), or (n, 2) of a pad
+        Of the tactels, along x and y [m].
+
+    Returns
+    -------
+    ndarray, shape (6, n, 2), or (6, n, 3) of a pad
+        Sums by the components of each tactel's force; the moment is r x (T_x, T_y, -N) at z = 0.
+    """
+    where = np.asarray(places, dtype=float)
+    n, dimensions = where.shape
+    x, y = np.pad(where, ((0, 0), (0, 2 - dimensions))).T
+    rows = np.zeros((6, n, 3))
+    rows[0, :, 0] = rows[1, :, 1] = rows[2, :, 2] = 1
+    rows[3, :, 0], rows[4, :, 0] = -y, x
+    rows[5, :, 1], rows[5, :, 2] = -y, x
+    return rows[:, :, : dimensions + 1]
+
+
+def wrenches(forces: Array, places: ArrayLike) -> tuple[Array, Array]:
+    """Resultant force and its moment about the middle of the loaded surface, as robots state them.
+
+    Axes are those of the sensor: x along it, z upwards from the loaded surface, so that a pressing
+    force points to -z.
+
+    Parameters
+    ----------
+    forces : ndarray, shape (k, n, components)
+        Forces of the tactels [N].
+    places : array_like, shape (n, dimensions)
+        Of the tactels [m].
+
+    Returns
+    -------
+    force : ndarray, shape (k, 3)
+        [N].
+    torque : ndarray, shape (k, 3)
+        [N m].
+    """
+    sums = np.einsum("rnc,knc->kr", resultant_matrix(places), forces)
+    return sums[:, [1, 2, 0]] * [1, 1, -1] + 0.0, sums[:, 3:] + 0.0  # no negative zeros
+
+
 def touch(pad: Pad, reading: ForceEstimate) -> Touch:
     """Contact patches of a reading, and the sum of all forces.
 
@@ -125,7 +172,7 @@ def touch(pad: Pad, reading: ForceEstimate) -> Touch:
     >>> model = ff.characterize(pad)
     >>> forces = np.zeros((9, 3))
     >>> forces[4, 0] = 2.0  # the middle one, pressed
-    >>> reading = ff.PadReader(model).read(model.expose(forces, rng=0))
+    >>> reading = ff.Reader(model).read(model.expose(forces, rng=0))
     >>> felt = ff.touch(pad, reading)
     >>> len(felt.patches), round(float(felt.total.force[0]), 1)
     (1, 2.0)
@@ -192,13 +239,8 @@ def _sums(
     pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]
 ) -> tuple[Array, Array, Array, Array]:
     """Force, its covariance, moment and its covariance of some tactels."""
-    places = pad.tactels.places[tactels]
-    single = np.zeros((len(tactels), 3, 3))
-    # r x (T_x, T_y, -N) at z = 0
-    single[:, 0, 0], single[:, 1, 0] = -places[:, 1], places[:, 0]
-    single[:, 2, 1], single[:, 2, 2] = -places[:, 1], places[:, 0]
-    lever = np.concatenate(list(single), axis=1)
-    add = np.tile(np.eye(3), len(tactels))
+    rows = resultant_matrix(pad.tactels.places[tactels]).reshape(6, -1)
     numbers = (3 * tactels[:, None] + np.arange(3)).ravel()
     loads, spread = forces[numbers], covariance[np.ix_(numbers, numbers)]
+    add, lever = rows[:3], rows[3:]
     return add @ loads, add @ spread @ add.T, lever @ loads, lever @ spread @ lever.T

@@ -17,7 +17,7 @@ from fringeforce.base.storage import existing_file
 from fringeforce.datasets.shard import IMAGES, Files, Shard, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
 from fringeforce.design.pad import Pad
-from fringeforce.io.images import DATASET
+from fringeforce.io.frames import DATASET
 from fringeforce.studies.execution import completed, executor
 
 DESCRIPTION, UNFINISHED = "dataset.json", ".part-"

@@ -20,10 +20,10 @@ from fringeforce.datasets.example import Example, example
 from fringeforce.datasets.study_file import NAMES, DatasetStudy
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
-from fringeforce.io.images import DATASET
-from fringeforce.io.tables import PAD
+from fringeforce.io.frames import DATASET
+from fringeforce.io.tables import force_columns
 from fringeforce.models.characterization import characterize
-from fringeforce.models.pad import COMPONENTS, PadModel
+from fringeforce.models.pad import PadModel
 
 IMAGES, FORCES = "images.csv", "forces.csv"
 Files = dict[str, bytes]
@@ -80,7 +80,7 @@ def _hdf5(shard: Shard, found: Sequence[Example]) -> Files:
             write(file, "y", y, ("y",), "m", "places of the rows of an image")
             tactels = np.arange(1, pad.tactels.total + 1)
             write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
-            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            write(file, "component", pad.components, ("component",), None, "direction of the force")
             write(file, "number", np.array(shard.numbers), ("number",), None, "of the image")
             write(file, "tactel_x", pad.tactels.places[:, 0], ("tactel",), "m", "their places")
             write(file, "tactel_y", pad.tactels.places[:, 1], ("tactel",), "m", "their places")
@@ -137,7 +137,8 @@ def _pictures(shard: Shard, found: Sequence[Example]) -> Files:
         for one in found
         for tactel, force in enumerate(one.forces, start=1)
     ]
-    files[f"{shard.name}/{FORCES}"] = _csv(("image", "tactel", *PAD), single)
+    header = "image", "tactel", *force_columns(Pad.components)
+    files[f"{shard.name}/{FORCES}"] = _csv(header, single)
     for name, (table, _) in _tables(found).items():
         rows = [[_cell(value) for value in row] for row in table.tolist()]
         files[f"{shard.name}/{name}.csv"] = _csv(table.dtype.names or (), rows)

@@ -103,7 +103,7 @@ def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad]
     if not study.split.train + study.split.validation + study.split.test > 0:
         raise InputError(f"{place}: the shares of split sum up to nothing; raise one of them.")
     pad = load_sensor(design_of(study.design, place))
-    if not isinstance(pad, Pad):
+    if pad.kind != "pad":
         raise DesignError(
             f"{study.design!r} is a strip, and data sets are of planar pads; take "
             f'{", ".join(map(repr, shipped_pads()))} or a design with  kind = "pad".'

@@ -6,7 +6,7 @@ middle; z upwards from the loaded surface.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,6 +137,7 @@ class Pad(Design):
     """
 
     kind: Literal["pad"] = "pad"
+    components: ClassVar = ("normal", "tangential_x", "tangential_y")
     name: str
     transducer: PadTransducer
     tactels: PadTactels

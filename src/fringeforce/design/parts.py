@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -118,7 +118,18 @@ class Converter(Part):
 
 
 class Design(Part):
-    """What all designs can do."""
+    """What all designs can do.
+
+    Every kind of sensor states its `kind` and the `components` of the force on a tactel, the normal
+    one first.
+    """
+
+    components: ClassVar[tuple[str, ...]]
+
+    @property
+    def dimensions(self) -> int:
+        """Of the loaded surface and of a picture: 1 of a strip, 2 of a pad."""
+        return len(self.components) - 1
 
     tolerances: Tolerances = Field(
         default=Tolerances(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,16 @@ class Tactels(Part):
             return np.array(self.placed)
         return (np.arange(self.count, dtype=np.float64) - (self.count - 1) / 2) * self.pitch
 
+    @property
+    def total(self) -> int:
+        """Number of tactels."""
+        return self.count
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Places of the tactels along x, shape (total, 1) [m]."""
+        return self.positions[:, None]
+
 
 class Sensor(Design):
     """A complete sensor, from strip to camera.
@@ -93,6 +103,8 @@ class Sensor(Design):
     0.003
     """
 
+    kind: ClassVar = "strip"
+    components: ClassVar = ("normal", "tangential")
     name: str = Field(description="what to call the sensor")
     transducer: Transducer
     tactels: Tactels

@@ -21,6 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from fringeforce.estimation.covariance import covariance_of
+
 Array = NDArray[np.float64]
 Place = TypeVar("Place")
 
@@ -47,6 +49,11 @@ class Curvature:
     @cached_property
     def _factor(self) -> Array | None:
         return _factor(self.information)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the unknowns whose loss it bends, shape (m, m)."""
+        return covariance_of(self.information)
 
     def step(self, gradient: Array, damping: float = 0.0) -> tuple[Array, float]:
         """The step, shape (m,), and the gain that it promises; not numbers where there is none."""

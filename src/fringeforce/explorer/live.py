@@ -16,12 +16,13 @@ from typing import Any, NamedTuple, Protocol
 from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Camera
-from fringeforce.acquisition.loop import FrameReader, live
+from fringeforce.acquisition.loop import live
 from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FringeforceError
-from fringeforce.contacts.force_estimate import ForceEstimate
 from fringeforce.explorer.values import verdict
+from fringeforce.reading.reader import Reader
+from fringeforce.reading.reading import Reading
 
 Array = NDArray[Any]
 PERIOD = 1 / 30
@@ -58,13 +59,13 @@ class Glimpse(NamedTuple):
         JSON values.
     blocks : mapping of str to ndarray
         Numbers.
-    estimate : ForceEstimate, optional
+    reading : Reading, optional
         What contacts are followed by.
     """
 
     facts: Mapping[str, Any]
     blocks: Mapping[str, Array]
-    estimate: ForceEstimate | None = None
+    reading: Reading | None = None
 
 
 Follower = Callable[[Glimpse, float], Mapping[str, Any]]
@@ -83,10 +84,6 @@ class Display(Protocol):
     @property
     def queue(self) -> int | None:
         """Blocks that wait for the reader, if not as many as for every other reading."""
-        ...
-
-    def reader(self) -> FrameReader:
-        """What reads the camera's frames."""
         ...
 
     def glimpse(self, readings: Readings) -> Glimpse:
@@ -138,7 +135,7 @@ class Latest(Sink):
                 **found.facts,
             }
             blocks = {"forces": readings.forces[-1], "std": readings.std[-1], **found.blocks}
-            self._glimpse = readings, Glimpse(facts, blocks, found.estimate)
+            self._glimpse = readings, Glimpse(facts, blocks, found.reading)
         return self._glimpse[1]
 
 
@@ -192,7 +189,7 @@ class Live:
         try:
             camera = self.source.open(self.display.model)
             self.name = camera.name
-            queue, reader = self.display.queue, self.display.reader()
+            queue, reader = self.display.queue, Reader(self.display.model)
             live(reader, camera, [self.latest], stop=self._stop, report=self._told, queue=queue)
             if self._stop.is_set():
                 return

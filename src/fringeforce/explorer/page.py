@@ -144,3 +144,5 @@ PAD_PAGE = Page(
     first=(pads.PressRequest(type="press", id=0, design=0, contacts=[], fine=False),),
     prepare=pad_tasks.prepare,
 )
+PAGES = {"strip": STRIP_PAGE, "pad": PAD_PAGE}
+"""Pages by the kind of sensor."""

@@ -18,8 +18,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from fringeforce.base.errors import InputError
-from fringeforce.design.strip import Sensor
-from fringeforce.explorer.page import PAD_PAGE, STRIP_PAGE
+from fringeforce.explorer.page import PAGES
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
 from fringeforce.explorer.session import Session, Start
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from fringeforce.explorer.live import Live, Source
 
 STATIC = Path(__file__).parent / "static"
-PAGES = 8
+MOST_PAGES = 8
 """Pages that may be open at a time."""
 
 
@@ -53,7 +52,7 @@ def application(
     camera : Source, optional
         Pages can watch it; it is started when the first one does.
     """
-    page = STRIP_PAGE if isinstance(start.sensor, Sensor) else PAD_PAGE
+    page = PAGES[start.sensor.kind]
     workers = Workers(page)
     sessions: set[Session] = set()
     live: Live | None = None
@@ -76,7 +75,7 @@ def application(
                 await asyncio.to_thread(live.close)
 
     async def converse(websocket: WebSocket) -> None:
-        if len(sessions) >= PAGES:
+        if len(sessions) >= MOST_PAGES:
             await websocket.close(1013, "Too many pages are open.")
             return
         await websocket.accept()

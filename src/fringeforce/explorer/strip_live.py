@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,40 +13,9 @@ from fringeforce.contacts.contact import Contact, Friction
 from fringeforce.estimation.bounds import covariance
 from fringeforce.explorer.live import Follower, Glimpse
 from fringeforce.models.strip import SensorModel
-from fringeforce.reading.reader import Reader
-from fringeforce.reading.reading import Status
+from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[Any]
-
-
-@dataclass(frozen=True, eq=False)
-class LineEstimate:
-    """Forces of a line that a running reader read, with a covariance for contacts.
-
-    Attributes
-    ----------
-    forces, std : ndarray, shape (n, 2)
-        Forces and their standard deviations [N].
-    covariance : ndarray, shape (2n, 2n)
-        The same deviations, correlated as the sensor's optics correlate them [N^2].
-    status : Status
-        The verdict.
-    """
-
-    forces: Array
-    std: Array
-    covariance: Array
-    status: Status
-
-    @property
-    def ok(self) -> bool:
-        """Whether one load explains the line."""
-        return self.status is Status.OK
-
-    @property
-    def trusted(self) -> bool:
-        """Whether the forces may be used: they explain the line, or nothing touches."""
-        return self.status in (Status.OK, Status.NO_CONTACT)
 
 
 class StripDisplay:
@@ -65,17 +33,19 @@ class StripDisplay:
     def __init__(self, model: SensorModel) -> None:
         self.model = model
 
-    def reader(self) -> Reader:
-        """What reads the camera's lines."""
-        return Reader(self.model)
-
     def glimpse(self, readings: Readings) -> Glimpse:
         """The last line, its phase, and what contacts are followed by."""
         forces, std, status = readings.forces[-1], readings.std[-1], readings.status[-1]
         matrix = self.model.pixel_influence.reshape(-1, forces.size)
-        blocks = {"frame": np.atleast_2d(readings.lines[-1])[0], "phase": matrix @ forces.ravel()}
-        estimate = LineEstimate(forces, std, self._covariance(forces, std, status), status)
-        return Glimpse({}, blocks, estimate)
+        reading = Reading.of(
+            forces=forces,
+            chi2=float(readings.chi2[-1]),
+            status=status,
+            covariance=self._covariance(forces, std, status),
+            phase=matrix @ forces.ravel(),
+        )
+        blocks = {"frame": np.atleast_2d(readings.lines[-1])[0], "phase": reading.phase}
+        return Glimpse({}, blocks, reading)
 
     def follower(self) -> Follower:
         """Contacts that a page follows with its own friction."""
@@ -83,9 +53,9 @@ class StripDisplay:
 
         def follow(glimpse: Glimpse, friction: float) -> Mapping[str, Any]:
             nonlocal contact
-            assert glimpse.estimate is not None
+            assert glimpse.reading is not None
             before = Contact(contact.touching, contact.slipping, Friction(friction, 0.0))
-            contact, events = before.follow(glimpse.estimate)
+            contact, events = before.follow(glimpse.reading)
             return {
                 "touching": np.flatnonzero(contact.touching).tolist(),
                 "slipping": np.flatnonzero(contact.slipping).tolist(),

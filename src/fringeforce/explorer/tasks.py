@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.design.strip import Sensor
 from fringeforce.explorer.protocol import DownloadRequest, InsideRequest, LoadedRequest
@@ -65,12 +65,7 @@ def model_of(path: str) -> Any:
     return pickle.loads(Path(path).read_bytes())
 
 
-def download(
-    kind: str,
-    model: Any,
-    save_forces: Callable[[Path], object],
-    save_reading: Callable[[Path], object],
-) -> Answer:
+def download(kind: str, model: Any, forces: ArrayLike, reading: Callable[[], Reading]) -> Answer:
     """A file of the design, the model, the forces or the reading, as the library writes it.
 
     Parameters
@@ -79,14 +74,18 @@ def download(
         Which.
     model : SensorModel or PadModel
         Model of the sensor.
-    save_forces, save_reading : callable
-        Write a table to a path.
+    forces : array_like, shape (n, components)
+        Forces that act [N].
+    reading : callable
+        Returns the reading of a frame under these forces.
     """
+    from fringeforce.io.tables import save_forces, save_readings
+
     write = {
         "design": lambda path: path.write_text(model.sensor.to_toml(), encoding="utf-8"),
         "model": model.save,
-        "forces": save_forces,
-        "reading": save_reading,
+        "forces": lambda path: save_forces(path, [np.asarray(forces)]),
+        "reading": lambda path: save_readings(path, [reading()], model.sensor.components),
     }
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{kind}.{ENDINGS[kind]}"
@@ -142,15 +141,8 @@ def read(path: str, wish: LoadedRequest) -> Answer:
 
 def file(path: str, wish: DownloadRequest) -> Answer:
     """A file of the strip's design, model, forces or reading."""
-    from fringeforce.io.tables import save_forces, save_readings
-
     reader = _reader(path)
-    return download(
-        wish.kind,
-        reader.model,
-        lambda place: save_forces(place, [wish.forces]),
-        lambda place: save_readings(place, [_exposed(reader, wish)[1]]),
-    )
+    return download(wish.kind, reader.model, wish.forces, lambda: _exposed(reader, wish)[1])
 
 
 def _exposed(

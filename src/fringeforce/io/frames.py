@@ -1,4 +1,4 @@
-"""HDF5 files: models and frames, written whole or not at all, readable by xarray.
+"""Frames of strips and pads as HDF5 files, written whole or not at all, readable by xarray.
 
 Every dimension is a named scale and every quantity carries its unit, so that
 ``xarray.open_dataset(path, engine="h5netcdf")`` shows the same arrays with labels.
@@ -7,6 +7,7 @@ Every dimension is a named scale and every quantity carries its unit, so that
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,68 +25,104 @@ from fringeforce.base.storage import (
     write_forces,
     write_frames,
 )
-from fringeforce.io.images import DATASET
-from fringeforce.models.strip import COMPONENTS
+from fringeforce.io.tables import COMPONENTS
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
 
+FRAMES, DATASET = "frames", "dataset"
+"""Kinds of these files."""
+KINDS = FRAMES, "images"
+"""Kinds of recordings; those of pads were called images before."""
+SURFACES = {1: "lines of a strip", 2: "images of a pad"}
+"""What frames are, by the dimensions of a picture."""
+
+
+def pixel_axes(positions: Any) -> Mapping[str, tuple[ArrayLike, str]]:
+    """Dimensions of a picture in their order: places [m] and what they are.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n_pixels,), or pair of ndarray
+        `pixel_positions` of a strip's model, or of a pad's: along x and along y [m].
+    """
+    if isinstance(positions, tuple):
+        x, y = positions
+        return {"y": (y, "places of the rows"), "x": (x, "places of the columns")}
+    return {"x": (positions, "places of the pixels")}
+
 
 def save_frames(
-    path: PathLike, frames: ArrayLike, x: ArrayLike, forces: ArrayLike | None = None
+    path: PathLike, frames: ArrayLike, positions: Any, forces: ArrayLike | None = None
 ) -> None:
     """Write frames, and the forces behind them where they are known.
 
     Parameters
     ----------
     path : path
-        Path of the HDF5 file.
-    frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
+        Of the HDF5 file.
+    frames : array_like, shape (k, *shape of a frame)
         Grey levels.
-    x : array_like, shape (n_pixels,)
-        Places of the pixels [m].
-    forces : array_like, shape (k, n, 2), optional
-        Normal and tangential forces [N].
+    positions : ndarray, shape (n_pixels,), or pair of ndarray
+        `pixel_positions` of the model: of a strip, or along x and along y of a pad [m].
+    forces : array_like, shape (k, n, components), optional
+        Forces [N].
     """
-    with new_file(path, "frames") as file:
-        write_frames(file, np.asarray(frames), {"x": (x, "places of the pixels")})
+    with new_file(path, FRAMES) as file:
+        write_frames(file, np.asarray(frames), pixel_axes(positions))
         if forces is not None:
-            write_forces(file, forces, COMPONENTS)
+            write_forces(file, forces, COMPONENTS[np.shape(forces)[-1]])
 
 
-def load_frames(path: PathLike) -> NDArray[Any]:
-    """Read frames from HDF5, .npy, PNG or TIFF; the rows of an image are frames.
+def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
+    """Read frames from HDF5, a data set's too, .npy, PNG or TIFF.
 
     Parameters
     ----------
     path : path
         The file; its ending says what it is (.h5, .hdf5, .npy, .png, .tif, .tiff).
+    dimensions : int
+        `dimensions` of the sensor: 1 for a strip, where the rows of an image are frames, 2 for a
+        pad, where an image is one.
 
     Returns
     -------
-    ndarray, shape (k, n_pixels) or (k, n_channels, n_pixels)
+    ndarray, shape (k, n_pixels) or (k, rows, columns), channels after k if there are any
         Grey levels as stored.
 
     Raises
     ------
     FileFormatError
-        If the file is missing, damaged, or of a kind that is not read.
+        If the file is missing, damaged, of a kind that is not read, or of the other kind of sensor.
     """
-    if Path(path).suffix.lower() in HDF5:
-        with existing_file(path, "frames") as file:
-            return read(file, "grey")[: read(file, "frame").size]
-    frames = np.atleast_2d(load_array(path))
-    if frames.ndim != 2 or frames.dtype.kind not in "uif":
+    if format_of(path) == f"fringeforce-{DATASET}":
+        with existing_file(path, DATASET) as file:
+            frames, found = read(file, "image"), 2
+    elif Path(path).suffix.lower() in HDF5:
+        with existing_file(path, *KINDS) as file:
+            # a recording that was killed may end with frames that nothing was said of yet
+            frames = read(file, "grey")[: read(file, "frame").size]
+            found = 2 if "y" in file else 1
+    else:
+        frames, found = load_array(path), dimensions
+        frames = frames[None] if frames.ndim == dimensions else frames
+        most = 2 * dimensions  # an array may hold channels of images, and of lines not
+        if not dimensions < frames.ndim <= most or frames.dtype.kind not in "uif":
+            axes = "pixels" if dimensions == 1 else "rows, columns"
+            raise FileFormatError(
+                f"{path} holds {frames.dtype} of shape {frames.shape}; {SURFACES[dimensions]} are "
+                f"grey levels of shape (frames, {axes})."
+            )
+    if found != dimensions:
         raise FileFormatError(
-            f"{path} holds {frames.dtype} of shape {frames.shape}; frames are grey levels of shape "
-            "(frames, pixels)."
+            f"{path} holds {SURFACES[found]}; this sensor's frames are {SURFACES[dimensions]}."
         )
     return frames
 
 
-def load_times(path: PathLike, kind: str = "frames") -> NDArray[np.float64] | None:
+def load_times(path: PathLike) -> NDArray[np.float64] | None:
     """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
     if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
         return None
-    with existing_file(path, kind) as file:
+    with existing_file(path, *KINDS) as file:
         return read(file, "time")[: read(file, "frame").size] if "time" in file else None

@@ -5,33 +5,43 @@ from __future__ import annotations
 import csv
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import whole_file
-from fringeforce.reading.pads.reading import PadReading
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.reading.reading import Reading
 
 Array = NDArray[np.float64]
 
-CARTESIAN = ("normal_N", "tangential_N")
-POLAR = ("magnitude_N", "angle_deg")
-PAD = ("normal_N", "tangential_x_N", "tangential_y_N")
-READING = (
-    *CARTESIAN, *POLAR,
-    "normal_std_N", "tangential_std_N", "magnitude_std_N", "angle_std_deg",
-)  # fmt: skip
-PAD_READING = (*PAD, *(name.replace("_N", "_std_N") for name in PAD))
+COMPONENTS = {len(names): names for names in (Sensor.components, Pad.components)}
+"""Names of the components of a force, by their number."""
+POLAR, POLAR_STD = ("magnitude_N", "angle_deg"), ("magnitude_std_N", "angle_std_deg")
 
 
-def load_forces(path: str | os.PathLike[str], tactels: int) -> Array:
-    """Read loads: frame, tactel and either normal_N, tangential_N or magnitude_N, angle_deg.
+def force_columns(components: Sequence[str]) -> tuple[str, ...]:
+    """Names of the columns of forces."""
+    return tuple(f"{name}_N" for name in components)
+
+
+def reading_columns(components: Sequence[str]) -> tuple[str, ...]:
+    """Names of the columns of readings: forces and deviations, of a strip in polar form too."""
+    polar, polar_std = (POLAR, POLAR_STD) if len(components) == 2 else ((), ())
+    std = (f"{name}_std_N" for name in components)
+    return *force_columns(components), *polar, *std, *polar_std
+
+
+def load_forces(
+    path: str | os.PathLike[str], tactels: int, components: tuple[str, ...] = Sensor.components
+) -> Array:
+    """Read loads: frame, tactel and forces, of a strip also as magnitude_N and angle_deg.
 
     Parameters
     ----------
@@ -40,43 +50,50 @@ def load_forces(path: str | os.PathLike[str], tactels: int) -> Array:
         a frame does not name are not loaded.  Without a frame column all rows are one frame.
     tactels : int
         Number of tactels of the sensor.
+    components : tuple of str
+        `components` of the sensor, a strip if not given: normal_N, tangential_N; of a pad normal_N,
+        tangential_x_N, tangential_y_N.
 
     Returns
     -------
-    ndarray, shape (k, tactels, 2)
-        Normal and tangential forces [N].
+    ndarray, shape (k, tactels, components)
+        Forces [N].
 
     Raises
     ------
     FileFormatError
         If the file is missing or a row cannot be used; the message names its line.
     """
-    columns, forces = _loads(path, tactels, (CARTESIAN, POLAR))
+    kinds = [force_columns(components), *([POLAR] if len(components) == 2 else [])]
+    columns, forces = _loads(path, tactels, kinds)
     if columns == POLAR:
         size, angle = forces[..., 0], np.radians(forces[..., 1])
         forces = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=-1)
     return forces
 
 
-def load_pad_forces(path: str | os.PathLike[str], tactels: int) -> Array:
-    """Read loads of a pad: frame, tactel and normal_N, tangential_x_N, tangential_y_N.
-
-    As `load_forces`, but for the shape of the result, (k, tactels, 3) [N].
-    """
-    return _loads(path, tactels, (PAD,))[1]
-
-
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
-    """Write loads as `load_forces` reads them; forces have the shape (k, n, 2) [N]."""
-    _save_forces(path, CARTESIAN, forces)
+    """Write loads as `load_forces` reads them; forces have the shape (k, n, components) [N].
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be written.
+    """
+    loads = np.asarray(forces, dtype=float)
+    with _new_table(path) as file:
+        writer = csv.writer(file)
+        writer.writerow(["frame", "tactel", *force_columns(COMPONENTS[loads.shape[-1]])])
+        for frame, load in enumerate(loads):
+            for tactel, values in enumerate(load.tolist(), start=1):
+                writer.writerow([frame, tactel, *map(repr, values)])
 
 
-def save_pad_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
-    """Write loads as `load_pad_forces` reads them; forces have the shape (k, n, 3) [N]."""
-    _save_forces(path, PAD, forces)
-
-
-def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
+def save_readings(
+    path: str | os.PathLike[str],
+    readings: Iterable[Reading],
+    components: tuple[str, ...] = Sensor.components,
+) -> Counter[str]:
     """Write readings, one row for each tactel of each frame, whole or not at all.
 
     Parameters
@@ -85,6 +102,8 @@ def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
         Path of the CSV file.
     readings : iterable of Reading
         One for each frame.
+    components : tuple of str
+        `components` of the sensor, a strip if not given.
 
     Returns
     -------
@@ -96,49 +115,28 @@ def save_readings(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     FileFormatError
         If the file cannot be written.
     """
-    return _save_readings(path, READING, readings, _strip_columns)
-
-
-def save_pad_readings(path: str | os.PathLike[str], readings: Iterable[PadReading]) -> Counter[str]:
-    """Write readings of a pad, as `save_readings` does those of a strip."""
-    return _save_readings(path, PAD_READING, readings, lambda r: np.hstack([r.forces, r.std]))
-
-
-def _save_forces(path: str | os.PathLike[str], names: Sequence[str], forces: ArrayLike) -> None:
+    statuses: Counter[str] = Counter()
     with _new_table(path) as file:
         writer = csv.writer(file)
-        writer.writerow(["frame", "tactel", *names])
-        for frame, load in enumerate(np.asarray(forces, dtype=float).tolist()):
-            for tactel, force in enumerate(load, start=1):
-                cells = [repr(value) for _, value in zip(names, force, strict=True)]
-                writer.writerow([frame, tactel, *cells])
+        writer.writerow(["frame", "tactel", *reading_columns(components), "status"])
+        for frame, reading in enumerate(readings):
+            statuses[reading.status.name] += 1
+            for tactel, values in enumerate(_cells(reading), start=1):
+                cells = [f"{value:.6g}" for value in values]
+                writer.writerow([frame, tactel, *cells, reading.status.name])
+    return statuses
 
 
-def _strip_columns(reading: Reading) -> Array:
+def _cells(reading: Reading) -> Array:
+    """Numbers of `reading_columns`, a row for each tactel."""
+    if reading.forces.shape[1] != 2:
+        return np.hstack([reading.forces, reading.std])
     return np.column_stack(
         [
             reading.forces, reading.magnitude, reading.angle,
             reading.std, reading.magnitude_std, reading.angle_std,
         ]
     )  # fmt: skip
-
-
-def _save_readings(
-    path: str | os.PathLike[str],
-    names: Sequence[str],
-    readings: Iterable[Any],
-    columns: Callable[[Any], Array],
-) -> Counter[str]:
-    statuses: Counter[str] = Counter()
-    with _new_table(path) as file:
-        writer = csv.writer(file)
-        writer.writerow(["frame", "tactel", *names, "status"])
-        for frame, reading in enumerate(readings):
-            statuses[reading.status.name] += 1
-            for tactel, values in enumerate(columns(reading), start=1):
-                cells = [f"{value:.6g}" for value in values]
-                writer.writerow([frame, tactel, *cells, reading.status.name])
-    return statuses
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.progress import Progress
 from fringeforce.base.storage import existing_file, new_file, read, text, write
+from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
@@ -32,8 +33,6 @@ Single = NDArray[np.float32]
 
 PAD = "pad"
 """Kind of these files."""
-COMPONENTS = ("normal", "tangential_x", "tangential_y")
-"""Components of the force on a tactel."""
 LABELS = tuple(
     "_".join("even" if sign > 0 else "odd" for sign in parity) + "_{}" for parity in PARITIES
 )
@@ -74,6 +73,11 @@ class PadModel:
     def _image(self) -> tuple[int, int]:
         columns, rows = self.sensor.camera.pixels
         return rows, columns
+
+    @property
+    def pixel_positions(self) -> tuple[Array, Array]:
+        """Where the camera's pixels look, along x (columns) and along y (rows) [m]."""
+        return self.sensor.pixel_positions
 
     @property
     def slice_heights(self) -> Array:
@@ -236,12 +240,11 @@ class PadModel:
 
     def checked(self, forces: ArrayLike, single: bool = False) -> Array:
         """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""
-        loads, n = np.asarray(forces, dtype=float), self.sensor.tactels.total
-        fits = loads.shape == (n, 3) if single else loads.shape[-2:] == (n, 3)
-        if not fits or not np.isfinite(loads).all():
+        loads = checked_loads(forces, self.sensor.tactels.total, 3)
+        if (single and loads.ndim > 2) or not np.isfinite(loads).all():
             raise InputError(
-                f"Forces of shape {loads.shape} do not fit this pad, or are not finite; its {n} "
-                f"tactels need {'' if single else '(..., '}{n}, 3): N, T_x and T_y of each."
+                f"Forces of shape {loads.shape} are those of several frames, or are not finite; "
+                f"give {loads.shape[-2:]} finite ones."
             )
         return loads
 
@@ -285,7 +288,7 @@ class PadModel:
         rows = 2 * profile.shape[1] * (len(x) // 2) * (len(y) // 2)
         expected = (
             [(rows, len(load_basis(pad.tactels.count, parity))) for parity in PARITIES]
-            if isinstance(pad, Pad)
+            if pad.kind == "pad"
             else []
         )
         if [quarter.shape for quarter in quarters] != expected:

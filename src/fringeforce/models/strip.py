@@ -48,8 +48,6 @@ Array = NDArray[np.float64]
 
 STRIP = "model"
 """Kind of these files."""
-COMPONENTS = ("normal", "tangential")
-"""Components of the force on a tactel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,7 +318,14 @@ class SensorModel:
             file.attrs["design"] = self.sensor.to_toml()
             file.attrs["provenance"] = json.dumps(dict(self.provenance))
             write(file, "x", self.x, ("x",), "m", "stations along the strip")
-            write(file, "component", COMPONENTS, ("component",), None, "direction of the force")
+            write(
+                file,
+                "component",
+                self.sensor.components,
+                ("component",),
+                None,
+                "direction of the force",
+            )
             write(file, "tactel", places, ("tactel",), "m", "places of the tactels")
             write(file, "breaks", self.breaks, ("breaks",), "m", "boundaries of the elements")
             write(file, "psi", self.psi, ("x", *FORCE_AXES), "rad/N", "influence matrix")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import SensorModel
 from fringeforce.plotting.axes import (
     figure,
@@ -22,41 +24,59 @@ from fringeforce.plotting.axes import (
     residuals,
     resultants,
 )
-from fringeforce.reading.pads.reading import PadReading
 from fringeforce.reading.reading import Reading
 
 
-def draw_readings(readings: Sequence[Reading], path: Path) -> None:
-    """Write a picture of one reading's forces, or of the normal forces of many.
+def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path) -> None:
+    """Write a picture of one reading's forces, or of those of many.
+
+    Those of many are the normal forces of a strip, and the sums of all forces of a pad.
+
+    Parameters
+    ----------
+    sensor : Sensor or Pad
+        The design.
+    readings : sequence of Reading
+        One for each frame.
+    path : Path
+        Of the picture.
 
     Raises
     ------
     InputError
         If the picture cannot be written.
     """
-    with _picture(path) as ax:
+    draw_one, draw_many, size = _DRAWN[sensor.kind]
+    with _picture(path, *(size if len(readings) == 1 else ())) as ax:
         if len(readings) == 1:
-            forces(ax, readings[0].forces, readings[0].std)
+            draw_one(ax, sensor, readings[0])
         else:
-            force_history(ax, np.array([reading.forces[:, 0] for reading in readings]))
+            draw_many(ax, sensor, readings)
 
 
-def draw_pad_readings(pad: Pad, readings: Sequence[PadReading], path: Path) -> None:
-    """Write a picture of one reading's forces, or of the sums of the forces of many.
+def _strip_forces(ax: Axes, _: Sensor, reading: Reading) -> None:
+    forces(ax, reading.forces, reading.std)
 
-    Raises
-    ------
-    InputError
-        If the picture cannot be written.
-    """
-    if len(readings) == 1:
-        with _picture(path, 5.4, 4.4) as ax:
-            pad_forces(ax, pad, readings[0].forces)
-        return
+
+def _strip_history(ax: Axes, _: Sensor, readings: Sequence[Reading]) -> None:
+    force_history(ax, np.array([reading.forces[:, 0] for reading in readings]))
+
+
+def _pad_forces(ax: Axes, pad: Pad, reading: Reading) -> None:
+    pad_forces(ax, pad, reading.forces)
+
+
+def _pad_history(ax: Axes, pad: Pad, readings: Sequence[Reading]) -> None:
     nothing = np.full(3, np.nan)
     sums = [touch(pad, r).total.force if np.isfinite(r.forces).all() else nothing for r in readings]
-    with _picture(path) as ax:
-        resultants(ax, sums)
+    resultants(ax, sums)
+
+
+_DRAWN: Mapping[str, Any] = {
+    "strip": (_strip_forces, _strip_history, ()),
+    "pad": (_pad_forces, _pad_history, (5.4, 4.4)),
+}
+"""What draws one reading and what draws many, by the kind of sensor, and the size for one."""
 
 
 def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path: Path) -> None:

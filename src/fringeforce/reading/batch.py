@@ -1,7 +1,8 @@
-"""Readings of a recording, of a strip or of a pad, as arrays."""
+"""Readings of a recording as arrays."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import prod
 from typing import Any
@@ -10,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.reading.pads.reading import PadReading
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Progress = Callable[[int], None]
+"""Called with numbers of frames as they are done, from any thread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +72,9 @@ class Batch:
         arrays = (self.forces, self.std, self.chi2, self.status, self.tracked)
         return Batch(*(array[rows] for array in arrays), whole)  # type: ignore[arg-type]
 
-    def store(self, row: int, reading: Reading | PadReading, std: Array | None = None) -> None:
-        """Fill in one frame; its deviations may be known already, and take time otherwise."""
-        self.forces[row], self.std[row] = reading.forces, reading.std if std is None else std
+    def store(self, row: int, reading: Reading) -> None:
+        """Fill in one frame."""
+        self.forces[row], self.std[row] = reading.forces, reading.std
         self.chi2[row], self.status[row] = reading.chi2, reading.status
         self.tracked[row] = reading.tracked
         if self.covariance is not None:

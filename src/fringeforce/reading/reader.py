@@ -1,53 +1,69 @@
-"""Frames as they come to readings as they come: followed from one to the next, or searched."""
+"""Frames of any sensor to readings: followed from one to the next, or searched."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.contacts.friction_cone import admissible
-from fringeforce.estimation.track_status import SILENT, UNSETTLED
+from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
-from fringeforce.reading.batch import Batch
+from fringeforce.reading.batch import Batch, checked_recording
+from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.following import PadFollower
+from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.reading import Reading
-from fringeforce.reading.recording import prepared, read_batch, read_on
 from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.reading.tracker import STATUSES, Track, Tracker
+from fringeforce.reading.strip_following import StripFollower
 
 Array = NDArray[np.float64]
 
+SHORTEST = 512
+"""Frames below which a part of a recording is not worth a worker of its own."""
+_KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
+    "strip": (SingleFrameReader, StripFollower),
+    "pad": (PadFrameReader, PadFollower),
+}
+"""What reads single frames, and what follows them, by the kind of sensor."""
+
 
 class Reader:
-    """Reads the frames of one sensor in the order in which they were taken.
+    """Reads the frames of one sensor, strip or pad, in the order in which they were taken.
 
-    A frame starts from the loads of the last one, which takes tens of microseconds; the first
-    frame, and every one that this does not explain beyond doubt, is searched as by
-    `search`, which takes milliseconds.  What several loads explain equally well the way there
-    decides: a followed reading is OK where the frame alone would be AMBIGUOUS.  The way is trusted
-    while it is short against the way to any mirror image; after a jump the search decides again.
-    Where forces are so weak that it is not short, the word of a search holds for some frames; then
-    followed frames are AMBIGUOUS, with the loads that the way makes likeliest, until the next one.
-    That one searches the mean of the last frames, if there are enough and they show one touch that
-    hardly moves: it tells mirror images apart that no single frame can.
+    A frame starts from the loads of the last one, which takes tens of microseconds for a strip and
+    some hundredths of a second for a pad; the first frame, and every one that this does not explain
+    beyond doubt, is searched as by `search`, which takes milliseconds, or a second for a pad.
 
-    The loops take about a minute to compile on the first use on a machine, and half a second to
-    load in each process; `prepare` does it before the first frame comes.
+    Of a strip, what several loads explain equally well the way there decides: a followed reading is
+    OK where the frame alone would be AMBIGUOUS.  The way is trusted while it is short against the
+    way to any mirror image; after a jump the search decides again.  Where forces are so weak that
+    it is not short, the word of a search holds for some frames; then followed frames are AMBIGUOUS,
+    with the loads that the way makes likeliest, until the next one.  That one searches the mean of
+    the last frames, if there are enough and they show one touch that hardly moves: it tells mirror
+    images apart that no single frame can.
+
+    The loops of a strip take about a minute to compile on the first use on a machine, and half a
+    second to load in each process; `prepare` does it before the first frame comes.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         The characterised sensor.
     friction : float, optional
-        If given, forces are limited to N >= 0 and |T| <= friction N.
+        If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
     model_error : float
         Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
         sensor that was characterised from its drawing and never calibrated; it widens the
         deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH; for followed
-        frames this is looked at where their residuals are not plainly noise.
+        frames this is looked at where their residuals are not plainly noise.  Strips only.
+
+    Raises
+    ------
+    InputError
+        If a limit or an error is out of range, or given for a pad.
 
     Examples
     --------
@@ -56,41 +72,80 @@ class Reader:
     >>> reader = ff.Reader(model)
     >>> [reading.tracked for reading in reader.stream(frames)]
     [False, True, True]
+
+    >>> pad = ff.load_sensor("pad").replace(
+    ...     tactels={"count": [3, 3]}, camera={"pixels": [64, 64]}
+    ... )
+    >>> model = ff.characterize(pad)
+    >>> forces = np.zeros((9, 3))
+    >>> forces[4, 0] = 2.0  # the middle one, pressed
+    >>> reading = ff.Reader(model).read(model.expose(forces, rng=0))
+    >>> reading.status.name, round(float(reading.forces[4, 0]), 1)
+    ('OK', 2.0)
     """
 
     def __init__(
-        self, model: SensorModel, friction: float | None = None, model_error: float = 0.0
+        self,
+        model: SensorModel | PadModel,
+        friction: float | None = None,
+        model_error: float = 0.0,
     ) -> None:
-        self._single = SingleFrameReader(model, friction, model_error)
-        self._tracker = Tracker(self._single)
-        self._track = Track.of(1, self._single.influence.shape[1], covariances=False)
+        single, self._follow = _KINDS[model.sensor.kind]
+        self._single = single(model, friction, model_error)
+        self._follower, self._ready = self._follow(self._single), False
 
     @property
-    def model(self) -> SensorModel:
+    def model(self) -> SensorModel | PadModel:
         """The sensor that is read."""
         return self._single.model
 
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
-        self._tracker.release()
+        self._follower.reset()
 
     def prepare(self) -> None:
-        """Compile or load the compiled loops, which the first frame would wait for otherwise."""
-        n = self.model.sensor.tactels.count
-        frame = self.model.expose(np.tile([1.0, 0.0], (n, 1)), rng=0)
-        trial = Reader(self.model)
+        """Compile or load the compiled loops, which the first frame would wait for otherwise.
+
+        Raises
+        ------
+        InputError
+            If frames of a pad cannot be read without an earlier state.
+        """
+        if self._ready:
+            return
+        trial, used = self._follow(self._single), self._single.usable(None)
+        levels = self.model.expose(self._single.trial_forces(), rng=0).ravel()
         for _ in range(2):
-            trial.read(frame).std  # noqa: B018, for the deviations are computed when asked for
+            trial.read(levels, used).std  # noqa: B018, they are computed when asked for
+        self._ready = True
+
+    def bound(self, forces: ArrayLike) -> Array:
+        """Smallest deviations that an unbiased reading of one frame can have.
+
+        The Cramer-Rao bound for Gaussian noise of the camera's variance; infinite where a frame
+        does not change with a force to first order, as that of a strip without load.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, components)
+            Forces that act [N].
+
+        Returns
+        -------
+        ndarray, shape (n, components)
+            Standard deviations [N].
+        """
+        return self._single.bound(forces)
 
     def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
         """Read the next frame.
 
         Parameters
         ----------
-        frame : array_like, shape (n_pixels,) or (n_channels, n_pixels)
+        frame : array_like, shape (n_pixels,) or (rows, columns), channels first if there are any
             Grey levels.
         mask : array_like of bool, shape of a frame, optional
-            Pixels to leave out, where true.
+            Pixels to leave out, such as dead ones, where true.
 
         Returns
         -------
@@ -101,48 +156,57 @@ class Reader:
         Raises
         ------
         InputError
-            If the mask does not fit the sensor.
+            If the mask does not fit the sensor, or if the polariscope of a pad cannot tell a force
+            from its negative.
         """
         used = self._single.usable(mask)
         levels = self._single.checked(frame, used)
-        if isinstance(levels, Reading):
-            return levels
-        tracker = self._tracker
-        packed = tracker.packed(levels[None], used) if tracker.holds(used) else levels
-        while tracker.holds(used):
-            if tracker.advance(packed, self._track, 0):
-                return self._followed(levels)
-        return tracker.search(levels, used)
+        return levels if isinstance(levels, Reading) else self._follower.read(levels, used)
 
-    def search(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
+    def search(
+        self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None
+    ) -> Reading:
         """Read one frame without any earlier state; the next one is followed from earlier ones.
 
         Parameters
         ----------
         frame, mask
             As of `read`.
-        """
-        return self._single.read(frame, mask)
+        start : array_like, shape (n, 3), optional
+            Forces of a pad that are nearly right, to start from instead of a search [N].
 
-    def stream(self, frames: Iterable[ArrayLike]) -> Iterator[Reading]:
+        Raises
+        ------
+        InputError
+            As of `read`, or if a start is given for a strip.
+        """
+        return self._single.read(frame, mask, start)
+
+    def stream(
+        self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
+    ) -> Iterator[Reading]:
         """Read frames one after the other, as they come."""
         for frame in frames:
-            yield self.read(frame)
+            yield self.read(frame, mask)
 
     def read_on(
-        self, frames: ArrayLike, covariance: bool = False, mask: ArrayLike | None = None
+        self,
+        frames: ArrayLike,
+        covariance: bool = False,
+        mask: ArrayLike | None = None,
+        progress: Callable[[int], None] | None = None,
     ) -> Batch:
-        """Read the next frames at once, much faster than one by one.
+        """Read the next frames at once; those of a strip much faster than one by one.
 
         Parameters
         ----------
-        frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
+        frames : array_like, shape (k, *shape of a frame)
             Grey levels of the frames that follow the last one.
-        covariance, mask
+        covariance, mask, progress
             As of `read_batch`.
         """
-        levels, batch = prepared(self._single, frames, covariance)
-        read_on(self._tracker, levels, self._single.usable(mask), batch)
+        levels, batch = self._prepared(frames, covariance)
+        self._follower.read_on(levels, self._single.usable(mask), batch, progress)
         return batch
 
     def read_batch(
@@ -160,11 +224,12 @@ class Reader:
 
         Parameters
         ----------
-        frames : array_like, shape (k, n_pixels) or (k, n_channels, n_pixels)
+        frames : array_like, shape (k, *shape of a frame)
             Grey levels of consecutive frames.
         covariance : bool
-            Whether to keep the covariance of every frame, from all of its pixels; otherwise the
-            batch holds deviations only, right within 5 %, and reading takes half the time.
+            Whether to keep the covariance of every frame, a megabyte each for a pad of 121 tactels.
+            That of a strip is from all of its pixels; without it the batch holds deviations only,
+            right within 5 %, and reading takes half the time.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
         workers : int, optional
@@ -172,37 +237,24 @@ class Reader:
         progress : callable, optional
             Called with numbers of frames as they are done, from any thread.
         """
-        return read_batch(self._single, frames, covariance, mask, workers, progress)
+        levels, batch = self._prepared(frames, covariance)
+        used = self._single.usable(mask)
+        count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))
+        ends = np.linspace(0, len(levels), count + 1).astype(int)
+        parts = [slice(*ends[i : i + 2]) for i in range(count)]
+        with ThreadPoolExecutor(count) as pool:
+            jobs = [
+                pool.submit(
+                    self._follow(self._single).read_on, levels[rows], used, batch[rows], progress
+                )
+                for rows in parts
+            ]
+            for job in jobs:
+                job.result()
+        return batch
 
-    def _followed(self, levels: NDArray[Any]) -> Reading:
-        single, tracker = self._single, self._tracker
-        loads, verdict = self._track.loads[0].copy(), self._track.verdicts[0]
-        spread: Callable[[], Array]
-        if verdict == SILENT:
-            spread = partial(getattr, single, "silent_covariance")
-        else:
-            spread = tracker.noise(loads, verdict)
-            if tracker.widens:
-                spread = partial(_widened, tracker, spread, loads, levels.copy())
-        limited = np.zeros(len(loads) // 2, dtype=bool)
-        rivals = tracker.rivals if verdict == UNSETTLED else tracker.rivals[:0]
-        known: dict[str, Any] = {
-            "chi2": float(tracker.chi2(self._track.reports[0])),
-            "status": STATUSES[verdict],
-            "detail": "",
-            "alternatives": rivals.reshape(-1, len(loads) // 2, 2),
-            "tracked": True,
-        }
-        if single.friction is not None:
-            covariance = spread()
-            loads, limited = admissible(loads, covariance, single.friction)
-            spread = partial(np.asarray, covariance)
-        known |= {"forces": loads.reshape(-1, 2), "limited": limited}
-        phase = partial(self.model.phase, known["forces"])
-        return Reading.deferred(known, {"covariance": spread, "phase": phase})
-
-
-def _widened(
-    tracker: Tracker, noise: Callable[[], Array], loads: Array, levels: NDArray[Any]
-) -> Array:
-    return tracker.widened(noise(), loads, levels)
+    def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:
+        """Grey levels of a recording with a row for each frame, and room for their readings."""
+        levels = checked_recording(frames, self.model.frame_shape)
+        batch = Batch.of(len(levels), self._single.forces_shape, covariance)
+        return levels.reshape(len(levels), -1), batch

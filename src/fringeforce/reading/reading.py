@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +28,11 @@ class Status(Enum):
     SATURATED = "SATURATED"
     FRINGES_TOO_DENSE = "FRINGES_TOO_DENSE"
     BAD_FRAME = "BAD_FRAME"
+
+    @property
+    def trusted(self) -> bool:
+        """Whether forces with this verdict may be used: they explain the frame, or none act."""
+        return self in (Status.OK, Status.NO_CONTACT)
 
     @property
     def advice(self) -> str:
@@ -57,19 +61,21 @@ class Reading:
 
     Attributes
     ----------
-    forces : ndarray, shape (n, 2)
-        Normal and tangential force of every tactel [N]; not a number for a bad frame.
-    covariance : ndarray, shape (2n, 2n)
+    forces : ndarray, shape (n, components)
+        Force on every tactel [N]: normal and tangential of a strip, normal and tangential along x
+        and y of a pad; not a number for a bad frame.
+    covariance : ndarray, shape (n * components, n * components)
         Of the forces in the order of `forces.ravel()` [N^2].
-    phase : ndarray, shape (n_pixels,)
-        Phase lead that the forces cause [rad].
+    phase : ndarray, shape (n_pixels,) or (2, rows, columns)
+        Phase lead that the forces cause [rad]; of a pad the two parts of the retardance over both
+        passes, as `PadModel.retardance` tells.
     chi2 : float
         Reduced chi-square; near one if the model explains the frame.
     status : Status
         The verdict.
     detail : str
         What exactly is the matter, where there is more to say than the advice.
-    alternatives : ndarray, shape (k, n, 2)
+    alternatives : ndarray, shape (k, n, components)
         Other forces that explain an ambiguous frame as well [N].
     limited : ndarray of bool, shape (n,)
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
@@ -97,20 +103,43 @@ class Reading:
     tracked: bool = False
 
     @classmethod
-    def deferred(
-        cls, known: Mapping[str, Any], later: Mapping[str, Callable[[], Array]]
+    def of(
+        cls,
+        forces: Array,
+        chi2: float,
+        status: Status,
+        *,
+        covariance: Array | Callable[[], Array],
+        phase: Array | Callable[[], Array],
+        detail: str = "",
+        alternatives: Array | None = None,
+        limited: NDArray[np.bool_] | None = None,
+        tracked: bool = False,
     ) -> Reading:
-        """A reading of which some attributes are computed when they are first asked for.
+        """A reading, of which covariance and phase may be computed when they are first asked for.
 
         Parameters
         ----------
-        known : mapping
-            Values of attributes.
-        later : mapping
-            Functions that return those of the others.
+        forces, chi2, status, detail, tracked
+            Attributes.
+        covariance, phase
+            Attributes, or functions that return them.
+        alternatives, limited
+            Attributes; none if not given.
         """
+        later = {"covariance": covariance, "phase": phase}
         reading = object.__new__(cls)
-        reading.__dict__.update(known, _later=later)
+        reading.__dict__.update(
+            {name: value for name, value in later.items() if not callable(value)},
+            forces=forces,
+            chi2=chi2,
+            status=status,
+            detail=detail,
+            alternatives=np.empty((0, *forces.shape)) if alternatives is None else alternatives,
+            limited=np.zeros(len(forces), dtype=bool) if limited is None else limited,
+            tracked=tracked,
+            _later={name: value for name, value in later.items() if callable(value)},
+        )
         return reading
 
     def __getattr__(self, name: str) -> Array:
@@ -122,8 +151,8 @@ class Reading:
 
     @property
     def std(self) -> Array:
-        """Standard deviations of the forces, shape (n, 2) [N]."""
-        return np.sqrt(np.diag(self.covariance)).reshape(-1, 2)
+        """Standard deviations of the forces, shape (n, components) [N]."""
+        return np.sqrt(np.diag(self.covariance)).reshape(self.forces.shape)
 
     @property
     def ok(self) -> bool:
@@ -133,7 +162,7 @@ class Reading:
     @property
     def trusted(self) -> bool:
         """Whether the forces may be used: they explain the frame, or nothing touches."""
-        return self.status in (Status.OK, Status.NO_CONTACT)
+        return self.status.trusted
 
     @property
     def advice(self) -> str:
@@ -143,12 +172,16 @@ class Reading:
     @property
     def magnitude(self) -> Array:
         """Magnitude of the force on every tactel, shape (n,) [N]."""
-        return np.hypot(*self.forces.T)
+        return np.asarray(np.linalg.norm(self.forces, axis=1))
 
     @property
     def angle(self) -> Array:
-        """Angle from the surface normal towards +x, shape (n,) [degrees]."""
-        return np.degrees(np.arctan2(self.forces[:, 1], self.forces[:, 0]))
+        """Angle from the surface normal, shape (n,) [degrees].
+
+        Of a strip it is positive towards +x; of a pad it is the angle of the cone around the
+        normal, from 0 to 180.
+        """
+        return np.degrees(np.arctan2(self._tangential[0], self.forces[:, 0]))
 
     @property
     def magnitude_std(self) -> Array:
@@ -157,19 +190,35 @@ class Reading:
         At no force, where there is no direction, it is that of the mean direction.
         """
         size = self.magnitude[:, None]
-        somewhere = np.full_like(self.forces, np.sqrt(0.5))
+        somewhere = np.full_like(self.forces, self.forces.shape[1] ** -0.5)
         return self._propagated(np.divide(self.forces, size, out=somewhere, where=size > 0))
 
     @property
     def angle_std(self) -> Array:
         """Standard deviation of the angle to first order, at most 180, shape (n,) [degrees]."""
-        turned, square = self.forces[:, ::-1] * [-1.0, 1.0], self.magnitude[:, None] ** 2
+        size, direction = self._tangential
+        turned = np.column_stack([-size, self.forces[:, :1] * direction])
+        square = self.magnitude[:, None] ** 2
         anywhere = np.full_like(turned, np.inf)
         gradient = np.divide(turned, square, out=anywhere, where=square > 0)
         found = np.minimum(np.degrees(self._propagated(gradient)), 180)
         return np.where(square[:, 0] > 0, found, 180.0)
 
+    @property
+    def _tangential(self) -> tuple[Array, Array]:
+        """Tangential force along its direction, shape (n,), and the direction (n, components - 1).
+
+        The direction of a strip is always +x.
+        """
+        tangential = self.forces[:, 1:]
+        if tangential.shape[1] == 1:
+            return tangential[:, 0], np.ones_like(tangential)
+        size = np.asarray(np.linalg.norm(tangential, axis=1))
+        anywhere = np.full_like(tangential, tangential.shape[1] ** -0.5)
+        direction = np.divide(tangential, size[:, None], out=anywhere, where=size[:, None] > 0)
+        return size, direction
+
     def _propagated(self, gradient: Array) -> Array:
-        n = len(gradient)
-        pairs = self.covariance.reshape(n, 2, n, 2).diagonal(axis1=0, axis2=2)
-        return np.sqrt(np.einsum("ni,ijn,nj->n", gradient, pairs, gradient))
+        n, components = gradient.shape
+        blocks = self.covariance.reshape(n, components, n, components).diagonal(axis1=0, axis2=2)
+        return np.sqrt(np.einsum("ni,ijn,nj->n", gradient, blocks, gradient))

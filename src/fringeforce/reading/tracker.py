@@ -45,7 +45,7 @@ Mask = NDArray[np.bool_]
 KINDS = ("|u1", "<u2")
 """Kinds of grey levels that the compiled loops take as they are; others become float32."""
 
-STATUSES = np.full(max(FOLLOWED, SILENT, HELD, UNSETTLED) + 1, None, dtype=object)
+STATUSES: Any = np.full(max(FOLLOWED, SILENT, HELD, UNSETTLED) + 1, None, dtype=object)
 STATUSES[[FOLLOWED, HELD]] = Status.OK
 STATUSES[UNSETTLED], STATUSES[SILENT] = Status.AMBIGUOUS, Status.NO_CONTACT
 """Status of a frame that was followed."""

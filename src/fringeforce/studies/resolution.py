@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import load_maps
@@ -16,7 +17,7 @@ from fringeforce.studies.study_result import StudyResult
 
 Array = NDArray[np.float64]
 
-COMPONENTS = ("normal", "tangential")
+COMPONENTS = Sensor.components
 
 
 @dataclass(frozen=True, eq=False)

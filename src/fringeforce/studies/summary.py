@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from fringeforce.calibration.planning.candidates import fringes_per_pixel
@@ -13,7 +16,7 @@ from fringeforce.design.text import unit_at
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.reading.pads.reader import PadReader
+from fringeforce.reading.reader import Reader
 
 UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 """Factor and symbol of the unit in which a person reads a quantity."""
@@ -36,12 +39,12 @@ def surface_strain(model: SensorModel) -> float:
     return 1.0 / area / sensor.transducer.compliant.youngs_modulus
 
 
-def summary(model: SensorModel) -> list[tuple[str, str]]:
-    """Names and values of a strip, in the order of a person's questions.
+def summary(model: SensorModel | PadModel) -> list[tuple[str, str]]:
+    """Names and values, in the order of a person's questions.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         The characterised sensor.
 
     Returns
@@ -49,6 +52,10 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     list of (str, str)
         Each a quantity and its value with unit.
     """
+    return _SUMMARIES[model.sensor.kind](model)
+
+
+def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     sensor = model.sensor
     strip, camera = sensor.transducer, sensor.camera
     normal, tangential = np.abs(model.pixel_influence).max(axis=(0, 1))
@@ -73,14 +80,13 @@ def summary(model: SensorModel) -> list[tuple[str, str]]:
     ]
 
 
-def pad_summary(model: PadModel) -> list[tuple[str, str]]:
-    """Names and values of a pad, as `summary` of a strip."""
+def _pad_summary(model: PadModel) -> list[tuple[str, str]]:
     pad = model.sensor
     block, tactels, camera = pad.transducer, pad.tactels, pad.camera
     middle = np.zeros((3, tactels.total, 3))
     middle[range(3), tactels.total // 2, range(3)] = 1.0
     normal, tangential, _ = [np.hypot(*one).max() for one in model.retardance(middle)]
-    deviations = 1e3 * np.median(PadReader(model).bound(np.zeros((tactels.total, 3))), axis=0)
+    deviations = 1e3 * np.median(Reader(model).bound(np.zeros((tactels.total, 3))), axis=0)
     columns, rows = camera.pixels
     return [
         ("pad", f"{_mm(block.length)} x {_mm(block.width)}, {block.sides} sides"),
@@ -99,6 +105,9 @@ def pad_summary(model: PadModel) -> list[tuple[str, str]]:
         _strain(1.0 / tactels.side**2 / block.compliant.youngs_modulus, "tactel"),
         ("influence", _provenance(model)),
     ]
+
+
+_SUMMARIES: Mapping[str, Any] = {"strip": _strip_summary, "pad": _pad_summary}
 
 
 def _layers(sensor: Sensor | Pad) -> list[tuple[str, str]]:

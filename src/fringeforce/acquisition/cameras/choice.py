@@ -45,7 +45,7 @@ def open_camera(
     if kind == "file" and rest:
         from fringeforce.acquisition.cameras.replay import ReplayCamera
 
-        return ReplayCamera(rest, settings, images=isinstance(model, PadModel))
+        return ReplayCamera(rest, settings, dimensions=model.sensor.dimensions)
     if kind in ("aravis", "pylon") and pictures > 1:
         raise InputError(
             f"{name} takes one picture at a time, and a frame of this sensor is {pictures}; play "

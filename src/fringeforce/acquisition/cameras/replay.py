@@ -13,7 +13,6 @@ import numpy as np
 from fringeforce.acquisition.cameras.camera import Block, Settings
 from fringeforce.acquisition.cameras.interruptible import Interruptible
 from fringeforce.io.frames import load_frames, load_times
-from fringeforce.io.images import IMAGES, load_images
 
 
 class ReplayCamera(Interruptible):
@@ -28,8 +27,8 @@ class ReplayCamera(Interruptible):
         that holds times, and as fast as they are read from other files.
     full_speed : bool
         As fast as they are read, whatever the file says.
-    images : bool
-        Whether they are images of a pad.
+    dimensions : int
+        `dimensions` of the sensor: 1 for lines of a strip, 2 for images of a pad.
 
     Raises
     ------
@@ -42,13 +41,13 @@ class ReplayCamera(Interruptible):
         path: str | os.PathLike[str],
         settings: Settings | None = None,
         full_speed: bool = False,
-        images: bool = False,
+        dimensions: int = 1,
     ) -> None:
-        super().__init__(settings, images)
+        super().__init__(settings, dimensions > 1)
         self.name = Path(path).name
-        self.lines = load_images(path) if images else load_frames(path)
-        rate, kind = self.settings.line_rate, IMAGES if images else "frames"
-        times = np.arange(len(self.lines)) / rate if rate else load_times(path, kind)
+        self.lines = load_frames(path, dimensions)
+        rate = self.settings.line_rate
+        times = np.arange(len(self.lines)) / rate if rate else load_times(path)
         self._offsets = None if times is None or full_speed else times - times[:1]
 
     @property

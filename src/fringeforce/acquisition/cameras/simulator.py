@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fringeforce.acquisition.cameras.camera import Block, Settings
 from fringeforce.acquisition.cameras.interruptible import Interruptible
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.fingertip import PAD_PERIOD, PERIOD, pad_touch, touch
+from fringeforce.contacts.fingertip import PERIODS, touch
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
@@ -63,17 +63,20 @@ class SimulatedCamera(Interruptible):
     ) -> None:
         if period is not None and not period > 0:
             raise InputError(f"period = {period}: must be a number of seconds above 0.")
-        images = isinstance(model, PadModel)
+        images = model.sensor.dimensions > 1
         super().__init__(settings, images)
         self.line_rate = self.settings.line_rate or (IMAGE_RATE if images else LINE_RATE)
         self.name = f"simulated touch, {self.line_rate:g} {'images' if images else 'lines'}/s"
-        period = period or (PAD_PERIOD if images else PERIOD)
+        period = period or PERIODS[model.sensor.dimensions]
         self._per_loop = max(round(period * self.line_rate), 1)
         most = max(PIXELS // prod(model.frame_shape), 2) if images else LOOP
         count = min(most, self._per_loop)
         times = np.arange(count) * (period / count)
-        self.forces = _touched(model)(times) if script is None else script(times)
-        self.lines: NDArray[Any] = _exposed(model, self.forces, rng)
+        if script is None:
+            script = partial(touch, places=model.sensor.tactels.places)
+        self.forces, noise = script(times), np.random.default_rng(rng)
+        # one by one, for intensities of images take eight times their room
+        self.lines: NDArray[Any] = np.stack([model.expose(load, noise) for load in self.forces])
         # a line is exposed until the next one; an image is, as by a flash, there at once
         self._ahead = 1 if images else 0
         self._kept = max(int(memory * self.line_rate), 2 * self.block)
@@ -104,17 +107,3 @@ class SimulatedCamera(Interruptible):
 
     def _due(self, number: Any) -> Any:
         return self._start + number / self.line_rate
-
-
-def _touched(model: SensorModel | PadModel) -> Script:
-    if isinstance(model, PadModel):
-        return partial(pad_touch, places=model.sensor.tactels.places)
-    return partial(touch, positions=model.sensor.tactels.positions)
-
-
-def _exposed(model: SensorModel | PadModel, forces: NDArray[Any], rng: int) -> NDArray[Any]:
-    if isinstance(model, PadModel):
-        # one by one, for their intensities take eight times their room
-        noise = np.random.default_rng(rng)
-        return np.stack([model.expose(load, noise) for load in forces])
-    return model.expose(forces, rng=rng)

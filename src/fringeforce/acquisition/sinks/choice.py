@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.serving import LOOPBACK
 from fringeforce.acquisition.sinks.sink import Sink
 from fringeforce.base.errors import InputError
@@ -54,11 +53,11 @@ def open_sink(
     kind, _, rest = target.partition(":")
     if kind not in ("ws", "foxglove", "zmq") and not rest:
         raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
-    components = Components.of(model)
+    sensor = model.sensor
     if kind == "csv":
         from fringeforce.acquisition.sinks.csv_file import CsvSink
 
-        return CsvSink(rest, components)
+        return CsvSink(rest, sensor)
     if kind in ("h5", "record"):
         from fringeforce.acquisition.sinks.hdf5 import Hdf5Sink
 
@@ -74,21 +73,21 @@ def open_sink(
     if kind == "foxglove":
         from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
 
-        return FoxgloveSink(components, target, bind)
+        return FoxgloveSink(sensor, target, bind)
     if kind == "mcap":
         from fringeforce.acquisition.sinks.foxglove import McapSink
 
-        return McapSink(rest, components)
+        return McapSink(rest, sensor)
     if kind == "rosbag":
         from fringeforce.acquisition.sinks.rosbag import RosbagSink
 
-        return RosbagSink(rest, components)
+        return RosbagSink(rest, sensor)
     if kind == "ros":
         from fringeforce.acquisition.sinks.ros import RosSink
 
-        return RosSink(rest, components)
+        return RosSink(rest, sensor)
     if kind == "lsl":
         from fringeforce.acquisition.sinks.lsl import LslSink
 
-        return LslSink(rest, components)
+        return LslSink(rest, sensor)
     raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")

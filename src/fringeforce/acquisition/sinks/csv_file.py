@@ -6,14 +6,12 @@ import os
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.csv_rows import prepare, rows
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError
-from fringeforce.io.tables import CARTESIAN, PAD_READING, POLAR
-
-DEVIATIONS = ("normal_std_N", "tangential_std_N")
-STRIP_READING = (*CARTESIAN, *POLAR, *DEVIATIONS)
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
+from fringeforce.io.tables import POLAR_STD, reading_columns
 
 
 class CsvSink(Sink):
@@ -23,8 +21,8 @@ class CsvSink(Sink):
     ----------
     path : path
         Path of the file, which is written anew.
-    components : Components
-        Components of the sensor's forces.
+    sensor : Sensor or Pad
+        Design of the sensor.
 
     Raises
     ------
@@ -34,10 +32,9 @@ class CsvSink(Sink):
 
     interval = 0.05
 
-    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
+    def __init__(self, path: str | os.PathLike[str], sensor: Sensor | Pad) -> None:
         self.name = f"CSV {os.fspath(path)}"
-        self._components = components
-        numbers = PAD_READING if components.pad else STRIP_READING
+        numbers = [name for name in reading_columns(sensor.components) if name not in POLAR_STD]
         columns = "frame", "tactel", "time_s", *numbers, "chi2", "status"
         try:
             self._file = open(path, "wb")  # noqa: SIM115
@@ -49,7 +46,7 @@ class CsvSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        self._file.write(_rows(readings, self._components))
+        self._file.write(_rows(readings))
         self._file.flush()
 
     def close(self) -> None:
@@ -57,12 +54,12 @@ class CsvSink(Sink):
         self._file.close()
 
 
-def _rows(readings: Readings, components: Components) -> bytes:
+def _rows(readings: Readings) -> bytes:
     """All rows of a block."""
     forces, std = readings.forces, readings.std
     chi2 = np.broadcast_to(readings.chi2[:, None, None], (*forces.shape[:2], 1))
     columns = [forces, std, chi2]
-    if not components.pad:
+    if forces.shape[2] == 2:
         normal, tangential = np.moveaxis(forces, 2, 0)
         polar = np.hypot(normal, tangential), np.degrees(np.arctan2(tangential, normal))
         columns.insert(1, np.stack(polar, axis=2))

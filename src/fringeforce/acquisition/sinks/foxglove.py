@@ -6,13 +6,14 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.message import numbers
 from fringeforce.acquisition.sinks.serving import LOOPBACK, address
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.acquisition.sinks.wrench import wrenches
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.optional_libraries import extra
+from fringeforce.contacts.resultant import wrenches
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 
 PORT = 8765
 TOPIC = "/fringeforce/reading"
@@ -24,8 +25,8 @@ class FoxgloveSink(Sink):
 
     Parameters
     ----------
-    components : Components
-        Components of the sensor's forces.
+    sensor : Sensor or Pad
+        Design of the sensor.
     url : str
         Where to serve, "foxglove://127.0.0.1:8765" if host and port are left out.
     bind : str
@@ -37,11 +38,9 @@ class FoxgloveSink(Sink):
         If foxglove-sdk is missing or the address cannot be served.
     """
 
-    def __init__(
-        self, components: Components, url: str = "foxglove:", bind: str = LOOPBACK
-    ) -> None:
+    def __init__(self, sensor: Sensor | Pad, url: str = "foxglove:", bind: str = LOOPBACK) -> None:
         foxglove: Any = extra("foxglove", "robots")
-        self._components = components
+        self._sensor = sensor
         host, port = address(url, PORT, bind, tokens=False)
         # channels end with their context, so it is kept
         self._context = context = foxglove.Context()
@@ -51,14 +50,14 @@ class FoxgloveSink(Sink):
             )
         except (OSError, RuntimeError) as error:
             raise InputError(f"{url} cannot be served: {error}.") from None
-        self._channel = foxglove.Channel(TOPIC, schema=_schema(components), context=context)
+        self._channel = foxglove.Channel(TOPIC, schema=_schema(sensor), context=context)
         self.port: int = self._server.port
         self.name = f"Foxglove at {host}:{self.port}"
 
     def write(self, readings: Readings) -> None:
         """Show a block."""
         if self._channel.has_sinks():
-            _log(self._channel, readings, self._components)
+            _log(self._channel, readings, self._sensor)
 
     def close(self) -> None:
         """Stop serving."""
@@ -72,8 +71,8 @@ class McapSink(Sink):
     ----------
     path : path
         Path of the file, which is written anew.
-    components : Components
-        Components of the sensor's forces.
+    sensor : Sensor or Pad
+        Design of the sensor.
 
     Raises
     ------
@@ -83,9 +82,9 @@ class McapSink(Sink):
         If the file cannot be written.
     """
 
-    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
+    def __init__(self, path: str | os.PathLike[str], sensor: Sensor | Pad) -> None:
         foxglove: Any = extra("foxglove", "robots")
-        self._components = components
+        self._sensor = sensor
         self.name = f"MCAP {os.fspath(path)}"
         # channels end with their context, so it is kept
         self._context = context = foxglove.Context()
@@ -93,11 +92,11 @@ class McapSink(Sink):
             self._writer = foxglove.open_mcap(Path(path), allow_overwrite=True, context=context)
         except (OSError, RuntimeError) as error:
             raise FileFormatError(f"{path} cannot be written: {error}.") from None
-        self._channel = foxglove.Channel(TOPIC, schema=_schema(components), context=context)
+        self._channel = foxglove.Channel(TOPIC, schema=_schema(sensor), context=context)
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        _log(self._channel, readings, self._components)
+        _log(self._channel, readings, self._sensor)
         self._writer.flush()
 
     def close(self) -> None:
@@ -105,25 +104,23 @@ class McapSink(Sink):
         self._writer.close()
 
 
-def _schema(components: Components) -> dict[str, Any]:
-    names = *components.names, *(f"{name}_std" for name in components.names)
+def _schema(sensor: Sensor | Pad) -> dict[str, Any]:
+    names = *sensor.components, *(f"{name}_std" for name in sensor.components)
     properties = {"line": {"type": "integer"}, **dict.fromkeys(names, NUMBERS)}
-    if components.pad:
-        properties |= {"force": NUMBERS, "torque": NUMBERS}
+    properties |= {"force": NUMBERS, "torque": NUMBERS}
     properties |= {"chi2": {"type": "number"}, "status": {"type": "string"}}
     return {"type": "object", "title": "fringeforce.Reading", "properties": properties}
 
 
-def _log(channel: Any, readings: Readings, components: Components) -> None:
+def _log(channel: Any, readings: Readings, sensor: Sensor | Pad) -> None:
     forces, std = (numbers(values.swapaxes(1, 2)) for values in (readings.forces, readings.std))
-    force, torque = map(numbers, wrenches(readings.forces, components.places))
+    force, torque = map(numbers, wrenches(readings.forces, sensor.tactels.places))
     chi2 = numbers(readings.chi2)
     for i, status in enumerate(readings.status):
-        columns = dict(zip(components.names, forces[i], strict=True))
-        spread = zip(components.names, std[i], strict=True)
+        columns = dict(zip(sensor.components, forces[i], strict=True))
+        spread = zip(sensor.components, std[i], strict=True)
         columns |= {f"{name}_std": values for name, values in spread}
-        if components.pad:
-            columns |= {"force": force[i], "torque": torque[i]}
+        columns |= {"force": force[i], "torque": torque[i]}
         channel.log(
             {"line": readings.first + i, **columns, "chi2": chi2[i], "status": status.name},
             log_time=round(readings.timestamps[i] * 1e9),

@@ -14,11 +14,10 @@ import h5py
 import numpy as np
 from numpy.typing import DTypeLike
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import FORCE_AXES, describe, stamp
-from fringeforce.io.images import IMAGES
+from fringeforce.io.frames import FRAMES, pixel_axes
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Status
@@ -41,8 +40,7 @@ class Hdf5Sink(Sink):
     model : SensorModel or PadModel
         The sensor, which names the places of pixels and tactels.
     frames : bool
-        Record the grey levels too; `load_frames`, or `load_images` of a pad, and
-        `fringeforce read` then read them again.
+        Record the grey levels too; `load_frames` and `fringeforce read` then read them again.
 
     Raises
     ------
@@ -106,17 +104,16 @@ class Hdf5Sink(Sink):
         self._file.close()
 
     def _describe(self, model: SensorModel | PadModel) -> None:
-        file, components = self._file, Components.of(model)
-        what = "image" if components.pad else "line"
-        recording = IMAGES if components.pad else "frames"
-        stamp(file, recording if self._frames else "readings")
+        file, sensor = self._file, model.sensor
+        what = "line" if sensor.dimensions == 1 else "image"
+        stamp(file, FRAMES if self._frames else "readings")
         file.attrs["design"] = model.sensor.to_toml()
-        self._scale("component", np.array(components.names, dtype="S"), "direction of the force")
-        if components.pad:
-            numbers = np.arange(1, len(components.places) + 1)
-            self._scale("tactel", numbers, "number of the tactel")
+        self._scale("component", np.array(sensor.components, dtype="S"), "direction of the force")
+        if sensor.dimensions == 1:
+            self._scale("tactel", sensor.tactels.places[:, 0], "places of the tactels", "m")
         else:
-            self._scale("tactel", components.places, "places of the tactels", "m")
+            numbers = np.arange(1, sensor.tactels.total + 1)
+            self._scale("tactel", numbers, "number of the tactel")
         self._growing("frame", (), np.int64, f"running number of the {what}")
         self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
         self._growing("forces", FORCE_AXES, float, "forces", "N")
@@ -129,14 +126,10 @@ class Hdf5Sink(Sink):
             self._describe_pixels(model)
 
     def _describe_pixels(self, model: SensorModel | PadModel) -> None:
-        if isinstance(model, PadModel):
-            x, y = model.sensor.pixel_positions
-            self._scale("y", y, "places of the rows", "m")
-            self._scale("x", x, "places of the columns", "m")
-            axes: tuple[str, ...] = "y", "x"
-        else:
-            self._scale("x", model.pixel_positions, "places of the pixels", "m")
-            axes = ("x",)
+        places = pixel_axes(model.pixel_positions)
+        for name, (values, meaning) in places.items():
+            self._scale(name, np.asarray(values), meaning, "m")
+        axes = tuple(places)
         if len(model.frame_shape) > len(axes):
             numbers = np.arange(1, model.frame_shape[0] + 1)
             self._scale("channel", numbers, "number of the channel")

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.optional_libraries import extra
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 
 
 class LslSink(Sink):
@@ -23,8 +24,8 @@ class LslSink(Sink):
     ----------
     name : str
         Name of the stream.
-    components : Components
-        Components of the sensor's forces.
+    sensor : Sensor or Pad
+        Design of the sensor.
 
     Raises
     ------
@@ -32,11 +33,12 @@ class LslSink(Sink):
         If pylsl is missing.
     """
 
-    def __init__(self, name: str, components: Components) -> None:
+    def __init__(self, name: str, sensor: Sensor | Pad) -> None:
         self._lsl: Any = extra("pylsl", "robots")
         # its log would run through what a person watches; warnings and errors still appear
         self._lsl.set_config_content("[log]\nlevel = -1\n")
-        labels = components.labels
+        tactels = range(1, sensor.tactels.total + 1)
+        labels = [f"{name}_{tactel}" for tactel in tactels for name in sensor.components]
         info = self._lsl.StreamInfo(
             name, "Force", len(labels), self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
         )

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.acquisition.sinks.wrench import FRAME_ID, wrenches
 from fringeforce.base.errors import InputError
 from fringeforce.base.storage import FORCE_AXES
+from fringeforce.contacts.resultant import wrenches
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 
 QUEUE = 10
+FRAME_ID = "tactile_sensor"
 
 
 class RosSink(Sink):
@@ -25,8 +27,8 @@ class RosSink(Sink):
     ----------
     node : str
         Name of the node; the topics are below it.
-    components : Components
-        Components of the sensor's forces.
+    sensor : Sensor or Pad
+        Design of the sensor.
 
     Raises
     ------
@@ -34,7 +36,7 @@ class RosSink(Sink):
         If there is no ROS in this environment.
     """
 
-    def __init__(self, node: str, components: Components) -> None:
+    def __init__(self, node: str, sensor: Sensor | Pad) -> None:
         try:
             self._rclpy: Any = import_module("rclpy")
             geometry: Any = import_module("geometry_msgs.msg")
@@ -45,7 +47,7 @@ class RosSink(Sink):
                 "ROS installation first, or write a bag with rosbag:PATH."
             ) from None
         self.name = f"ROS node {node}"
-        self._components = components
+        self._sensor = sensor
         self._wrench, self._array = geometry.WrenchStamped, standard.Float64MultiArray
         self._dimension = standard.MultiArrayDimension
         self._context = self._rclpy.Context()
@@ -60,7 +62,7 @@ class RosSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Publish the last reading of a block."""
-        force, torque = (one[0] for one in wrenches(readings.forces[-1:], self._components.places))
+        (force,), (torque,) = wrenches(readings.forces[-1:], self._sensor.tactels.places)
         stamped = self._wrench()
         stamped.header.frame_id = FRAME_ID
         nanoseconds = round(readings.timestamps[-1] * 1e9)

@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.components import Components
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.acquisition.sinks.wrench import FRAME_ID, wrenches
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.optional_libraries import extra
 from fringeforce.base.storage import FORCE_AXES
+from fringeforce.contacts.resultant import wrenches
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 
+FRAME_ID = "tactile_sensor"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 ARRAY = "std_msgs/msg/Float64MultiArray"
 TOPIC = "/fringeforce"
@@ -29,8 +31,8 @@ class RosbagSink(Sink):
     ----------
     path : path
         Path of the bag, a folder that must not exist yet.
-    components : Components
-        Components of the sensor's forces.
+    sensor : Sensor or Pad
+        Design of the sensor.
 
     Raises
     ------
@@ -40,11 +42,11 @@ class RosbagSink(Sink):
         If the bag cannot be written.
     """
 
-    def __init__(self, path: str | os.PathLike[str], components: Components) -> None:
+    def __init__(self, path: str | os.PathLike[str], sensor: Sensor | Pad) -> None:
         rosbag2: Any = extra("rosbags.rosbag2", "robots")
         typesys: Any = extra("rosbags.typesys", "robots")
         self.name = f"ROS bag {os.fspath(path)}"
-        self._components = components
+        self._sensor = sensor
         self._store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
         try:
             self._bag = rosbag2.Writer(
@@ -60,7 +62,7 @@ class RosbagSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        forces, torques = wrenches(readings.forces, self._components.places)
+        forces, torques = wrenches(readings.forces, self._sensor.tactels.places)
         for i, time in enumerate(np.rint(readings.timestamps * 1e9).astype(int).tolist()):
             wrench = self._wrench_message(time, forces[i], torques[i])
             self._append(self._wrench, time, wrench)

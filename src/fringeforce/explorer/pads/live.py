@@ -9,8 +9,6 @@ from fringeforce.explorer.live import Follower, Glimpse
 from fringeforce.explorer.pads.pictures import camera_picture
 from fringeforce.explorer.pads.resultants import resultant
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.following import PadFollower
-from fringeforce.reading.pads.reader import PadReader
 
 
 class PadDisplay:
@@ -26,10 +24,6 @@ class PadDisplay:
 
     def __init__(self, model: PadModel) -> None:
         self.model = model
-
-    def reader(self) -> PadFollower:
-        """What reads the camera's images."""
-        return PadReader(self.model).follower()
 
     def glimpse(self, readings: Readings) -> Glimpse:
         """The last image, and what all forces amount to."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.contacts.resultant import resultant_matrix
+
 Array = NDArray[np.float64]
 QUANTITIES = ("normal", "shear_x", "shear_y", "twist", "centre_x", "centre_y")
 """Force along -z, x and y [N], moment about the pad's centre [N m], centre of pressure [m]."""
@@ -31,11 +33,8 @@ def resultant(
     values, std : ndarray, shape (6,)
         `QUANTITIES`; the centre of pressure is not a number where nothing presses.
     """
-    x, y = places.T
-    zero = np.zeros(len(places))
-    weights = np.zeros((6, len(places), 3))
-    weights[0, :, 0] = weights[1, :, 1] = weights[2, :, 2] = 1
-    weights[3] = np.stack([zero, -y, x], axis=1)
+    weights = resultant_matrix(places)[[0, 1, 2, 5, 5, 5]]
+    weights[4:] = 0
     weights[:, ~members] = 0
     values = (weights * forces).sum(axis=(1, 2))
     push = values[0]

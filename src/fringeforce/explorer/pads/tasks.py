@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from fringeforce.design.pad import Pad
     from fringeforce.explorer.pads.sketch import Sketch
     from fringeforce.models.pad import PadModel
-    from fringeforce.reading.pads.reading import PadReading
+    from fringeforce.reading.reader import Reader
+    from fringeforce.reading.reading import Reading
 
 Array = NDArray[np.float64]
 
@@ -98,15 +99,8 @@ def read(path: str, wish: PressedRequest) -> Answer:
 
 def file(path: str, wish: PadDownloadRequest) -> Answer:
     """A file of the pad's design, model, forces or reading."""
-    from fringeforce.io.tables import save_pad_forces, save_pad_readings
-
     model: PadModel = model_of(path)
-    return download(
-        wish.kind,
-        model,
-        lambda place: save_pad_forces(place, [_forces(model, wish)]),
-        lambda place: save_pad_readings(place, [_read(path, wish)[1]]),
-    )
+    return download(wish.kind, model, _forces(model, wish), lambda: _read(path, wish)[1])
 
 
 def _contacts(wish: PressedRequest) -> list[Contact]:
@@ -119,11 +113,11 @@ def _forces(model: PadModel, wish: PressedRequest) -> Array:
     return tactel_forces(model.sensor.tactels, _contacts(wish))
 
 
-def _read(path: str, wish: PressedRequest) -> tuple[Array, PadReading]:
+def _read(path: str, wish: PressedRequest) -> tuple[Array, Reading]:
     """True forces, and the reading of one noisy frame of them."""
     model: PadModel = model_of(path)
     forces = _forces(model, wish)
-    return forces, _follower(path).read(model.expose(forces, rng=wish.seed))
+    return forces, _reader(path).read(model.expose(forces, rng=wish.seed))
 
 
 @lru_cache(maxsize=6)
@@ -147,23 +141,9 @@ def _sketch(path: str) -> Sketch:
     return Sketch.of(_coarse(path))
 
 
-class Follower:
-    """Reads frames, each from the one before where that is near; a search takes much longer."""
-
-    def __init__(self, model: PadModel) -> None:
-        from fringeforce.reading.pads.reader import PadReader
-
-        self._reader = PadReader(model)
-        self._last: PadReading | None = None
-
-    def read(self, frame: NDArray[Any]) -> PadReading:
-        """Reading of a frame."""
-        last = self._last
-        found = self._reader.read(frame) if last is None else self._reader.follow(frame, last)
-        self._last = found
-        return found
-
-
 @lru_cache(maxsize=2)
-def _follower(path: str) -> Follower:
-    return Follower(model_of(path))
+def _reader(path: str) -> Reader:
+    """What reads frames, each from the one before where that is near; a search takes longer."""
+    from fringeforce.reading.reader import Reader
+
+    return Reader(model_of(path))

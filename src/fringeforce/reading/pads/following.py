@@ -2,88 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fringeforce.estimation.levenberg_marquardt import Curvature
-from fringeforce.models.pad import PadModel
-from fringeforce.reading.batch import Batch, checked_recording
-from fringeforce.reading.pads.fit import Start, Top
-from fringeforce.reading.pads.reading import PadReading
-from fringeforce.reading.pads.verdict import Judge
-from fringeforce.reading.reading import Status
+from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.frame_reader import Follower
+from fringeforce.reading.pads.fit import Start
+from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.reading import Reading
 
-Array = NDArray[np.float64]
-Found = tuple[PadReading, Top]
+Mask = NDArray[np.bool_]
 
-TRUSTED = Status.OK, Status.NO_CONTACT
-"""Verdicts from which the next frame is followed."""
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
 
 
-class PadFollower:
+class PadFollower(Follower):
     """Reads the frames of one pad in the order in which they were taken.
 
-    `PadReader.follower` makes one.  It remembers the forces of the last two frames and the
-    information of earlier ones.
+    It remembers the forces of the last two frames and the information of earlier ones.
 
     Parameters
     ----------
-    model : PadModel
-        Of the pad.
-    judge : Judge
-        Knows which pixels count.
-    search : callable
-        From grey levels to a reading without an earlier state.
-    follow : callable
-        The same from a start, with the curvature of a place near by.
+    single : PadFrameReader
+        What searches.
     """
 
-    def __init__(
-        self,
-        model: PadModel,
-        judge: Judge,
-        search: Callable[[Array], Found],
-        follow: Callable[[Array, Start, Curvature | None], Found],
-    ) -> None:
-        self.model = model
-        self._judge, self._search, self._follow = judge, search, follow
+    def __init__(self, single: PadFrameReader) -> None:
+        self._single = single
+        self._used: Mask | None = None
+        self._known: Curvature | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last reading: the next frame is searched."""
         self._here: Start | None = None
         self._ahead: Start | None = None
-        self._known: Curvature | None = None
-        self._spread: tuple[Array, Array] | None = None
 
-    def read(self, frame: ArrayLike) -> PadReading:
-        """Read the next frame.
-
-        Parameters
-        ----------
-        frame : array_like, shape (rows, columns) or (channels, rows, columns)
-            Grey levels.
-
-        Returns
-        -------
-        PadReading
-            Never an error for a bad frame: its status says what to do, and the next frame is read
-            as if the bad one had not come.
-
-        Raises
-        ------
-        InputError
-            If the polariscope cannot tell a force from its negative.
-        """
-        levels = self._judge.checked(frame)
-        if isinstance(levels, PadReading):
-            return levels
-        if self._ahead is None:
-            reading, top = self._search(levels)
-        else:
-            reading, top = self._follow(levels, self._ahead, self._known)
+    def read(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read the next frame, which was checked, shape (P,)."""
+        if self._used is not used:
+            # other pixels tell another thing
+            self._used, self._known = used, None
+        reading, top = self._single.found(levels, used, self._ahead, self._known)
         self._known = top.curvature
-        before, here = self._here, top.place if reading.status in TRUSTED else None
+        before, here = self._here, top.place if reading.trusted else None
         self._here = self._ahead = here
         if here is not None and before is not None and reading.tracked:
             # a steady motion goes on; noise, which a difference doubles, counts less
@@ -91,45 +57,12 @@ class PadFollower:
         return reading
 
     def read_on(
-        self,
-        frames: ArrayLike,
-        covariance: bool = False,
-        progress: Callable[[int], None] | None = None,
-    ) -> Batch:
-        """Read the next frames.
-
-        Parameters
-        ----------
-        frames : array_like, shape (k, rows, columns) or (k, channels, rows, columns)
-            Grey levels of the frames that follow the last one.
-        covariance : bool
-            Whether to keep the covariance of every frame, a megabyte each.
-        progress : callable, optional
-            Called with the number of frames that were done since.
-
-        Raises
-        ------
-        InputError
-            If the frames are none of this pad.
-        """
-        images = checked_recording(frames, self.model.frame_shape)
-        batch = Batch.of(len(images), (self.model.sensor.tactels.total, 3), covariance)
-        for row, image in enumerate(images):
-            reading = self.read(image)
-            batch.store(row, reading, self._std(reading))
+        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
+    ) -> None:
+        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
+        for row, image in enumerate(levels):
+            checked = self._single.checked(image.reshape(self._single.model.frame_shape), used)
+            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
+            batch.store(row, reading)
             if progress is not None:
                 progress(1)
-        return batch
-
-    def _std(self, reading: PadReading) -> Array:
-        """Deviations of a reading, which frames with the same information share [N]."""
-        if self._spread is None or self._spread[0] is not reading.information:
-            self._spread = reading.information, reading.std
-        return self._spread[1]
-
-    def prepare(self) -> None:
-        """Load all that the first frame would wait for otherwise; takes some seconds."""
-        forces = np.zeros((self.model.sensor.tactels.total, 3))
-        forces[len(forces) // 2, 0] = 1.0
-        trial = PadFollower(self.model, self._judge, self._search, self._follow)
-        trial.read_on(self.model.expose([forces, forces], rng=0))

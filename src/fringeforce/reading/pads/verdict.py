@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from fringeforce.base.errors import InputError
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.estimation.residual_test import (
     FALSE_CONTACT,
@@ -20,8 +21,7 @@ from fringeforce.estimation.residual_test import (
 from fringeforce.models.pad import PadModel
 from fringeforce.reading.pads.fit import Top
 from fringeforce.reading.pads.mirror_images import Verdict
-from fringeforce.reading.pads.reading import PadReading
-from fringeforce.reading.reading import Status
+from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -54,18 +54,6 @@ class Judge:
     response: Response
     used: Mask | None = None
 
-    @classmethod
-    def masked(cls, model: PadModel, response: Response, mask: Mask) -> Judge:
-        """One that leaves out pixels of a frame, where true."""
-        unknowns, shape = 3 * model.sensor.tactels.total, model.frame_shape
-        if mask.shape != shape or (~mask).sum() <= unknowns:
-            raise InputError(
-                f"A mask of shape {mask.shape} with {int((~mask).sum())} pixels to use does not "
-                f"fit; this pad's frames have the shape {shape} and need more than {unknowns} of "
-                "them."
-            )
-        return cls(model, response, ~mask.ravel() if mask.any() else None)
-
     def explained(self, top: Top) -> bool:
         """Whether forces leave nothing but noise."""
         residuals, unknowns = top.misfit.slope[self._order], len(top.forces)
@@ -94,8 +82,14 @@ class Judge:
         return silence.loss - top.misfit.loss
 
     def reading(
-        self, levels: Array, top: Top, verdict: Verdict, tracked: bool, sure: bool = True
-    ) -> PadReading:
+        self,
+        levels: Array,
+        top: Top,
+        verdict: Verdict,
+        covariance: Callable[[], Array],
+        tracked: bool = False,
+        sure: bool = True,
+    ) -> Reading:
         """What an explanation comes to, or several, that are surely all or not."""
         status, unknowns, detail = Status.OK, len(top.forces), ""
         if self._shown(levels, top) <= square_limit(unknowns, FALSE_CONTACT):
@@ -103,20 +97,28 @@ class Judge:
         elif len(verdict.others) or not sure:
             status = Status.AMBIGUOUS
             detail = "" if sure else "Too little shows to rule out all other forces."
-        return PadReading(
-            forces=verdict.forces.reshape(-1, 3),
-            information=verdict.information,
+        forces = verdict.forces.reshape(self._shape)
+        return Reading.of(
+            forces=forces,
             chi2=self._chi2(top),
             status=status,
+            covariance=covariance,
+            phase=partial(self.model.retardance, forces),
             detail=detail,
-            tracked=tracked,
             alternatives=verdict.others.reshape(-1, *self._shape),
+            tracked=tracked,
         )
 
-    def unexplained(self, levels: Array, top: Top, information: Array) -> PadReading:
+    def unexplained(self, levels: Array, top: Top, covariance: Callable[[], Array]) -> Reading:
         """A reading of a frame that nothing explains."""
-        forces, chi2 = top.forces.reshape(self._shape), self._chi2(top)
-        return PadReading(forces, information, chi2, self._unexplained(levels))
+        forces = top.forces.reshape(self._shape)
+        return Reading.of(
+            forces=forces,
+            chi2=self._chi2(top),
+            status=self._unexplained(levels),
+            covariance=covariance,
+            phase=partial(self.model.retardance, forces),
+        )
 
     def _chi2(self, top: Top) -> float:
         residuals = top.misfit.slope if self.used is None else top.misfit.slope[self.used]
@@ -150,41 +152,10 @@ class Judge:
                 return Status.FRINGES_TOO_DENSE
         return Status.MODEL_MISMATCH
 
-    def checked(self, frame: ArrayLike) -> Array | PadReading:
-        """A frame's grey levels in one row if they can be used, or a reading that says why not."""
-        camera = self.model.sensor.camera
-        try:
-            levels = np.asarray(frame, dtype=float)
-        except (TypeError, ValueError):
-            return self._bad(f"It holds {type(frame).__name__}, not grey levels.")
-        if levels.shape != (shape := self.model.frame_shape):
-            return self._bad(f"It has the shape {levels.shape}; this pad's frames have {shape}.")
-        levels = levels.ravel()
-        if self.used is not None:
-            # what does not count is as if nothing touched
-            levels = np.where(self.used, levels, self._silent)
-        seen = levels if self.used is None else levels[self.used]
-        darkest, brightest = float(seen.min()), float(seen.max())
-        if not np.isfinite(darkest + brightest):
-            return self._bad(f"{int((~np.isfinite(seen)).sum())} pixels are not a number.")
-        if darkest < 0 or brightest > camera.full_scale:
-            return self._bad(
-                f"Grey levels from {darkest:g} to {brightest:g} exceed the converter's 0 to "
-                f"{camera.full_scale}."
-            )
-        if darkest == brightest and camera.noise > 0.5:
-            return self._bad(f"All pixels are {darkest:g}.")
-        return levels
-
-    def _bad(self, detail: str) -> PadReading:
-        n = self.model.sensor.tactels.total
-        return PadReading(
-            forces=np.full((n, 3), np.nan),
-            information=np.full((3 * n, 3 * n), np.nan),
-            chi2=np.nan,
-            status=Status.BAD_FRAME,
-            detail=detail,
-        )
+    def filled(self, levels: NDArray[Any]) -> Array:
+        """Grey levels as numbers, where what does not count is as if nothing touched."""
+        grey = levels.astype(float)
+        return grey if self.used is None else np.where(self.used, grey, self._silent)
 
 
 def _squares(images: NDArray[np.intp]) -> NDArray[np.intp]:

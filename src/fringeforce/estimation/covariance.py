@@ -1,0 +1,25 @@
+"""From what is known of unknowns to their covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
+
+Array = NDArray[np.float64]
+
+
+def covariance_of(information: Array) -> Array:
+    """Inverse of a symmetric, positive definite matrix; not numbers where it has any.
+
+    Cholesky's, in units of single deviations, which takes half the time of an inverse that does
+    not know of the symmetry.
+    """
+    if not np.isfinite(information).all():
+        return np.full_like(information, np.nan)
+    units = np.sqrt(np.diag(information))
+    scaled = information / np.outer(units, units)
+    potrf, potri = get_lapack_funcs(("potrf", "potri"), (scaled,))
+    factor, trouble = potrf(scaled, lower=1)
+    lower = np.tril(np.linalg.inv(scaled) if trouble else potri(factor, lower=1)[0])
+    return np.asarray((lower + np.tril(lower, -1).T) / np.outer(units, units))

@@ -1,0 +1,207 @@
+"""One frame to one reading: the check of frames and masks, and what strips and pads have to add."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite, prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.reading import Reading, Status
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameReader(ABC):
+    """Reads frames of one sensor, each for itself.
+
+    Attributes
+    ----------
+    model : SensorModel or PadModel
+        The characterised sensor.
+    friction : float or None
+        If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
+    model_error : float
+        Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
+        sensor that was characterised from its drawing and never calibrated; it widens the
+        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH; strips only.
+    """
+
+    model: Any
+    friction: float | None = None
+    model_error: float = 0.0
+
+    @abstractmethod
+    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
+        """Read a frame that was checked, or raise InputError if it cannot be read like this.
+
+        Parameters
+        ----------
+        levels : ndarray, shape (P,)
+            Grey levels in one row.
+        used : ndarray of bool, shape (P,)
+            Pixels to use.
+        start : ndarray, shape (n, components), optional
+            Forces to start from instead of a search [N].
+        """
+
+    @abstractmethod
+    def bound(self, forces: ArrayLike) -> Array:
+        """Smallest deviations that an unbiased reading can have, shape (n, components) [N]."""
+
+    @abstractmethod
+    def phase(self, forces: Array) -> Array:
+        """Phase lead, or retardance, that forces (n, components) cause [rad]."""
+
+    @abstractmethod
+    def trial_forces(self) -> Array:
+        """Forces whose frames take a reader through all that it compiles, shape of forces [N]."""
+
+    def read(
+        self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None
+    ) -> Reading:
+        """Read one frame without any earlier state; see `fringeforce.Reader.search`."""
+        used = self.usable(mask)
+        if isinstance(levels := self.checked(frame, used), Reading):
+            return levels
+        return self.search(levels, used, None if start is None else np.asarray(start, dtype=float))
+
+    @property
+    def forces_shape(self) -> tuple[int, int]:
+        """Shape of the forces of one frame, (n, components)."""
+        sensor = self.model.sensor
+        return sensor.tactels.total, len(sensor.components)
+
+    @cached_property
+    def usable_pixels(self) -> Mask:
+        """Pixels that may be used where there is no mask, in one row."""
+        return np.ones(prod(self.model.frame_shape), dtype=bool)
+
+    @cached_property
+    def _complete(self) -> bool:
+        return bool(self.usable_pixels.all())
+
+    def complete(self, used: Mask) -> bool:
+        """Whether all pixels are used; known without a look where there is no mask."""
+        return self._complete if used is self.usable_pixels else bool(used.all())
+
+    def usable(self, mask: ArrayLike | None) -> Mask:
+        """Pixels of a frame to use, in one row, under a mask of those to leave out.
+
+        Raises
+        ------
+        InputError
+            If the mask does not fit the sensor, or leaves fewer than two pixels for each unknown.
+        """
+        usable, shape = self.usable_pixels, self.model.frame_shape
+        if mask is None:
+            return usable
+        masked, least = np.asarray(mask, dtype=bool), 2 * prod(self.forces_shape)
+        last = self._masked.get("last")
+        if last is not None and np.array_equal(masked, last[0]):
+            return last[1]
+        if masked.shape != shape or (usable & ~masked.ravel()).sum() <= least:
+            raise InputError(
+                f"A mask of shape {masked.shape} with {int((~masked).sum())} pixels to use does "
+                f"not fit; this sensor's frames have the shape {shape} and need more than {least} "
+                "of them."
+            )
+        self._masked["last"] = masked.copy(), usable & ~masked.ravel()
+        return self._masked["last"][1]
+
+    @cached_property
+    def _masked(self) -> dict[str, tuple[Mask, Mask]]:
+        """The last mask and the pixels that it leaves, for a mask that stays is known at once."""
+        return {}
+
+    def checked(self, frame: ArrayLike, used: Mask) -> NDArray[Any] | Reading:
+        """A frame's grey levels in one row if they can be used, or a reading that says why not."""
+        try:
+            levels = np.asarray(frame)
+            if levels.dtype.kind not in "uif":
+                levels = levels.astype(float)
+        except (TypeError, ValueError):
+            return self.bad(f"It holds {type(frame).__name__}, not grey levels.")
+        if levels.shape != (shape := self.model.frame_shape):
+            return self.bad(f"It has the shape {levels.shape}; this sensor's frames have {shape}.")
+        levels = levels.ravel()
+        problem = self._problem(levels, used)
+        return self.bad(problem) if problem else levels
+
+    def suspicious(self, levels: NDArray[Any], used: Mask) -> Mask:
+        """Which of k frames, shape (k, P), may be unusable; `checked` tells."""
+        bad = np.zeros(len(levels), dtype=bool)
+        seen = levels if self.complete(used) else levels[:, used]
+        doubtful = np.arange(len(levels))
+        if self._always_in_range(levels):
+            doubtful = np.flatnonzero(seen[:, 0] == seen[:, -1])
+        if len(doubtful):
+            low, high = seen[doubtful].min(axis=1), seen[doubtful].max(axis=1)
+            full_scale = self.model.sensor.camera.full_scale
+            bad[doubtful] = ~((low >= 0) & (high <= full_scale) & (low < high))
+        return bad
+
+    def bad(self, detail: str) -> Reading:
+        """The reading of a frame that cannot be used."""
+        nothing = np.zeros(self.forces_shape)
+        return Reading.of(
+            forces=nothing * np.nan,
+            chi2=np.nan,
+            status=Status.BAD_FRAME,
+            detail=detail,
+            covariance=np.full((nothing.size, nothing.size), np.nan),
+            phase=lambda: np.nan * self.phase(nothing),
+        )
+
+    def _always_in_range(self, levels: NDArray[Any]) -> bool:
+        """Whether all grey levels of this type are in the converter's range."""
+        return levels.dtype.str in self._types_in_range
+
+    @cached_property
+    def _types_in_range(self) -> list[str]:
+        types = (np.dtype(kind) for kind in ("u1", "u2"))
+        most = self.model.sensor.camera.full_scale
+        return [kind.str for kind in types if np.iinfo(kind).max <= most]
+
+    def _problem(self, levels: NDArray[Any], used: Mask) -> str:
+        camera = self.model.sensor.camera
+        seen = levels if self.complete(used) else levels[used]
+        if self._always_in_range(levels) and seen[0] != seen[-1]:
+            return ""  # without a look at all pixels
+        darkest, brightest = float(seen.min()), float(seen.max())
+        if not isfinite(darkest + brightest):
+            return f"{int((~np.isfinite(seen)).sum())} pixels are not a number."
+        if darkest < 0 or brightest > camera.full_scale:
+            return (
+                f"Grey levels from {darkest:g} to {brightest:g} exceed the converter's 0 to "
+                f"{camera.full_scale}."
+            )
+        if darkest == brightest and camera.noise > 0.5:
+            return f"All pixels are {darkest:g}."
+        return ""
+
+
+class Follower(ABC):
+    """Reads the frames of one sensor in the order in which they were taken."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Forget the last reading: the next frame is searched."""
+
+    @abstractmethod
+    def read(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read the next frame, which was checked, shape (P,)."""
+
+    @abstractmethod
+    def read_on(
+        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
+    ) -> None:
+        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
