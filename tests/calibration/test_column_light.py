@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benches import PIXELS, STRAIN_OPTIC, combined, drawing, findings, held_out, lit, seen_by
+from scipy.linalg import eigh
 
 from benches import presses, shots  # isort: skip
 
@@ -73,20 +74,20 @@ def test_columns_are_corrected_under_a_lamp_that_drifts(true) -> None:
 
 
 def test_followed_frames_say_the_same_as_searched_ones(true, steady) -> None:
-    still = np.repeat(ff.polar(1.5, 8, n=11)[None], 24, axis=0)
-    frames = shots(true, still, np.random.default_rng(65))
-    reader = ff.Reader(steady)
-    readings = zip(reader.stream(frames), frames, strict=True)
-    both = [(one, reader.search(frame)) for one, frame in readings if one.tracked]
-    assert len(both) > 20
-    # a search widens the deviations by mirror images, which the way from frame to frame rules out
-    alike = [(one, other) for one, other in both if (other.std < 1.1 * one.std).all()]
-    assert len(alike) > len(both) / 2
-    for one, other in alike:
-        apart = (one.covariance - other.covariance) / np.outer(other.std, other.std)
-        assert np.abs(apart).max() < 0.02
-    off = np.array([(one.forces - other.forces) / other.std for one, other in alike])
-    assert np.sqrt(np.mean(off**2)) < 0.02
+    still, alike = np.repeat(ff.polar(1.5, 8, n=11)[None], 4, axis=0), 0
+    for seed in range(65, 73):
+        frames = shots(true, still, np.random.default_rng(seed))
+        reader = ff.Reader(steady)
+        readings = list(reader.stream(frames))
+        assert all(reading.tracked for reading in readings[1:])
+        reading, alone = readings[-1], reader.search(frames[-1])
+        apart = (reading.forces - alone.forces).ravel()
+        assert np.sqrt(apart @ np.linalg.solve(reading.covariance, apart)) < 0.1
+        # variances of all sums of loads, over those of the searched frame
+        shares = eigh(reading.covariance, alone.covariance, eigvals_only=True)
+        alike += bool(np.abs(shares - 1).max() < 0.02)
+    # a misfit that noise causes in 5 of 100 frames widens a searched one
+    assert alike >= 5
 
 
 @pytest.mark.parametrize("size", [0.0, 0.5, 2.0])

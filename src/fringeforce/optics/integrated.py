@@ -30,16 +30,12 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
+from fringeforce.optics.whole_turns import LARGEST, remainder, remainder_back
 
 Real = NDArray[np.floating]
 
 CHUNK = 512
 """Pixels that are worked on together, so that they stay in the fastest cache."""
-LARGEST = 2 * np.pi
-"""Retardance of one slice up to which the series below hold to 1e-8, a whole turn of light [rad].
-
-A larger one, such as a step of a fit tries where a mask hides what it does, is replaced by what is
-left of it after whole turns."""
 # Taylor's series of sin(r)/r, cos(r), (1 - sin(r)/r)/h and (1 - cos(r))/h in powers of h = r^2
 _SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(10))
 _COSINE = tuple((-1.0) ** k / factorial(2 * k) for k in range(10))
@@ -143,7 +139,7 @@ def _series(h, T, c):
 def turn(slices, light) -> None:
     """Fill in the light, shape (3, P), of slices, shape (n, 2, P)."""
     if _turned(slices, light):
-        _turned(_remainder(slices)[0], light)
+        _turned(remainder(slices)[0], light)
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
@@ -171,23 +167,6 @@ def _turned(slices, light) -> bool:
     return beyond > 0
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _remainder(slices):
-    """Slices less their whole turns, which turn light alike, and the shares that are left of them.
-
-    Both, of shapes (n, 2, P) and (n, P).
-    """
-    rest, share = np.empty_like(slices), np.empty_like(slices[:, 0])
-    for n in range(len(slices)):
-        for i in range(slices.shape[2]):
-            A, B = slices[n, 0, i], slices[n, 1, i]
-            size, left = np.hypot(float(A), float(B)), 1.0
-            if not size <= LARGEST:
-                left = 1 - LARGEST * np.floor(size / LARGEST) / size
-            share[n, i], rest[n, 0, i], rest[n, 1, i] = left, left * A, left * B
-    return rest, share
-
-
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
 def turn_back(slices, torque, gradient) -> None:
     """Fill in the derivative by slices, shape (n, 2, P), of a function of the light.
@@ -197,9 +176,9 @@ def turn_back(slices, torque, gradient) -> None:
     """
     kept = torque.copy()
     if _turned_back(slices, torque, gradient):
-        rest, share = _remainder(slices)
+        rest, share = remainder(slices)
         _turned_back(rest, kept, gradient)
-        _remainder_back(slices, share, gradient)
+        remainder_back(slices, share, gradient)
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
@@ -228,22 +207,6 @@ def _turned_back(slices, torque, gradient) -> bool:
                 x[i] = cosine * x[i] - A[i] * lift - C * B[i] * along
                 y[i] = cosine * y[i] - B[i] * lift + C * A[i] * along
     return beyond > 0
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _remainder_back(slices, share, gradient) -> None:
-    """Make the derivative by what is left of slices the derivative by the slices.
-
-    What is left changes with a slice along it, and across it in proportion to the sizes of both.
-    """
-    for n in range(len(slices)):
-        for i in range(slices.shape[2]):
-            left, A, B = share[n, i], slices[n, 0, i], slices[n, 1, i]
-            if left != 1:
-                by_A, by_B = gradient[n, 0, i], gradient[n, 1, i]
-                along = (1 - left) * (A * by_A + B * by_B) / (A * A + B * B)
-                gradient[n, 0, i] = left * by_A + along * A
-                gradient[n, 1, i] = left * by_B + along * B
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
