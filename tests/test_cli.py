@@ -166,7 +166,7 @@ def test_planned_presses_are_loads_within_the_limits(tmp_path: Path) -> None:
     result = run("plan", "s.toml", "--presses", "3", "-o", "p.csv", *options, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert parameter in result.stdout
-    normal, tangential = np.moveaxis(load_forces(tmp_path / "p.csv", 11), 1, 0)
+    normal, tangential = np.moveaxis(load_forces(tmp_path / "p.csv", 11), 2, 0)
     assert normal.shape == (3, 11)
     assert np.hypot(normal, tangential).max() <= 1.5 * (1 + 1e-6)
     assert (np.abs(tangential) <= 0.5 * normal + 1e-9).all()
