@@ -105,6 +105,13 @@ class Camera(Converter):
         json_schema_extra={"unit": "meter"},
     )
 
+    blur: Extent | None = Field(
+        default=None,
+        description="standard deviation of the Gaussian point spread, on the sensor, in metres of "
+        "the strip [m]; none if not given.  Simulated by expose; readings do not allow for it yet",
+        json_schema_extra={"ideal": True, "unit": "meter"},
+    )
+
     def check_line(self, width: float, plane: str) -> None:
         """Refuse a line that does not lie on a strip, or that its plane state cannot tell.
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from fringeforce.design.fields import Finite, Length, Visibility
+from fringeforce.design.fields import Extent, Finite, Length, Visibility
 from fringeforce.design.light import Plates
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
 
@@ -126,6 +126,12 @@ class AreaCamera(Converter):
         default="ordinary",
         description='"polarisation" has analysers at 0 and 45 degrees before the pixels of even '
         "rows in turn, at 135 and 90 degrees before those of odd rows",
+    )
+    blur: Extent | None = Field(
+        default=None,
+        description="standard deviation of the lens's point spread, on the pad [m]; none if not "
+        "given",
+        json_schema_extra={"unit": "meter"},
     )
 
 

@@ -11,16 +11,18 @@ from pydantic import (
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
+    SerializerFunctionWrapHandler,
     ValidationError,
     ValidationInfo,
     field_validator,
+    model_serializer,
     model_validator,
 )
 from pydantic_core import ErrorDetails, InitErrorDetails
 
 from fringeforce.base.errors import DesignError
-from fringeforce.design.fields import Count, Extent, Finite, Length, Percent, Pressure
-from fringeforce.design.text import toml_text
+from fringeforce.design.fields import Count, Finite, Length, Percent, Pressure
+from fringeforce.design.text import left_out, toml_text
 from fringeforce.design.tolerances import Tolerances, excess, number_at, problem_at, take, without
 from fringeforce.design.validation import suggestion, validated
 
@@ -29,6 +31,16 @@ class Part(BaseModel):
     """A table of a design or of a study: frozen, and no keys that it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", protected_namespaces=())
+
+    @model_serializer(mode="wrap")
+    def _stated(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Values without those that say only that a sensor is ideal, as in files."""
+        fields = type(self).model_fields
+        return {
+            key: value
+            for key, value in handler(self).items()
+            if key not in fields or not left_out(getattr(self, key), fields[key])
+        }
 
 
 class Layer(Part):
@@ -57,13 +69,6 @@ class Converter(Part):
         ge=0, description="half width (uniform) or standard deviation (gaussian), grey levels"
     )
     noise_model: Literal["uniform", "gaussian"] = Field("uniform", description="its distribution")
-    blur: Extent | None = Field(
-        default=None,
-        description="standard deviation of the Gaussian point spread, on the sensor [m]; none if "
-        "not given.  Readings of pads allow for it, those of strips do not yet: it is only "
-        "simulated by expose",
-        json_schema_extra={"unit": "meter"},
-    )
     drift: Percent = Field(
         default=0.0,
         description='relative standard deviation of the light from frame to frame, such as "1 %"; '
@@ -135,6 +140,7 @@ class Design(Part):
         default=Tolerances(),
         description="one standard deviation of each value that has a tolerance, by dotted path; in "
         "a file they stand behind the values",
+        json_schema_extra={"ideal": True},
     )
 
     @model_validator(mode="wrap")
@@ -190,7 +196,7 @@ class Design(Part):
         values = self.model_dump(by_alias=True, exclude_none=True)
         for path, value in changes.items():
             if path != "tolerances":
-                values["tolerances"] = without(values["tolerances"], path, value)
+                values["tolerances"] = without(values.get("tolerances", {}), path, value)
             *parents, key = path.split(".")
             branch = values
             for parent in parents:

@@ -41,17 +41,16 @@ def _lines(part: BaseModel, path: str, tolerances: Mapping[str, float]) -> Itera
         at = f"{path}.{name}" if path else name
         if isinstance(value, BaseModel):
             children.append((at, value))
-        elif value is not None and value != () and not _left_out(value, info, at in tolerances):
+        elif value is not None and value != () and (at in tolerances or not left_out(value, info)):
             yield f"{name} = {_spelled(value, info, at, tolerances)}"
     for child_path, child in children:
         yield from _lines(child, child_path, tolerances)
 
 
-def _left_out(value: Any, info: FieldInfo, tolerant: bool) -> bool:
+def left_out(value: Any, info: FieldInfo) -> bool:
     """Whether a value says only that a sensor is ideal, which files need not."""
     extra = info.json_schema_extra
-    ideal = isinstance(extra, dict) and bool(extra.get("ideal"))
-    return ideal and not tolerant and value == info.default
+    return isinstance(extra, dict) and bool(extra.get("ideal")) and value == info.default
 
 
 def unit_at(design: BaseModel, path: str) -> str | None:
