@@ -126,11 +126,7 @@ def test_sobols_indices_are_those_of_ishigamis_function() -> None:
 def test_loads_are_admissible_and_the_same_for_the_same_seed() -> None:
     first, again = (load_maps(np.random.SeedSequence(5), 7, 2.0) for _ in range(2))
     np.testing.assert_array_equal(first, again)
-<<<<<<< HEAD
-    normal, tangential = np.moveaxis(first, 2, 0)
-=======
     normal, tangential = first[..., 0], first[..., 1]
->>>>>>> 1fb59569db171e8962aa5065948f5b90e2fd50cf
     assert (normal >= 0).all()
     assert normal.max() <= 2.0
     assert (np.abs(tangential) <= np.tan(np.radians(20)) * normal + 1e-12).all()
