@@ -69,7 +69,7 @@ class Trial:
     largest: float = 4.0
     loads: Loads = random_loads
     noise: float = 1.0
-    shape_error: float = 0.0
+    model_discrepancy: float = 0.0
     dead: int = 0
     offset: float = 0.0
 
@@ -94,7 +94,7 @@ def trials() -> Iterator[Trial]:
     for design in ("soft-sixteen", "fine-thirty-two", "thick-cover", "wide-pad"):
         yield Trial(design, design=design, largest=2.0)
     for largest in (1, 4, 12):
-        yield Trial(f"psi 3 % wrong, up to {largest} N", largest=largest, shape_error=0.03)
+        yield Trial(f"psi 3 % wrong, up to {largest} N", largest=largest, model_discrepancy=0.03)
         yield Trial(f"20 dead pixels, up to {largest} N", largest=largest, dead=20)
         yield Trial(f"offset +10, up to {largest} N", largest=largest, offset=10)
         yield Trial(f"offset -10, up to {largest} N", largest=largest, offset=-10)
@@ -160,7 +160,7 @@ def run(trial: Trial, frames: int, seed: int) -> Tally:
     reader.read(model.expose(ff.polar(1.0, 10, n=sensor.tactels.count), rng=0))
     tally = Tally()
     for _ in range(frames):
-        true = misshapen(model, trial.shape_error, rng) if trial.shape_error else model
+        true = misshapen(model, trial.model_discrepancy, rng) if trial.model_discrepancy else model
         forces = trial.loads(rng, sensor.tactels.count, trial.largest)
         frame = spoilt(trial, true.expose(forces, rng=rng), sensor.camera.full_scale, rng)
         start = time.perf_counter()

@@ -23,7 +23,7 @@ from fringeforce.calibration.frame_fit import light_basis, start
 from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.normal_equations import linearised
 from fringeforce.calibration.predictions import predict
-from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.estimation.frame_illumination import frame_illumination
 
 pytestmark = pytest.mark.slow
 
@@ -131,7 +131,7 @@ def test_a_frame_tells_its_own_gain_beside_its_loads(true) -> None:
     sigma = np.sqrt(response.variance)
     turned = influence * (response.slope(influence @ loads) / sigma)[:, None]
     spread = np.linalg.inv(turned.T @ turned)
-    found = own_light(frame, loads, influence, response, spread, (0.03, 1.0))
+    found = frame_illumination(frame, loads, influence, response, spread, (0.03, 1.0))
     level = response.level(influence @ loads)
     shifts = np.stack([0.03 * (level - response.offset), np.ones_like(level)], axis=1) / sigma
     design = np.block([[turned, shifts], [np.zeros((2, 22)), np.eye(2)]])

@@ -25,7 +25,7 @@ from fringeforce.calibration.planning.plan import next_presses
 from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.calibration.result import built
 from fringeforce.estimation.bounds import covariance
-from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
 
@@ -223,7 +223,7 @@ def test_the_error_before_the_next_press_is_what_readings_state(timid, moved, ty
             spread = covariance(phase, influence, response)
             if any(reader.drift):
                 level = response.level(phase)
-                own = own_light(level, load, influence, response, spread, reader.drift)
+                own = frame_illumination(level, load, influence, response, spread, reader.drift)
                 spread = spread + own.covariance
             noise += np.trace(spread)
             added += np.trace(reader.calibration_covariance(load, used, spread))

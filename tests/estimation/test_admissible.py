@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from fringeforce.contacts.friction_cone import admissible
+from fringeforce.contacts.friction_cone import within_friction_cone
 
 FRICTION = 0.4
 
@@ -16,7 +16,7 @@ def test_limited_loads_are_the_optimum_that_nonnegative_least_squares_finds(seed
     n = 4
     root = rng.normal(size=(2 * n, 2 * n)) + 2 * np.eye(2 * n)
     loads = rng.normal(0.5, 1.5, 2 * n)
-    found, _ = admissible(loads, root @ root.T, FRICTION)
+    found, _ = within_friction_cone(loads, root @ root.T, FRICTION)
     edges = np.kron(np.eye(n), [[1, 1], [FRICTION, -FRICTION]])
     white = np.linalg.inv(root)
     shares, _ = nnls(white @ edges, white @ loads)
@@ -27,7 +27,7 @@ def test_loads_within_the_limits_stay_and_those_beyond_are_named() -> None:
     normal = np.array([1.0, 1.0, 1.0, -0.2, 0.0, 2.0])
     tangential = np.array([0.39, 0.41, -0.41, 0.0, 0.0, -0.79])
     loads = np.stack([normal, tangential], axis=1).ravel()
-    found, active = admissible(loads, 0.01 * np.eye(12), FRICTION)
+    found, active = within_friction_cone(loads, 0.01 * np.eye(12), FRICTION)
     assert active.tolist() == [False, True, True, True, False, False]
     kept = np.repeat(~active, 2)
     np.testing.assert_allclose(found[kept], loads[kept], atol=1e-12)

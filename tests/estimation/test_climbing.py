@@ -38,14 +38,14 @@ def residuals(influence: np.ndarray, frame: np.ndarray, loads: np.ndarray) -> np
 def test_a_climb_ends_at_a_top_where_no_step_gains(influence, strip, away, seed) -> None:
     loads, frame = noisy(influence, seed)
     start = loads + away * np.random.default_rng(seed).normal(size=M)
-    top = climb(strip, frame, start, 60, 1e-3)
+    optimum = climb(strip, frame, start, 60, 1e-3)
     np.testing.assert_allclose(
-        top.loss, (residuals(influence, frame, top.loads) ** 2).sum(), rtol=1e-3
+        optimum.loss, (residuals(influence, frame, optimum.loads) ** 2).sum(), rtol=1e-3
     )
     # SciPy, from there, finds nothing that gains more than noise would show
-    best = least_squares(lambda at: residuals(influence, frame, at), top.loads, method="lm")
-    assert top.loss - 2 * best.cost < 0.1
-    np.testing.assert_allclose(top.loads, best.x, atol=0.01)
+    best = least_squares(lambda at: residuals(influence, frame, at), optimum.loads, method="lm")
+    assert optimum.loss - 2 * best.cost < 0.1
+    np.testing.assert_allclose(optimum.loads, best.x, atol=0.01)
 
 
 def test_where_a_whole_step_would_lose_a_shorter_one_gains(influence, strip) -> None:

@@ -11,9 +11,9 @@ from fringeforce.estimation.evaluation import (
     REPORT,
     compare,
     describe,
-    room_for,
+    load_frame,
     silence,
-    take,
+    workspace_for,
 )
 from fringeforce.estimation.gauss_newton import Place
 from fringeforce.estimation.layout import GROUP
@@ -43,7 +43,7 @@ def test_squares_groups_and_outliers_are_counted_over_the_pixels_in_use(influenc
     residuals[[10, 300, 301]] = 5.5, -6.0, 4.9
     residuals[~used] = 0
     report = np.zeros(1, REPORT)[0]
-    own = room_for(strip.arrays)
+    own = workspace_for(strip.arrays)
     own.left[:] = strip.layout.lay(residuals)
     describe(strip.arrays, own, report)
     assert report["squares"] == pytest.approx(residuals @ residuals, rel=1e-5)
@@ -64,8 +64,8 @@ def test_silence_has_the_loss_of_no_loads(influence, floor: float, ceiling: floa
     frame = np.clip(np.rint(response.level(np.zeros(P)) + rng.normal(0, 3, P)), floor, ceiling)
     strip = Strip.of(influence, response, np.ones(P, bool))
     exact = misfit(frame, response.level(np.zeros(P)), response)
-    own, pick = room_for(strip.arrays), strip.layout.pick
-    take(strip.arrays, frame, own)
+    own, pick = workspace_for(strip.arrays), strip.layout.pick
+    load_frame(strip.arrays, frame, own)
     found, left, root = silence(strip.arrays, own), own.left, own.root
     assert found == pytest.approx(exact.loss, rel=1e-4)
     np.testing.assert_allclose(pick(left), exact.slope, atol=2e-3)
@@ -79,21 +79,21 @@ def test_what_a_clipped_frame_hid_is_seen_in_the_next(influence) -> None:
     place = Place.at(strip, np.array([0.2, 0.5, 0.3, 0.4, 0.1]))
     bright = np.clip(response.level(influence @ np.full(5, 0.5)), 0, 200)
     for frame, hidden in ((bright, (bright == 200).sum()), (np.minimum(bright, 150), 0)):
-        take(strip.arrays, frame, place.room)
-        compare(strip.arrays, place.slope, place.level, place.room)
-        assert place.room.hidden[0] == hidden
-        assert np.count_nonzero(place.room.root != 1) == hidden
+        load_frame(strip.arrays, frame, place.work)
+        compare(strip.arrays, place.slope, place.level, place.work)
+        assert place.work.hidden[0] == hidden
+        assert np.count_nonzero(place.work.root != 1) == hidden
     assert (bright == 200).any()
 
 
 def test_a_frame_that_comes_again_is_not_new(influence) -> None:
     strip = Strip.of(influence, Response(240.0, 10.0, 9.0), np.ones(P, bool))
-    own, frame = room_for(strip.arrays), np.full(P, 7, np.uint8)
+    own, frame = workspace_for(strip.arrays), np.full(P, 7, np.uint8)
     other = frame.copy()
     other[-1] = 8
     told = []
     for shown in (frame, frame, other, other, frame):
-        take(strip.arrays, shown, own)
+        load_frame(strip.arrays, shown, own)
         told.append(bool(own.new[0]))
         np.testing.assert_array_equal(strip.layout.pick(own.grey), shown)
     assert told == [True, False, True, False, True]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.estimation.evaluation import REPORT, compare, take
+from fringeforce.estimation.evaluation import REPORT, compare, load_frame
 from fringeforce.estimation.following import covariance_at
 from fringeforce.estimation.gauss_newton import Place, follow
 from fringeforce.estimation.likelihood import Response, misfit
@@ -14,7 +14,7 @@ P, M, SIZE = 700, 10, 256
 
 
 @pytest.fixture
-def scene() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def problem() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     x = np.linspace(0, 1, P)[:, None]
     influence = 4 * np.exp(-(((x - np.linspace(0, 1, M)) / 0.12) ** 2))
     loads = np.linspace(1, 2, M)
@@ -35,15 +35,15 @@ def test_the_vectorised_sine_is_numpys() -> None:
 
 
 @pytest.mark.parametrize(("floor", "ceiling"), [(-np.inf, np.inf), (0.0, 200.0)])
-def test_the_gradient_is_the_slope_of_the_likelihood(scene, floor, ceiling) -> None:
-    influence, loads, frame = scene
+def test_the_gradient_is_the_slope_of_the_likelihood(problem, floor, ceiling) -> None:
+    influence, loads, frame = problem
     frame = np.clip(frame, floor, ceiling)
     response = Response(240.0, 6.0, 9.0, floor, ceiling)
     strip = Strip.of(influence, response, np.ones(P, bool))
     place = Place.at(strip, loads)
-    take(strip.arrays, frame, place.room)
-    compare(strip.arrays, place.slope, place.level, place.room)
-    gradient = place.room.gradient
+    load_frame(strip.arrays, frame, place.work)
+    compare(strip.arrays, place.slope, place.level, place.work)
+    gradient = place.work.gradient
 
     def loss(at: np.ndarray) -> float:
         return misfit(frame, response.level(influence @ at), response).loss
@@ -55,8 +55,8 @@ def test_the_gradient_is_the_slope_of_the_likelihood(scene, floor, ceiling) -> N
     assert (gradient[M:] == 0).all()
 
 
-def test_one_frame_is_climbed_to_where_the_gradient_vanishes(scene) -> None:
-    influence, loads, frame = scene
+def test_one_frame_is_climbed_to_where_the_gradient_vanishes(problem) -> None:
+    influence, loads, frame = problem
     response = Response(240.0, 6.0, 9.0)
     used = np.ones(P, bool)
     used[100:140] = False
@@ -85,22 +85,24 @@ def changes(influence, response, loads, way) -> tuple[np.ndarray, np.ndarray]:
     return (ahead - back) / (2 * step * sigma), (ahead - 2 * here + back) / (2 * step**2 * sigma)
 
 
-def test_the_weakest_direction_is_one_deviation_long_and_as_bent_as_the_levels(scene) -> None:
-    influence, loads, _ = scene
+def test_the_weakest_direction_is_one_deviation_long_and_as_bent_as_the_levels(problem) -> None:
+    influence, loads, _ = problem
     response = Response(240.0, 6.0, 9.0)
     place = Place.at(Strip.of(influence, response, np.ones(P, bool)), loads)
-    way = place.weakest[:-1]
+    way = place.least_informed[:-1]
     first, second = changes(influence, response, loads, way)
     assert first @ first == pytest.approx(1, rel=0.01)
     tangent = influence * (response.slope(influence @ loads) / 3)[:, None]
-    weakest = np.linalg.eigh(tangent.T @ tangent)[1][:, 0]
-    assert abs(weakest @ way) > 0.99 * np.linalg.norm(way)
+    least_informed = np.linalg.eigh(tangent.T @ tangent)[1][:, 0]
+    assert abs(least_informed @ way) > 0.99 * np.linalg.norm(way)
     # over one row of pixels in eight, which stand for all
-    assert place.weakest[-1] == pytest.approx(np.sqrt(second @ second) / (first @ first), rel=0.1)
+    assert place.least_informed[-1] == pytest.approx(
+        np.sqrt(second @ second) / (first @ first), rel=0.1
+    )
 
 
-def test_the_way_from_one_frame_to_the_next_is_as_bent_as_the_levels(scene) -> None:
-    influence, loads, _ = scene
+def test_the_way_from_one_frame_to_the_next_is_as_bent_as_the_levels(problem) -> None:
+    influence, loads, _ = problem
     response = Response(240.0, 6.0, 9.0)
     way = 0.01 * np.random.default_rng(3).normal(size=M)
     strip = Strip.of(influence, response, np.ones(P, bool))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.estimation.likelihood import Response
 
 DRIFT = (0.05, 3.0)
@@ -19,7 +19,7 @@ def test_light_and_its_price_are_those_of_a_joint_least_squares_fit() -> None:
 
     unit = influence * (100 * np.sin(phase) / 3)[:, None]
     spread = np.asarray(np.linalg.inv(unit.T @ unit), dtype=np.float64)
-    found = own_light(frame, loads, influence, response, spread, DRIFT)
+    found = frame_illumination(frame, loads, influence, response, spread, DRIFT)
 
     # five unknowns at once; what is known of the light before are two rows more
     gain, offset = DRIFT[0] * (level - 20) / 3, np.full(300, DRIFT[1] / 3)

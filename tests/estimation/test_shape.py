@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import kstest
 
-from fringeforce.estimation.model_discrepancy import SMOOTH, shape_error
+from fringeforce.estimation.model_discrepancy import SMOOTH, model_discrepancy
 
 PIXELS, RUNS = 1024, 400
 X = np.linspace(0, 1, PIXELS)
@@ -31,7 +31,7 @@ def wrong_columns(rng: np.random.Generator, size: float) -> np.ndarray:
 def test_the_chance_of_pure_noise_is_evenly_distributed() -> None:
     rng = np.random.default_rng(0)
     chances = [
-        shape_error(left(rng.normal(size=PIXELS)), SLOPE, INFLUENCE, LOADS, SPREAD).chance
+        model_discrepancy(left(rng.normal(size=PIXELS)), SLOPE, INFLUENCE, LOADS, SPREAD).chance
         for _ in range(RUNS)
     ]
     assert kstest(chances, "uniform").pvalue > 1e-3
@@ -41,7 +41,7 @@ def test_the_size_of_errors_is_found_and_their_chance_vanishes() -> None:
     rng, true, found = np.random.default_rng(1), 0.05, []
     for _ in range(RUNS):
         off = wrong_columns(rng, true) + rng.normal(size=PIXELS)
-        found.append(shape_error(left(off), SLOPE, INFLUENCE, LOADS, SPREAD))
+        found.append(model_discrepancy(left(off), SLOPE, INFLUENCE, LOADS, SPREAD))
     squares = np.array([one.size**2 for one in found])
     assert abs(squares.mean() - true**2) < 4 * squares.std() / np.sqrt(RUNS) + 0.1 * true**2
     assert np.median([one.chance for one in found]) < 1e-3
@@ -50,7 +50,7 @@ def test_the_size_of_errors_is_found_and_their_chance_vanishes() -> None:
 def test_loads_err_as_the_bias_says() -> None:
     rng = np.random.default_rng(2)
     errors = [SPREAD @ (TANGENT.T @ wrong_columns(rng, 1.0)) for _ in range(RUNS)]
-    bias = shape_error(np.zeros(PIXELS), SLOPE, INFLUENCE, LOADS, SPREAD).bias
+    bias = model_discrepancy(np.zeros(PIXELS), SLOPE, INFLUENCE, LOADS, SPREAD).bias
     scatter = np.sqrt(np.mean(np.square(errors), axis=0))
     # a deviation from 400 draws is known to 4 %
     np.testing.assert_allclose(scatter, np.sqrt(np.diag(bias)), rtol=0.15)
@@ -63,10 +63,10 @@ def test_errors_that_are_known_already_are_not_found_again() -> None:
     chances = []
     for _ in range(RUNS):
         off = rng.normal(size=PIXELS) + waves @ rng.normal(size=2)
-        chances.append(shape_error(left(off), SLOPE, INFLUENCE, LOADS, SPREAD, sums).chance)
+        chances.append(model_discrepancy(left(off), SLOPE, INFLUENCE, LOADS, SPREAD, sums).chance)
     assert kstest(chances, "uniform").statistic < 0.12
 
 
 def test_no_loads_show_no_errors() -> None:
-    silent = shape_error(np.ones(PIXELS), SLOPE, INFLUENCE, np.zeros(6), SPREAD)
+    silent = model_discrepancy(np.ones(PIXELS), SLOPE, INFLUENCE, np.zeros(6), SPREAD)
     assert (silent.chance, silent.size) == (1.0, 0.0)

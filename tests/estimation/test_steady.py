@@ -6,7 +6,7 @@ from uncertain_phase import agreed
 
 from fringeforce.estimation.gauss_newton import Place
 from fringeforce.estimation.likelihood import Response
-from fringeforce.estimation.running_mean import MEAN, steady
+from fringeforce.estimation.running_mean import MEAN, update_running_mean
 from fringeforce.estimation.strip import Strip
 
 P, SIGMA = 700, 3.0
@@ -17,7 +17,7 @@ def begun(influence: np.ndarray, loads: np.ndarray) -> tuple[np.ndarray, np.ndar
     """Covariance of the loads; variance of the phase at every so many pixels; how many."""
     strip = Strip.of(influence, RESPONSE, np.ones(P, bool))
     place, variance = Place.at(strip, loads), np.zeros(strip.layout.places, np.float32)
-    steady(strip.arrays, place, variance, np.zeros(1, MEAN)[0])
+    update_running_mean(strip.arrays, place, variance, np.zeros(1, MEAN)[0])
     every = strip.layout.every
     return place.covariance, variance[strip.layout.order[::every]], every
 

@@ -9,7 +9,7 @@ from fringeforce.estimation.residual_monitor import (
     REMEMBERED,
     TREND,
     begin_trend,
-    lingers,
+    persists,
 )
 
 GROUPS = 128
@@ -27,7 +27,7 @@ def test_noise_on_the_mean_is_as_small_as_it_says() -> None:
     frames = rng.normal(size=(20_000, GROUPS)).astype(np.float32)
     squares = []
     for sums in frames:
-        assert not lingers(sums, GROUPS, LIMIT, trend, state)
+        assert not persists(sums, GROUPS, LIMIT, trend, state)
         squares.append(float(trend @ trend) / state["variance"])
     assert squares[0] == pytest.approx(frames[0] @ frames[0], rel=1e-5)
     assert np.mean(squares) == pytest.approx(GROUPS, rel=0.03)
@@ -44,7 +44,7 @@ def test_a_wave_far_below_one_frames_noise_is_found_and_then_allowed_for() -> No
     for _ in range(6):
         for _ in range(20 * REMEMBERED):
             sums = (wave + rng.normal(size=GROUPS)).astype(np.float32)
-            if lingers(sums, GROUPS, LIMIT, trend, state):
+            if persists(sums, GROUPS, LIMIT, trend, state):
                 break
         counts.append(state["count"])
         if not state["alarmed"]:

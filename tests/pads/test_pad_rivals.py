@@ -11,7 +11,7 @@ from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.fit import Fit, Place, Top
+from fringeforce.reading.pads.fit import Fit, Optimum, Place
 from fringeforce.reading.pads.mirror_images import Mirror, weighed
 from fringeforce.reading.pads.sampling import lattice
 from fringeforce.reading.pads.search import Search
@@ -82,8 +82,10 @@ def test_the_loss_of_a_top_is_that_of_its_forces_also_after_a_last_step(model: P
         # a step is promised as many squared deviations as it is away from the top
         away = rng.normal(size=len(forces))
         start = best.forces + np.linalg.solve(root.T, size * away / np.linalg.norm(away))
-        top = fit.climb(start)
-        assert top.misfit.loss == pytest.approx(fit.misfit(fit.at(top.forces)).loss, abs=0.3)
+        optimum = fit.climb(start)
+        assert optimum.misfit.loss == pytest.approx(
+            fit.misfit(fit.at(optimum.forces)).loss, abs=0.3
+        )
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(20, 20), (40, 40), (80, 48)])
@@ -157,26 +159,26 @@ def test_a_frame_that_two_loads_explain_names_both(
         assert abs(left[1] - left[0]) < 25 * camera.noise**2
 
 
-def top(forces: list[float], loss: float) -> Top:
+def optimum(forces: list[float], loss: float) -> Optimum:
     one = np.zeros(1)
     place = Place(np.array(forces), np.zeros((2, 1, 1, 1), np.float32), [], one)
-    return Top(np.array(forces), Curvature(np.eye(3)), place, Misfit(loss, one, one))
+    return Optimum(np.array(forces), Curvature(np.eye(3)), place, Misfit(loss, one, one))
 
 
 def test_rivals_are_weighed_by_their_likelihoods() -> None:
     information = 100 * np.eye(3)
-    likely, far = top([2.0, 0, 0], 1000.0), top([3.0, 0, 0], 1001.0)
+    likely, far = optimum([2.0, 0, 0], 1000.0), optimum([3.0, 0, 0], 1001.0)
     both = weighed([likely, far], information)
     np.testing.assert_array_equal(both.forces, likely.forces)
     np.testing.assert_array_equal(both.others, [far.forces])
-    ruled_out = weighed([likely, top([3.0, 0, 0], 1020.0)], information)
+    ruled_out = weighed([likely, optimum([3.0, 0, 0], 1020.0)], information)
     assert not len(ruled_out.others)
     np.testing.assert_array_equal(ruled_out.information, information)
     # two that are near to each other are one, with the covariance of their mixture
-    near = weighed([likely, top([2.2, 0, 0], 1000.0)], information)
+    near = weighed([likely, optimum([2.2, 0, 0], 1000.0)], information)
     assert not len(near.others)
     np.testing.assert_allclose(near.forces, [2.1, 0, 0])
     np.testing.assert_allclose(np.linalg.inv(near.information)[0, 0], 0.01 + 0.01)
     # contact pushes
-    pulls = weighed([top([-2.0, 0, 0], 1000.0), likely], information)
+    pulls = weighed([optimum([-2.0, 0, 0], 1000.0), likely], information)
     np.testing.assert_array_equal(pulls.forces, likely.forces)

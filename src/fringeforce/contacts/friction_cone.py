@@ -9,7 +9,9 @@ from scipy.optimize import nnls
 Array = NDArray[np.float64]
 
 
-def admissible(loads: Array, covariance: Array, friction: float) -> tuple[Array, NDArray[np.bool_]]:
+def within_friction_cone(
+    loads: Array, covariance: Array, friction: float
+) -> tuple[Array, NDArray[np.bool_]]:
     """Likeliest loads with N >= 0 and |T| <= friction N on every tactel.
 
     The loads of each tactel are written as a sum of the two edges of its friction cone with

@@ -16,12 +16,12 @@ from fringeforce.estimation.vector_loops import (
     Single,
     add_products,
     combine,
-    confront,
     copy,
     expose,
     gather,
     interpolate,
     square_sum,
+    subtract_levels,
 )
 
 REPORT = np.dtype(
@@ -34,8 +34,8 @@ none at all, and that one more step promises; the bend of the way to the frame (
 _ZERO, _SUSPECT = np.float32(0), np.float32(OUTLIER**2)
 
 
-class Room(NamedTuple):
-    """Room for one frame, which the functions below would lose time to find for themselves.
+class Workspace(NamedTuple):
+    """Workspace for one frame, which the functions below would lose time to find for themselves.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Room(NamedTuple):
 
 
 @entry
-def room_for(strip):
+def workspace_for(strip):
     """Find room for the frames of a strip."""
     size, (rows, places) = len(strip.inverse), strip.nodes.shape
     grey, left, pull = (
@@ -81,26 +81,26 @@ def room_for(strip):
     gradient, short = np.zeros(rows), np.zeros(rows, np.float32)
     sums, weight = np.zeros(places, np.float32), np.zeros(places, np.float32)
     nothing, new = np.zeros(places, np.float32), np.ones(1, np.bool_)
-    return Room(grey, left, root, hidden, new, gradient, sums, pull, weight, short, nothing)
+    return Workspace(grey, left, root, hidden, new, gradient, sums, pull, weight, short, nothing)
 
 
 @entry
-def take(strip, frame, room) -> None:
+def load_frame(strip, frame, work) -> None:
     """Lay a frame out, shape (P,), and find its clipped pixels."""
-    order, grey, floor, ceiling = strip.order, room.grey, strip.floor, strip.ceiling
+    order, grey, floor, ceiling = strip.order, work.grey, strip.floor, strip.ceiling
     same = 0
     while same < len(order) and grey[order[same]] == frame[same]:
         same += 1
-    room.new[0] = same < len(order)
+    work.new[0] = same < len(order)
     for i in range(len(order)):
         grey[order[i]] = frame[i]
-    if room.hidden[0] > 0:
-        room.hidden[0], room.root[:] = 0, 1
+    if work.hidden[0] > 0:
+        work.hidden[0], work.root[:] = 0, 1
     clipped = 0
     for i in range(len(order)):
         clipped += (frame[i] <= floor) | (frame[i] >= ceiling)
     if clipped:
-        _find_clipped(strip, frame, room.hidden)
+        _find_clipped(strip, frame, work.hidden)
 
 
 @inner
@@ -121,50 +121,50 @@ def evaluate(strip, loads, phase, slope, level) -> None:
     for i in range(len(matrix)):
         row = slice(i * matrix.shape[2], (i + 1) * matrix.shape[2])
         combine(matrix[i], short, bias[row], phase[row])
-    shine(strip, phase, slope, level)
+    light_levels(strip, phase, slope, level)
 
 
 @entry
-def shift(strip, base, change, phase, room) -> float:
+def shift(strip, base, change, phase, work) -> float:
     """Fill in the phase of all pixels after a change of the loads from where it was `base`.
 
     Four times as fast as `evaluate`, and exact to some ten thousandths of the phase's change, of
     which the mean square is returned [rad^2].
     """
-    copy(change, room.short)
-    combine(strip.nodes, room.short, room.nothing, room.weight)
-    interpolate(room.weight, strip.shares, base, phase)
-    return float(square_sum(room.weight)) / len(room.weight)
+    copy(change, work.short)
+    combine(strip.nodes, work.short, work.nothing, work.weight)
+    interpolate(work.weight, strip.shares, base, phase)
+    return float(square_sum(work.weight)) / len(work.weight)
 
 
 @inner
-def shine(strip, phase, slope, level) -> None:
+def light_levels(strip, phase, slope, level) -> None:
     """Fill in slope and level of all pixels from their phase."""
     expose(phase, strip.amplitude, strip.offset, strip.steepness, level, slope)
 
 
 @entry
-def compare(strip, slope, level, room) -> float:
+def compare(strip, slope, level, work) -> float:
     """Fill in residuals, roots of the pixels' weights and the gradient of half the loss.
 
     Returns what clipped pixels add to the sum of squared residuals to make it the loss.
     """
-    confront(level, room.grey, strip.inverse, slope, room.left, room.pull)
-    beyond = _hide(strip, level, room) if room.hidden[0] > 0 else 0.0
-    for k in room.hidden[1 : 1 + room.hidden[0]]:
-        room.pull[k] = room.left[k] * slope[k]
-    gather(room.pull, strip.shares, room.weight)
-    room.gradient[:] = 0
-    add_products(strip.nodes, room.weight, room.gradient)
+    subtract_levels(level, work.grey, strip.inverse, slope, work.left, work.pull)
+    beyond = _hide(strip, level, work) if work.hidden[0] > 0 else 0.0
+    for k in work.hidden[1 : 1 + work.hidden[0]]:
+        work.pull[k] = work.left[k] * slope[k]
+    gather(work.pull, strip.shares, work.weight)
+    work.gradient[:] = 0
+    add_products(strip.nodes, work.weight, work.gradient)
     return beyond
 
 
 @entry
-def silence(strip, room) -> float:
+def silence(strip, work) -> float:
     """Loss of no load at all; fills in its residuals."""
-    _subtract(strip.dark, room.grey, strip.inverse, room.left)
-    beyond = _hide(strip, strip.dark, room) if room.hidden[0] > 0 else 0.0
-    return beyond + float(square_sum(room.left))
+    _subtract(strip.dark, work.grey, strip.inverse, work.left)
+    beyond = _hide(strip, strip.dark, work) if work.hidden[0] > 0 else 0.0
+    return beyond + float(square_sum(work.left))
 
 
 @inner
@@ -174,10 +174,10 @@ def _subtract(level, grey, inverse, left) -> None:
 
 
 @inner
-def _hide(strip, level, room) -> float:
+def _hide(strip, level, work) -> float:
     """Correct pixels at the converter's limits; see `likelihood.misfit`."""
     inverse, floor, ceiling, added = strip.inverse, strip.floor, strip.ceiling, 0.0
-    grey, left, root, hidden = room.grey, room.left, room.root, room.hidden
+    grey, left, root, hidden = work.grey, work.left, work.root, work.hidden
     for i in range(1, 1 + hidden[0]):
         k = hidden[i]
         sign, limit = (1.0, ceiling - 0.5) if grey[k] >= ceiling else (-1.0, floor + 0.5)
@@ -199,9 +199,9 @@ def _log_normal_tail(x: float) -> float:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED, nogil=True)
-def describe(strip, room, report) -> None:
+def describe(strip, work, report) -> None:
     """Fill in what residuals look like."""
-    left, share, every, sums = room.left, strip.share, len(strip.shares), room.sums
+    left, share, every, sums = work.left, strip.share, len(strip.shares), work.sums
     places, squares, outliers = len(sums), _ZERO, np.int32(0)
     sums[:] = 0
     for row in range(every):

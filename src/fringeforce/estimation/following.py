@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import entry, part
-from fringeforce.estimation.evaluation import Room, describe, evaluate, silence, take
+from fringeforce.estimation.evaluation import Workspace, describe, evaluate, load_frame, silence
 from fringeforce.estimation.gauss_newton import Place, follow, settle
 from fringeforce.estimation.information import factorise_information
-from fringeforce.estimation.residual_monitor import TREND, lingers
-from fringeforce.estimation.running_mean import MEAN, steady, step_steadily
+from fringeforce.estimation.residual_monitor import TREND, persists
+from fringeforce.estimation.running_mean import MEAN, step_steadily, update_running_mean
 from fringeforce.estimation.strip import Pixels, Strip
 from fringeforce.estimation.track_status import (
     DOUBTFUL,
     FOLLOWED,
-    HUSHES,
     KNOWN,
     SILENT,
+    SILENT_FRAMES,
     Limits,
     looks_like_noise,
     rests,
@@ -35,7 +35,7 @@ STEP, WHOLE, NONE = range(3)
 """Covariances that are wanted: that of the step's matrix, that of all pixels, or none."""
 
 
-class Memory(NamedTuple):
+class TrackerState(NamedTuple):
     """What a follower knows besides its place; the compiled functions write into its arrays.
 
     Attributes
@@ -43,13 +43,13 @@ class Memory(NamedTuple):
     variance : ndarray, shape (places,)
         Of the phase at the nodes of the information [rad^2].
     mean : ndarray of MEAN, shape (1,)
-        See `steady`.
+        See `update_running_mean`.
     rest : ndarray, shape (size,)
         Mean of the residuals of frames that were followed steadily, in units of the noise.
     known : ndarray of KNOWN, shape (1,)
         What is known since the last search.
     trend, lasting : ndarray, shape (groups,), and ndarray of TREND, shape (1,)
-        See `lingers`.
+        See `persists`.
     """
 
     variance: NDArray[np.float32]
@@ -60,7 +60,7 @@ class Memory(NamedTuple):
     lasting: NDArray[np.void]
 
     @classmethod
-    def of(cls, strip: Strip) -> Memory:
+    def of(cls, strip: Strip) -> TrackerState:
         """Of nothing yet."""
         layout, groups = strip.layout, len(strip.share)
         variance, rest, trend = (
@@ -70,10 +70,10 @@ class Memory(NamedTuple):
         return cls(variance, mean, rest, known, trend, lasting)
 
 
-def state_of(strip: Strip, place: Place, memory: Memory, limits: Limits) -> tuple[Any, ...]:
+def state_of(strip: Strip, place: Place, state: TrackerState, limits: Limits) -> tuple[Any, ...]:
     """What `follow_all` takes: plain tuples, for names cost several microseconds at the door."""
-    *standing, room = place
-    return tuple(map(tuple, (strip.arrays, standing, room, memory, limits)))
+    *standing, work = place
+    return tuple(map(tuple, (strip.arrays, standing, work, state, limits)))
 
 
 @entry
@@ -93,24 +93,24 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
     loads, covariances, reports, verdicts : ndarray, shapes (k, m), (k, m, m), (k,), (k,)
         Filled, with records of REPORT; of the covariances only what is wanted.
     """
-    place = Place(*state[1], Room(*state[2]))  # pyright: ignore[reportCallIssue]
+    place = Place(*state[1], Workspace(*state[2]))  # pyright: ignore[reportCallIssue]
     strip = Pixels(*state[0])
-    memory, limits = Memory(*state[3]), Limits(*state[4])
-    mean, known, lasting = memory.mean[0], memory.known[0], memory.lasting[0]
+    state, limits = TrackerState(*state[3]), Limits(*state[4])
+    mean, known, lasting = state.mean[0], state.known[0], state.lasting[0]
     for i in range(len(frames)):
         if silent:
-            verdicts[i] = _hush(strip, place.room, known, limits, frames[i], reports[i])
+            verdicts[i] = _hush(strip, place.work, known, limits, frames[i], reports[i])
         else:
-            verdicts[i] = _touch(strip, place, memory, limits, frames[i], loads[i], reports[i])
-            room, judged = place.room, verdicts[i] != SILENT and place.room.new[0]
-            if judged and lingers(room.sums, limits.groups, limits.sums, memory.trend, lasting):
+            verdicts[i] = _touch(strip, place, state, limits, frames[i], loads[i], reports[i])
+            work, selected = place.work, verdicts[i] != SILENT and place.work.new[0]
+            if selected and persists(work.sums, limits.groups, limits.sums, state.trend, lasting):
                 verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i
         if verdicts[i] == SILENT:
             loads[i] = 0
             known.hushed += 1
-            if not silent and known.hushed >= HUSHES:
+            if not silent and known.hushed >= SILENT_FRAMES:
                 silent, mean.steady, place.loads[:] = True, False, 0
             continue
         known.hushed = 0
@@ -123,11 +123,11 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
 
 
 @part
-def _hush(strip, room, known, limits, frame, report) -> int:
+def _hush(strip, work, known, limits, frame, report) -> int:
     """Whether a frame is silent, as the one before was."""
-    take(strip, frame, room)
-    silence(strip, room)
-    describe(strip, room, report)
+    load_frame(strip, frame, work)
+    silence(strip, work)
+    describe(strip, work, report)
     known.left -= 1
     if looks_like_noise(report, limits.quiet, limits.quiet_sums):
         known.raised = 0
@@ -138,9 +138,9 @@ def _hush(strip, room, known, limits, frame, report) -> int:
 
 
 @part
-def _touch(strip, place, memory, limits, frame, loads, report) -> int:
+def _touch(strip, place, state, limits, frame, loads, report) -> int:
     """Follow one frame: to the top of its likelihood, or a step from the mean."""
-    variance, mean, known = memory.variance, memory.mean[0], memory.known[0]
+    variance, mean, known = state.variance, state.mean[0], state.known[0]
     known.looked -= 1
     allowed = limits.sums if known.looked > 0 else limits.watched
     if not mean.steady:
@@ -152,8 +152,8 @@ def _touch(strip, place, memory, limits, frame, loads, report) -> int:
         if found != DOUBTFUL:
             return found
         copy(before, place.loads)
-        steady(strip, place, variance, mean)
-    step_steadily(strip, place, variance, mean, memory.rest, frame, loads, report)
+        update_running_mean(strip, place, variance, mean)
+    step_steadily(strip, place, variance, mean, state.rest, frame, loads, report)
     found = steady_verdict(report, limits, mean, known, allowed)
     if found == FOLLOWED and rests(report):
         mean.steady = False

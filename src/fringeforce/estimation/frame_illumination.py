@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class OwnLight:
+class FrameIllumination:
     """What a frame says of its own light.
 
     Attributes
@@ -28,14 +28,14 @@ class OwnLight:
     covariance: Array
 
 
-def own_light(
+def frame_illumination(
     frame: Array,
     loads: Array,
     influence: Array,
     response: Response,
     spread: Array,
     drift: tuple[float, float],
-) -> OwnLight:
+) -> FrameIllumination:
     """Estimate gain and offset together with the loads, to first order about the loads.
 
     Parameters
@@ -64,4 +64,4 @@ def own_light(
     pull = own.T @ left - mixed.T @ (turned.T @ left)
     shifts = -np.linalg.solve(information, pull)
     covariance = mixed @ np.linalg.solve(information, mixed.T)
-    return OwnLight(shifts, np.asarray(covariance, dtype=float))
+    return FrameIllumination(shifts, np.asarray(covariance, dtype=float))

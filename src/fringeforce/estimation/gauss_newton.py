@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import entry, inner, part
 from fringeforce.estimation.evaluation import (
-    Room,
+    Workspace,
     compare,
     describe,
     evaluate,
-    room_for,
+    light_levels,
+    load_frame,
     shift,
-    shine,
     silence,
-    take,
+    workspace_for,
 )
 from fringeforce.estimation.information import factorise_information
 from fringeforce.estimation.strip import Strip
@@ -64,11 +64,11 @@ class Place(NamedTuple):
         Phase and slope where the matrix was computed, in one row.
     factor : ndarray, shape (rows, rows)
         Cholesky factor of the matrix, lower triangle [1/N].
-    weakest : ndarray, shape (m + 1,)
+    least_informed : ndarray, shape (m + 1,)
         Direction of the loads that the frame says least of, one deviation long [N]; its bend.
     covariance : ndarray, shape (m, m)
         Inverse of the matrix [N^2].
-    room : Room
+    work : Workspace
         For the frame that is looked at.
     """
 
@@ -81,9 +81,9 @@ class Place(NamedTuple):
     anchor: Single
     steep: Single
     factor: Array
-    weakest: Array
+    least_informed: Array
     covariance: Array
-    room: Room
+    work: Workspace
 
     @classmethod
     def at(cls, strip: Strip, loads: Array) -> Place:
@@ -94,9 +94,9 @@ class Place(NamedTuple):
         place = cls(
             *(loads.copy(), phase, slope, level, base, ground, anchor, steep),
             factor=np.zeros((rows, rows)),
-            weakest=np.ones(strip.loads + 1),
+            least_informed=np.ones(strip.loads + 1),
             covariance=np.zeros((strip.loads, strip.loads)),
-            room=room_for(strip.arrays),
+            work=workspace_for(strip.arrays),
         )
         settle(strip.arrays, place)
         return place
@@ -105,7 +105,7 @@ class Place(NamedTuple):
 @entry
 def settle(strip, place) -> None:
     """Evaluate a place at its loads."""
-    survey(strip, place)
+    relinearise(strip, place)
     _anchor(strip, place, np.ones_like(place.phase))
     for _ in range(TURNS):
         keep(strip, place)
@@ -127,41 +127,41 @@ def follow(strip, place, frame, estimate, report) -> None:
     report : record of REPORT
         Filled; the way is that from where the matrix was computed.
     """
-    room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
-    level, covariance, gradient = place.level, place.covariance, place.room.gradient
+    work, loads, phase, slope = place.work, place.loads, place.phase, place.slope
+    level, covariance, gradient = place.level, place.covariance, place.work.gradient
     step, places = np.empty(len(loads)), len(place.anchor)
-    take(strip, frame, room)
+    load_frame(strip, frame, work)
     beyond, way, turn, anchor, steep = 0.0, 0.0, 0, place.anchor, place.steep
-    compare(strip, slope, level, room)
+    compare(strip, slope, level, work)
     for turn in range(STEPS):
         if turn > 0:
-            step_matrix(strip, slope, room.root, place.factor)
+            step_matrix(strip, slope, work.root, place.factor)
             invert(place.factor, covariance)
             anchor, steep = row_of(strip, phase, places).copy(), row_of(strip, slope, places).copy()
         multiply(covariance, gradient, step)
         loads -= step
-        way = shift(strip, place.ground, loads - place.base, phase, room)
-        shine(strip, phase, slope, level)
-        beyond = compare(strip, slope, level, room)
+        way = shift(strip, place.ground, loads - place.base, phase, work)
+        light_levels(strip, phase, slope, level)
+        beyond = compare(strip, slope, level, work)
         multiply(covariance, gradient, step)
         report.promised = abs(np.dot(step, gradient[: len(loads)]))
         if not report.promised > CLOSE:
             break
     copy(loads - step, estimate)
-    describe(strip, room, report)
+    describe(strip, work, report)
     if way > FAR:
-        survey(strip, place)
-    report.bent = bend(strip, place.anchor, phase, place.steep, level)
-    if bend(strip, anchor, phase, steep, level) > FRESH:
-        _anchor(strip, place, room.root)
+        relinearise(strip, place)
+    report.bent = relative_curvature(strip, place.anchor, phase, place.steep, level)
+    if relative_curvature(strip, anchor, phase, steep, level) > FRESH:
+        _anchor(strip, place, work.root)
     elif turn > 0:
         _keep_row(strip, place, anchor, steep)
-    report.weak = place.weakest[-1]
-    report.gain = silence(strip, room) - report.squares - beyond
+    report.weak = place.least_informed[-1]
+    report.gain = silence(strip, work) - report.squares - beyond
 
 
 @inner
-def survey(strip, place) -> None:
+def relinearise(strip, place) -> None:
     """Compute the phase of a place at every pixel."""
     evaluate(strip, place.loads, place.phase, place.slope, place.level)
     copy(place.loads, place.base)
@@ -188,9 +188,11 @@ def _keep_row(strip, place, anchor, steep) -> None:
     """Keep where the matrix was computed, and how bent one deviation is from there."""
     copy(anchor, place.anchor)
     copy(steep, place.steep)
-    weakest = place.weakest
-    _weaken(place.covariance, weakest)
-    weakest[-1] = _weak_bend(strip, weakest[:-1], place.slope, place.level, place.room)
+    least_informed = place.least_informed
+    _weaken(place.covariance, least_informed)
+    least_informed[-1] = _least_informed_curvature(
+        strip, least_informed[:-1], place.slope, place.level, place.work
+    )
 
 
 @inner
@@ -206,7 +208,7 @@ def row_of(strip, values, places):
 
 
 @inner
-def bend(strip, anchor, phase, steep, level) -> float:
+def relative_curvature(strip, anchor, phase, steep, level) -> float:
     """Second-order change of the levels on the way from an anchor, relative to the first.
 
     A mirror image lies where both cancel: at a bend of one.
@@ -247,10 +249,10 @@ def _weaken(covariance: Array, direction: Array) -> None:
 
 
 @inner
-def _weak_bend(strip, direction, slope, level, room) -> float:
+def _least_informed_curvature(strip, direction, slope, level, work) -> float:
     """Bend of a way of one deviation."""
-    way = room.weight
-    copy(direction, room.short)
-    combine(strip.nodes, room.short, room.nothing, way)
+    way = work.weight
+    copy(direction, work.short)
+    combine(strip.nodes, work.short, work.nothing, way)
     first, second = _changes(strip, way, row_of(strip, slope, len(way)), level)
     return np.sqrt(second / np.float32(len(strip.shares))) / max(first, _TINY)

@@ -23,7 +23,7 @@ SMOOTH = 1 / 16
 
 
 @dataclass(frozen=True, eq=False)
-class ShapeError:
+class ModelDiscrepancy:
     """What one frame says of errors of shape.
 
     Attributes
@@ -41,14 +41,14 @@ class ShapeError:
     bias: Array
 
 
-def shape_error(
+def model_discrepancy(
     residuals: Array,
     slope: Array,
     influence: Array,
     loads: Array,
     covariance: Array,
     known: Array | None = None,
-) -> ShapeError:
+) -> ModelDiscrepancy:
     """Look for errors of shape in what is left of a frame.
 
     The statistic r' K r is the locally most powerful test; for pure noise it is a sum of squares
@@ -87,7 +87,7 @@ def shape_error(
         weighed = kernel + (kernel @ known) @ known.T
     mean, spread = np.trace(weighed), (weighed * weighed.T).sum()
     if len(left) <= len(loads) or mean <= 0:  # the loads absorb whatever errors could leave
-        return ShapeError(1.0, 0.0, bias)
+        return ModelDiscrepancy(1.0, 0.0, bias)
     found = left @ kernel @ left
     chance = float(chdtrc(mean**2 / spread, found * mean / spread))
-    return ShapeError(chance, float(np.sqrt(max(found - mean, 0) / square)), bias)
+    return ModelDiscrepancy(chance, float(np.sqrt(max(found - mean, 0) / square)), bias)

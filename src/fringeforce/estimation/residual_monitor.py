@@ -30,7 +30,7 @@ def begin_trend(state, confirmed: bool) -> None:
 
 
 @entry
-def lingers(sums, freedom, limit, trend, state) -> bool:
+def persists(sums, freedom, limit, trend, state) -> bool:
     """Take in the sums over neighbours of one frame; returns whether their mean is no noise.
 
     Parameters

@@ -14,8 +14,24 @@ from math import sqrt
 import numpy as np
 
 from fringeforce.estimation.compiling import entry, inner, part
-from fringeforce.estimation.evaluation import compare, describe, shift, shine, silence, take
-from fringeforce.estimation.gauss_newton import FAR, FRESH, RIDGE, TURNS, bend, keep, row_of, survey
+from fringeforce.estimation.evaluation import (
+    compare,
+    describe,
+    light_levels,
+    load_frame,
+    shift,
+    silence,
+)
+from fringeforce.estimation.gauss_newton import (
+    FAR,
+    FRESH,
+    RIDGE,
+    TURNS,
+    keep,
+    relative_curvature,
+    relinearise,
+    row_of,
+)
 from fringeforce.estimation.information import factorise_information
 from fringeforce.estimation.residual_monitor import REMEMBERED
 from fringeforce.estimation.vector_loops import (
@@ -50,7 +66,7 @@ AGREED = np.float32(0.02)
 
 
 @entry
-def steady(strip, place, variance, memory) -> None:
+def update_running_mean(strip, place, variance, state) -> None:
     """Begin a mean at the loads of a place.
 
     Parameters
@@ -59,11 +75,11 @@ def steady(strip, place, variance, memory) -> None:
         Where to begin.
     variance : ndarray, shape (places,)
         Filled with the variance of the phase at the nodes [rad^2].
-    memory : record of MEAN
+    state : record of MEAN
         Filled.
     """
-    memory.steady, memory.share, memory.surprise = True, 1, 1
-    memory.frames, memory.recalled, memory.spread = 0, 0, 0
+    state.steady, state.share, state.surprise = True, 1, 1
+    state.frames, state.recalled, state.spread = 0, 0, 0
     steepness, root = strip.steepness, np.ones_like(place.phase)
     # where the levels are flat, their curvature still bounds the phase; elsewhere the last matrix
     half = np.zeros_like(place.covariance)
@@ -72,7 +88,7 @@ def steady(strip, place, variance, memory) -> None:
     for k in range(len(variance)):
         flat = _ONE / steepness[k] if steepness[k] > 0 else _ZERO
         variance[k] = min(variance[k], flat)
-    survey(strip, place)
+    relinearise(strip, place)
     for _ in range(ROUNDS):
         if _anchor(strip, place, root, variance) < AGREED:
             break
@@ -81,13 +97,13 @@ def steady(strip, place, variance, memory) -> None:
 
 
 @part
-def step_steadily(strip, place, variance, memory, rest, frame, estimate, report) -> None:
+def step_steadily(strip, place, variance, state, rest, frame, estimate, report) -> None:
     """Read one frame from the mean, and take it in.
 
     Parameters
     ----------
     strip, place, variance, memory
-        As of `steady`; the place is moved to the new mean.
+        As of `update_running_mean`; the place is moved to the new mean.
     rest : ndarray, shape (size,)
         Mean of the residuals, in units of the noise.
     frame : ndarray, shape (P,)
@@ -97,63 +113,66 @@ def step_steadily(strip, place, variance, memory, rest, frame, estimate, report)
     report : record of REPORT
         Filled; the promised gain is that of the step, and so is the way.
     """
-    room, loads, phase, slope = place.room, place.loads, place.phase, place.slope
+    work, loads, phase, slope = place.work, place.loads, place.phase, place.slope
     level, places, step = place.level, len(place.anchor), np.empty(len(place.loads))
-    take(strip, frame, room)
-    beyond = compare(strip, slope, level, room)
-    if memory.frames > 0 and bend(strip, place.anchor, phase, place.steep, level) > 2 * FRESH:
-        _anchor(strip, place, room.root, variance)
+    load_frame(strip, frame, work)
+    beyond = compare(strip, slope, level, work)
+    if (
+        state.frames > 0
+        and relative_curvature(strip, place.anchor, phase, place.steep, level) > 2 * FRESH
+    ):
+        _anchor(strip, place, work.root, variance)
         keep(strip, place)
-    multiply(place.covariance, room.gradient, step)
-    report.promised = np.dot(step, room.gradient[: len(loads)])
+    multiply(place.covariance, work.gradient, step)
+    report.promised = np.dot(step, work.gradient[: len(loads)])
     copy(loads - step, estimate)
     ahead = np.zeros_like(phase)
-    shift(strip, place.ground, estimate - place.base, ahead, room)
+    shift(strip, place.ground, estimate - place.base, ahead, work)
     here, there = row_of(strip, phase, places), row_of(strip, slope, places)
-    report.bent = bend(strip, here, ahead, there, level)
+    report.bent = relative_curvature(strip, here, ahead, there, level)
     for k in range(len(phase)):
-        room.left[k] += slope[k] * (ahead[k] - phase[k])
-    describe(strip, room, report)
-    report.weak = place.weakest[-1]
-    if room.new[0]:
-        _recall(room.left, rest, memory)
-        _take_in(memory, report.promised / len(loads))
-        loads -= memory.share * step
-    if shift(strip, place.ground, loads - place.base, phase, room) > FAR:
-        survey(strip, place)
-    shine(strip, phase, slope, level)
-    report.gain = silence(strip, room) - report.squares - beyond
+        work.left[k] += slope[k] * (ahead[k] - phase[k])
+    describe(strip, work, report)
+    report.weak = place.least_informed[-1]
+    if work.new[0]:
+        _recall(work.left, rest, state)
+        _take_in(state, report.promised / len(loads))
+        loads -= state.share * step
+    if shift(strip, place.ground, loads - place.base, phase, work) > FAR:
+        relinearise(strip, place)
+    light_levels(strip, phase, slope, level)
+    report.gain = silence(strip, work) - report.squares - beyond
 
 
 @inner
-def _take_in(memory, surprise) -> None:
+def _take_in(state, surprise) -> None:
     """Change the share of a new frame by how much the mean lags."""
-    share = memory.share
+    share = state.share
     # noise of the frame, and that of the mean
     expected = 2 / (2 - share)
-    memory.frames += 1
-    memory.surprise += max(share, RECENT) * (surprise / expected - memory.surprise)
-    if memory.surprise > LAGGING:
-        memory.share = min(1.0, share * FASTER)
+    state.frames += 1
+    state.surprise += max(share, RECENT) * (surprise / expected - state.surprise)
+    if state.surprise > LAGGING:
+        state.share = min(1.0, share * FASTER)
     else:
-        memory.share = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (memory.frames + 1))
+        state.share = max(share / SLOWER, 1.0 / LONGEST, 1.0 / (state.frames + 1))
 
 
 @inner
-def _recall(left, rest, memory) -> None:
+def _recall(left, rest, state) -> None:
     """Take residuals into their mean."""
-    memory.recalled += 1
-    share = max(1 / REMEMBERED, 1 / memory.recalled)
-    memory.spread = (1 - share) ** 2 * memory.spread + share**2
+    state.recalled += 1
+    share = max(1 / REMEMBERED, 1 / state.recalled)
+    state.spread = (1 - share) ** 2 * state.spread + share**2
     part = np.float32(share)
     for k in range(len(rest)):
         rest[k] += part * (left[k] - rest[k])
 
 
 @inner
-def uncertainty(memory) -> float:
+def uncertainty(state) -> float:
     """Deviation of the mean, relative to that of one frame."""
-    return sqrt(memory.share / (2 - memory.share))
+    return sqrt(state.share / (2 - state.share))
 
 
 @inner

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import entry, inner
-from fringeforce.estimation.evaluation import compare, evaluate, room_for, take
+from fringeforce.estimation.evaluation import compare, evaluate, load_frame, workspace_for
 from fringeforce.estimation.information import fill_information
 from fringeforce.estimation.levenberg_marquardt import FACTOR, FIRST, STRONGEST
 from fringeforce.estimation.strip import Strip
@@ -25,7 +25,7 @@ _ZERO = np.float32(0)
 
 
 @dataclass(frozen=True, eq=False)
-class Top:
+class Optimum:
     """Loads at, or nearly at, a top of the likelihood.
 
     Attributes
@@ -43,7 +43,7 @@ class Top:
     loss: float
 
 
-def climb(strip: Strip, frame: NDArray[Any], start: Array, steps: int, tolerance: float) -> Top:
+def climb(strip: Strip, frame: NDArray[Any], start: Array, steps: int, tolerance: float) -> Optimum:
     """Climb from loads that are nearly right.
 
     Parameters
@@ -61,7 +61,7 @@ def climb(strip: Strip, frame: NDArray[Any], start: Array, steps: int, tolerance
     """
     loads = np.array(start, dtype=float)
     loss = _climb(strip.arrays, frame, loads, steps, tolerance)
-    return Top(loads, node_phase(strip, loads), loss)
+    return Optimum(loads, node_phase(strip, loads), loss)
 
 
 def node_phase(strip: Strip, loads: Array) -> Single:
@@ -103,19 +103,19 @@ class Phases:
 
     def add(self, phase: Single) -> None:
         """Remember one more."""
-        self._make_room(1)
+        self._make_workspace(1)
         self._kept[self._count] = phase
         self._count += 1
 
     def admit(self, strip: Strip, loads: Array, apart: float) -> NDArray[np.int64]:
         """Remember phases under several loads, shape (k, m), that are new; returns of which."""
-        self._make_room(len(loads))
+        self._make_workspace(len(loads))
         known = self._kept, self._count, np.float32(apart), self._even
         fresh = _admit(strip.nodes, strip.watched, loads, *known)
         self._count += len(fresh)
         return fresh
 
-    def _make_room(self, count: int) -> None:
+    def _make_workspace(self, count: int) -> None:
         while len(self._kept) < self._count + count:
             self._kept = np.concatenate([self._kept, np.empty_like(self._kept)])
 
@@ -168,17 +168,17 @@ def _distance(others, phase, even):
 def _climb(strip, frame, loads, steps, tolerance) -> float:
     """Move loads to the top; returns their loss."""
     rows, size = len(strip.nodes), strip.loads
-    room, phase = room_for(strip), np.empty_like(strip.inverse)
-    gradient = room.gradient
-    take(strip, frame, room)
+    work, phase = workspace_for(strip), np.empty_like(strip.inverse)
+    gradient = work.gradient
+    load_frame(strip, frame, work)
     slope, level = np.empty_like(phase), np.empty_like(phase)
     information, factor = np.empty((rows, rows)), np.empty((rows, rows))
     step, start, downhill = np.empty(size), np.empty(size), np.empty(rows)
     evaluate(strip, loads, phase, slope, level)
-    loss = _loss(strip, slope, level, room)
+    loss = _loss(strip, slope, level, work)
     damping = FIRST
     for _ in range(steps):
-        fill_information(strip, (slope * room.root) ** 2, information)
+        fill_information(strip, (slope * work.root) ** 2, information)
         _factorise(information, size, 1e-6, factor)
         solve(factor, size, gradient, step)
         if np.dot(step, gradient[:size]) < tolerance / 10:
@@ -191,7 +191,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
             solve(factor, size, downhill, step)
             copy(start - step, loads)
             evaluate(strip, loads, phase, slope, level)
-            loss = _loss(strip, slope, level, room)
+            loss = _loss(strip, slope, level, work)
             if loss <= before or damping > STRONGEST:
                 break
             damping = max(FACTOR * damping, FIRST)
@@ -206,9 +206,9 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
 
 
 @inner
-def _loss(strip, slope, level, room) -> float:
+def _loss(strip, slope, level, work) -> float:
     """Twice the negative logarithm of the likelihood, less a constant; see `compare`."""
-    return compare(strip, slope, level, room) + float(square_sum(room.left))
+    return compare(strip, slope, level, work) + float(square_sum(work.left))
 
 
 @inner

@@ -23,7 +23,7 @@ FOLLOWED, SILENT, DOUBTFUL, HELD, UNSETTLED = range(5)
 what the last search settled on; and explained by one of several loads that it left open."""
 KNOWN = np.dtype(
     [(name, "?") for name in ("open", "freshly", "again")]
-    + [(name, "f8") for name in ("spell", "left", "raised", "looked", "hushed", "seen")],
+    + [(name, "f8") for name in ("interval", "left", "raised", "looked", "hushed", "seen")],
     align=True,
 )
 """What is known since the last search: whether it left open which of several loads; whether
@@ -31,7 +31,7 @@ nothing has been surer since, and whether the doubt lasts; for how many frames i
 again, and how many of them are left; frames in a row that were louder than silence; frames for
 which errors of the model need no new look; frames in a row that were no louder than silence; and
 the bend of one deviation, in margins, in the first frame after it."""
-SPELL, HUSH = 128.0, 32.0
+SEARCH_INTERVAL, SILENT_INTERVAL = 128.0, 32.0
 """Frames until a search is due again at first: about loads, and about silence."""
 WORD = 32.0
 """Frames for which the word of a search, or of the last frame that was sure, holds."""
@@ -53,7 +53,7 @@ LOST, NEAR = 1.5, 0.5
 which it is worth a search to know it again."""
 PAUSE, FEW = 0.25, 8
 """Share of a spell without a search at least; frames after which the mean is surer than one."""
-HUSHES = 16
+SILENT_FRAMES = 16
 """Frames that do not, after which nothing is followed any more."""
 CLEARER = 0.5
 """Factor to which that bend has to fall for a search to be worth more than the last one."""
@@ -108,10 +108,10 @@ class Limits(NamedTuple):
 
 def begin(known: NDArray[np.void], unsettled: bool, silent: bool) -> None:
     """Begin what is known, shape (1,), after a search."""
-    again, length = known["again"][0], 2 * known["spell"][0]
-    spell = min(length, STAYS if unsettled else HOLDS) if again else SPELL
-    spell = HUSH if silent else spell
-    known[0] = unsettled, not silent, not silent, spell, spell, 0, SPELL, 0, 0
+    again, length = known["again"][0], 2 * known["interval"][0]
+    interval = min(length, STAYS if unsettled else HOLDS) if again else SEARCH_INTERVAL
+    interval = SILENT_INTERVAL if silent else interval
+    known[0] = unsettled, not silent, not silent, interval, interval, 0, SEARCH_INTERVAL, 0, 0
 
 
 @inner
@@ -141,32 +141,37 @@ def steady_verdict(report, limits, mean, known, sums) -> int:
     size = limits.loads
     if not report.promised <= LEAP * size or not report.bent**2 * report.promised <= size:
         return DOUBTFUL
-    bend = 2 * MARGIN * report.weak
+    relative_curvature = 2 * MARGIN * report.weak
     if known.seen == 0:
-        known.seen = bend
+        known.seen = relative_curvature
     if report.gain <= limits.contact:
         # what comes out of the silence may be any mirror image of what went in
         known.open, known.left = True, known.left - 1
         return SILENT
-    near = bend * uncertainty(mean)
-    if not known.open and known.left == known.spell and near <= LOST:
+    near = relative_curvature * uncertainty(mean)
+    if not known.open and known.left == known.interval and near <= LOST:
         if known.freshly and mean.frames < FEW:
             return HELD
         trust(known)
         return FOLLOWED
     known.left -= 1
     # back from where the way may have led to a mirror image, or too long there
-    paused = known.left < (1 - PAUSE) * known.spell or bend <= CLEARER * known.seen
+    paused = known.left < (1 - PAUSE) * known.interval or relative_curvature <= CLEARER * known.seen
     if known.left < 0 or (near <= NEAR and paused):
         return DOUBTFUL
     # its word holds for a while, and then nothing does until the next
-    return UNSETTLED if known.open or known.spell - known.left > WORD else HELD
+    return UNSETTLED if known.open or known.interval - known.left > WORD else HELD
 
 
 @inner
 def trust(known) -> None:
     """Take a frame as surer than the last search."""
-    known.freshly, known.again, known.spell, known.left = False, False, SPELL, SPELL
+    known.freshly, known.again, known.interval, known.left = (
+        False,
+        False,
+        SEARCH_INTERVAL,
+        SEARCH_INTERVAL,
+    )
 
 
 @inner

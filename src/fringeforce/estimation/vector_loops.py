@@ -74,7 +74,7 @@ def expose(
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def confront(
+def subtract_levels(
     level: Single, grey: Single, inverse: Single, slope: Single, left: Single, pull: Single
 ) -> None:
     """Fill in what is left of grey levels in units of the noise, and that times the slopes."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,9 +24,6 @@ from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_in
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
-if TYPE_CHECKING:
-    from fringeforce.models.strip import SensorModel
-
 Array = NDArray[np.float64]
 AnyDesign = TypeVar("AnyDesign", bound=Design)
 
@@ -39,6 +36,28 @@ FIELD_STEP = 8
 FARTHEST = 6.0
 """Standard deviations beside a tactel up to which contacts are solved for: 2 in 1e9 lie beyond and
 are moved there."""
+
+
+class StripModel(Protocol):
+    """What is asked of the model of a drawn design; `SensorModel` is one."""
+
+    @property
+    def sensor(self) -> Sensor:
+        """The design."""
+        ...
+
+    @property
+    def pixel_positions(self) -> Array:
+        """Where the camera's pixels look, shape (n_pixels,) [m]."""
+        ...
+
+    def phase(self, forces: ArrayLike) -> Array:
+        """Phase lead at the pixels [rad]."""
+        ...
+
+    def delivered(self, phase: ArrayLike, rng: camera_optics.Rng = None) -> NDArray[Any]:
+        """Frames of given phase leads."""
+        ...
 
 
 class Contacts(NamedTuple):
@@ -79,7 +98,7 @@ class BuiltSensor:
     """
 
     drawing: Sensor
-    model: SensorModel
+    model: StripModel
     residual: Array
     surface: SurfaceInfluence | None = None
 
@@ -182,7 +201,7 @@ def changes_influence(paths: Iterable[str]) -> bool:
     return any(path.startswith(MECHANICAL) for path in lasting)
 
 
-def built(drawing: Sensor, model: SensorModel, generator: np.random.Generator) -> BuiltSensor:
+def built(drawing: Sensor, model: StripModel, generator: np.random.Generator) -> BuiltSensor:
     """Add to the model of a drawn design what is not one number.
 
     Parameters

@@ -57,7 +57,7 @@ class Batch:
 
     @classmethod
     def of(cls, frames: int, shape: tuple[int, ...], covariance: bool) -> Batch:
-        """Room for readings of so many frames, with forces of this shape each."""
+        """Workspace for readings of so many frames, with forces of this shape each."""
         forces, std = np.full((2, frames, *shape), np.nan)
         whole = np.full((frames, prod(shape), prod(shape)), np.nan) if covariance else None
         status = np.full(frames, Status.BAD_FRAME, dtype=object)

@@ -26,7 +26,7 @@ BLOCKS = 256
 
 
 @dataclass(frozen=True, eq=False)
-class CalibrationDoubt:
+class CalibrationUncertainty:
     """Modes of a calibration, of unit variance each; k modes, of which d change the matrix.
 
     Attributes
@@ -50,7 +50,7 @@ class CalibrationDoubt:
     width: int
 
     @classmethod
-    def of(cls, imaging: Imaging, influence: Array, response: Response) -> CalibrationDoubt:
+    def of(cls, imaging: Imaging, influence: Array, response: Response) -> CalibrationUncertainty:
         """Doubt that an imaging states; the influence matrix is that at its pixels, (P, 2n)."""
         usable, modes = imaging.usable, imaging.influence_modes
         width = -(-len(usable) // BLOCKS)

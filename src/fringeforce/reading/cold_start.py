@@ -16,9 +16,9 @@ from fringeforce.estimation.phase.folding import Fringes, phase_pace
 from fringeforce.estimation.phase.tracking import explanations
 from fringeforce.estimation.residual_test import PLAIN
 from fringeforce.estimation.strip import Strip
-from fringeforce.estimation.strip_fit import Top
-from fringeforce.reading.frame_problem import Doubt, Scene
-from fringeforce.reading.hypothesis_selection import Interpretation, judged
+from fringeforce.estimation.strip_fit import Optimum
+from fringeforce.reading.frame_problem import Doubt, FrameProblem
+from fringeforce.reading.hypothesis_selection import Hypothesis, selected
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
 
 
-def interpret(
+def cold_start(
     levels: Array,
     used: Mask,
     influence: Array,
@@ -43,8 +43,8 @@ def interpret(
     full_scale: int,
     model_error: float = 0.0,
     channels: int = 1,
-    doubt: Doubt | None = None,
-) -> Interpretation:
+    calibration_uncertainty: Doubt | None = None,
+) -> Hypothesis:
     """Explain a frame without any earlier state.
 
     Parameters
@@ -65,39 +65,41 @@ def interpret(
         Relative size of the influence matrix's errors of shape, where it is known.
     channels : int
         Channels that see the same strip along the same pixels.
-    doubt : callable, optional
+    calibration_uncertainty : callable, optional
         What grey levels are uncertain by besides noise, for given loads and pixels.
     """
-    scene = Scene.of(levels, used, influence, response, strip, channels, model_error, doubt)
+    problem = FrameProblem.of(
+        levels, used, influence, response, strip, channels, model_error, calibration_uncertainty
+    )
     lines = list(_fringes(levels, used, influence, response, channels))
-    tops: list[Top] = []
-    spared: tuple[Scene, list[Top]] | None = None
+    optima: list[Optimum] = []
+    spared: tuple[FrameProblem, list[Optimum]] | None = None
     for starts in explanations(lines):
-        tops = sorted([*tops, *_climbed(scene, starts)], key=lambda top: top.loss)
-        loads = tops[0].loads
-        if scene.explained(loads, PLAIN):
+        optima = sorted([*optima, *_climbed(problem, starts)], key=lambda optimum: optimum.loss)
+        loads = optima[0].loads
+        if problem.explained(loads, PLAIN):
             break
-        sound = _sound_pixels(scene.estimate(loads).misfit.slope)
-        if sound is not None and not scene.explained(loads):
-            rest = scene.only(sound)
-            top = rest.top(loads)
-            if rest.explained(top.loads, PLAIN):
-                return judged(rest, [top])
-            if spared is None and rest.explained(top.loads):
-                spared = rest, [top]
-    fitting = [top for top in tops if scene.explained(top.loads)]
+        sound = _sound_pixels(problem.estimate(loads).misfit.slope)
+        if sound is not None and not problem.explained(loads):
+            rest = problem.only(sound)
+            optimum = rest.optimum(loads)
+            if rest.explained(optimum.loads, PLAIN):
+                return selected(rest, [optimum])
+            if spared is None and rest.explained(optimum.loads):
+                spared = rest, [optimum]
+    fitting = [optimum for optimum in optima if problem.explained(optimum.loads)]
     if fitting:
-        return judged(scene, fitting)
+        return selected(problem, fitting)
     if spared is not None:
-        return judged(*spared)
+        return selected(*spared)
     status = Status.MODEL_MISMATCH
-    if np.mean(scene.frame >= full_scale) > SATURATION:
+    if np.mean(problem.frame >= full_scale) > SATURATION:
         status = Status.SATURATED
     elif max(phase_pace(line.intensity, line.variance).max() for line in lines) > DENSE:
         status = Status.FRINGES_TOO_DENSE
-    best = scene.climbed(scene.pushing(tops[0].loads))
-    spread = scene.covariance(best)
-    return Interpretation(best.loads, spread, spread, best.misfit.slope, status, [])
+    best = problem.climbed(problem.pushing(optima[0].loads))
+    spread = problem.covariance(best)
+    return Hypothesis(best.loads, spread, spread, best.misfit.slope, status, [])
 
 
 def _fringes(
@@ -123,16 +125,16 @@ def _fringes(
         )
 
 
-def _climbed(scene: Scene, starts: Array) -> list[Top]:
+def _climbed(problem: FrameProblem, starts: Array) -> list[Optimum]:
     """Tops of the likelihood that distinct starts lead to."""
-    found, known = list[Top](), scene.phases()
+    found, known = list[Optimum](), problem.phases()
     for start in starts:
-        if known.know(scene.phase(start), SAME_BASIN):
+        if known.know(problem.phase(start), SAME_BASIN):
             continue
-        top = scene.top(start)
-        if not known.know(top.phase, SAME_BASIN):
-            found.append(top)
-            known.add(top.phase)
+        optimum = problem.optimum(start)
+        if not known.know(optimum.phase, SAME_BASIN):
+            found.append(optimum)
+            known.add(optimum.phase)
         if len(found) == CANDIDATES:
             break
     return found

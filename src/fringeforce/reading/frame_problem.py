@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from fringeforce.estimation.bounds import covariance, phase_information
 from fringeforce.estimation.estimate import Estimate, evaluated
 from fringeforce.estimation.likelihood import Response
-from fringeforce.estimation.model_discrepancy import ShapeError, shape_error
+from fringeforce.estimation.model_discrepancy import ModelDiscrepancy, model_discrepancy
 from fringeforce.estimation.phase.reflections import reflections
 from fringeforce.estimation.residual_test import FALSE_ALARM, absorbed, is_noise
 from fringeforce.estimation.strip import Strip
-from fringeforce.estimation.strip_fit import Phases, Top, climb, node_phase
+from fringeforce.estimation.strip_fit import Optimum, Phases, climb, node_phase
 from fringeforce.estimation.vector_loops import Single
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ THIN, THINNEST = 0.2, 4
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class FrameProblem:
     """The pixels of one frame that are used, and what they can show.
 
     Attributes
@@ -55,7 +55,7 @@ class Scene:
         These pixels for the compiled loops.
     packed : ndarray, shape (P,)
         Grey levels for them.
-    doubt : callable, optional
+    calibration_uncertainty : callable, optional
         What grey levels are uncertain by besides noise.
     """
 
@@ -67,7 +67,7 @@ class Scene:
     pixels: Mask
     strip: Strip
     packed: Single
-    doubt: Doubt | None = None
+    calibration_uncertainty: Doubt | None = None
 
     @classmethod
     def of(
@@ -79,8 +79,8 @@ class Scene:
         strip: Strip,
         channels: int,
         model_error: float,
-        doubt: Doubt | None,
-    ) -> Scene:
+        calibration_uncertainty: Doubt | None,
+    ) -> FrameProblem:
         """Of a frame and the pixels to use; see `interpretation.interpret`."""
         return cls(
             frame=levels[used],
@@ -91,10 +91,10 @@ class Scene:
             pixels=used,
             strip=strip.under(response, used),
             packed=np.where(used, levels, 0).astype(np.float32),
-            doubt=doubt,
+            calibration_uncertainty=calibration_uncertainty,
         )
 
-    def only(self, sound: Mask) -> Scene:
+    def only(self, sound: Mask) -> FrameProblem:
         """The scene without some of its pixels."""
         lead, pixels = int(np.count_nonzero(sound[: self.lead])), self.pixels.copy()
         pixels[pixels] = sound
@@ -109,14 +109,14 @@ class Scene:
         )
 
     def climbed(self, start: Array) -> Estimate:
-        """Top of the likelihood that a start leads to."""
+        """Optimum of the likelihood that a start leads to."""
         return self.estimate(climb(self.strip, self.packed, start, 30, 1e-3).loads)
 
-    def top(self, start: Array) -> Top:
+    def optimum(self, start: Array) -> Optimum:
         """The same, but for a tenth of a deviation."""
         return climb(self.strip, self.packed, start, 30, 0.01)
 
-    def nearly_top(self, start: Array) -> Top:
+    def near_optimum(self, start: Array) -> Optimum:
         """Near enough to be ranked."""
         return climb(self.strip, self.packed, start, 8, 1.0)
 
@@ -139,12 +139,16 @@ class Scene:
         """Covariance of an estimate."""
         return covariance(estimate.phase, self.influence, self.response)
 
-    def shape_error(self, estimate: Estimate, spread: Array) -> ShapeError:
+    def model_discrepancy(self, estimate: Estimate, spread: Array) -> ModelDiscrepancy:
         """What the frame says of errors of shape that the influence matrix is not known to have."""
         sigma = np.sqrt(self.response.variance)
-        known = None if self.doubt is None else self.doubt(estimate.loads, self.pixels)
+        known = (
+            None
+            if self.calibration_uncertainty is None
+            else self.calibration_uncertainty(estimate.loads, self.pixels)
+        )
         slope, residuals = self.response.slope(estimate.phase) / sigma, estimate.misfit.slope
-        return shape_error(residuals, slope, self.influence, estimate.loads, spread, known)
+        return model_discrepancy(residuals, slope, self.influence, estimate.loads, spread, known)
 
     def images(self, loads: Array) -> Array:
         """Mirror images of an explanation in its first channel, the likeliest first."""
@@ -156,11 +160,11 @@ class Scene:
         changes = reflections(phase[thin] + response.bias, influence, information)
         return loads + changes[:IMAGES]
 
-    def phases(self, tops: Iterable[Top] = ()) -> Phases:
+    def phases(self, optima: Iterable[Optimum] = ()) -> Phases:
         """Phases of explanations, which are known up to their signs if nothing is biased."""
         found = Phases(self.response.even, self.strip.watched.size)
-        for top in tops:
-            found.add(top.phase)
+        for optimum in optima:
+            found.add(optimum.phase)
         return found
 
     def phase(self, loads: Array) -> Single:

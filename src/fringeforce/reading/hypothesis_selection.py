@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.estimate import Estimate
 from fringeforce.estimation.likelihood import misfit
-from fringeforce.estimation.model_discrepancy import ShapeError
+from fringeforce.estimation.model_discrepancy import ModelDiscrepancy
 from fringeforce.estimation.residual_test import FALSE_CONTACT, square_limit
-from fringeforce.estimation.strip_fit import Top
-from fringeforce.reading.frame_problem import Scene
+from fringeforce.estimation.strip_fit import Optimum
+from fringeforce.reading.frame_problem import FrameProblem
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ DOUBTFUL, IMPOSSIBLE = 0.05, 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Interpretation:
+class Hypothesis:
     """Loads that explain a frame, and the verdict.
 
     Attributes
@@ -62,91 +62,95 @@ class Interpretation:
     rivals: list[Array]
 
 
-def judged(scene: Scene, fitting: list[Top]) -> Interpretation:
+def selected(problem: FrameProblem, fitting: list[Optimum]) -> Hypothesis:
     """Weigh an explanation that fits against silence, its rivals and errors of the model.
 
     Parameters
     ----------
-    scene : Scene
+    problem : FrameProblem
         The frame.
-    fitting : list of Top
+    fitting : list of Optimum
         Explanations that leave nothing but noise, the likeliest first.
     """
-    if (silence := _silence(scene, fitting[0])) is not None:
+    if (silence := _silence(problem, fitting[0])) is not None:
         return silence
-    tops, complete = _with_neighbours(scene, fitting)
-    spread = scene.covariance(scene.climbed(tops[0].loads))
-    loads, chance = _rivals(scene, tops, spread)
-    best = scene.climbed(loads[0])
+    optima, complete = _with_neighbours(problem, fitting)
+    spread = problem.covariance(problem.climbed(optima[0].loads))
+    loads, chance = _rivals(problem, optima, spread)
+    best = problem.climbed(loads[0])
     loads[0] = best.loads
     mean, whole = _mixture(loads, chance, spread)
     anchored = complete or np.abs(best.phase).max() > ANCHOR
     status, rivals = Status.OK, []
     if not anchored or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
         mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
-    wrong = scene.shape_error(best, spread)
-    if wrong.chance < IMPOSSIBLE and not scene.model_error:
+    wrong = problem.model_discrepancy(best, spread)
+    if wrong.chance < IMPOSSIBLE and not problem.model_error:
         status = Status.MODEL_MISMATCH
-    whole = whole + widening(wrong, scene.model_error) ** 2 * wrong.bias
-    return Interpretation(mean, whole, spread, best.misfit.slope, status, rivals)
+    whole = whole + widening(wrong, problem.model_error) ** 2 * wrong.bias
+    return Hypothesis(mean, whole, spread, best.misfit.slope, status, rivals)
 
 
-def widening(wrong: ShapeError, model_error: float) -> float:
+def widening(wrong: ModelDiscrepancy, model_error: float) -> float:
     """Size of errors of shape to allow for: what is known of them, or more if a frame shows it."""
     return max(wrong.size if wrong.chance < DOUBTFUL else 0.0, model_error)
 
 
-def _silence(scene: Scene, best: Top) -> Interpretation | None:
+def _silence(problem: FrameProblem, best: Optimum) -> Hypothesis | None:
     """No contact, if the best explanation beats it by no more than noise would."""
-    unknowns, dark = len(best.loads), np.zeros(len(scene.frame))
-    silent = misfit(scene.frame, scene.response.level(dark), scene.response)
+    unknowns, dark = len(best.loads), np.zeros(len(problem.frame))
+    silent = misfit(problem.frame, problem.response.level(dark), problem.response)
     if silent.loss - best.loss > square_limit(unknowns, FALSE_CONTACT):
         return None
     # a load and its negative are equally likely, and neither shows: their mean is none
     nothing = Estimate(np.zeros(unknowns), dark, silent)
-    spread = scene.covariance(nothing)
-    return Interpretation(nothing.loads, spread, spread, silent.slope, Status.NO_CONTACT, [])
+    spread = problem.covariance(nothing)
+    return Hypothesis(nothing.loads, spread, spread, silent.slope, Status.NO_CONTACT, [])
 
 
-def _rivals(scene: Scene, tops: list[Top], spread: Array) -> tuple[Array, Array]:
+def _rivals(problem: FrameProblem, optima: list[Optimum], spread: Array) -> tuple[Array, Array]:
     """The loads of the best explanation and of all that rival it, best first; their chances."""
     deviations = np.sqrt(np.diag(spread))
-    losses = np.array([top.loss + _pull(top.loads, deviations) for top in tops])
+    losses = np.array([optimum.loss + _pull(optimum.loads, deviations) for optimum in optima])
     order = [i for i in np.argsort(losses, kind="stable") if losses[i] < losses.min() + RIVAL]
-    loads = np.array([tops[i].loads for i in order])
+    loads = np.array([optima[i].loads for i in order])
     chance = np.exp((losses.min() - losses[order]) / 2)
     pushes = np.tile([1.0, 0.0], len(deviations) // 2)
     weak = loads[0] @ pushes < PUSH * np.sqrt(pushes @ spread @ pushes)
-    if weak and scene.response.even:
+    if weak and problem.response.even:
         # the pushes are too weak to tell a load from its negative
         loads, chance = np.concatenate([loads, -loads]), np.concatenate([chance, chance])
     return loads, chance / chance.sum()
 
 
-def _with_neighbours(scene: Scene, found: list[Top]) -> tuple[list[Top], bool]:
+def _with_neighbours(problem: FrameProblem, found: list[Optimum]) -> tuple[list[Optimum], bool]:
     """Explanations around those found, the best first, each pushing, and whether that is all.
 
     From every explanation within reach of the best one, its mirror images are tried in turn.
     """
-    tops = list(found)
-    tried, kept, explored = scene.phases(tops), scene.phases(tops), scene.phases()
-    done: list[Top] = []
-    while fresh := [top for top in tops if top.loss < tops[0].loss + RIVAL and top not in done]:
+    optima = list(found)
+    tried, kept, explored = problem.phases(optima), problem.phases(optima), problem.phases()
+    done: list[Optimum] = []
+    while fresh := [
+        optimum
+        for optimum in optima
+        if optimum.loss < optima[0].loss + RIVAL and optimum not in done
+    ]:
         if len(tried) >= TRIED:
             break
         # the one least like those that were explored shows most that is new
-        chosen = max(fresh, key=lambda top: explored.distance(top.phase))
+        chosen = max(fresh, key=lambda optimum: explored.distance(optimum.phase))
         explored.add(chosen.phase)
         done.append(chosen)
-        images = scene.images(chosen.loads)
-        for start in images[tried.admit(scene.strip, images, SAME_START)]:
-            top = scene.nearly_top(start)
-            if not kept.know(top.phase, SAME_TOP):
-                kept.add(top.phase)
-                tops.append(top)
-        tops.sort(key=lambda top: top.loss)
-    tops[0] = scene.top(tops[0].loads)
-    return [replace(top, loads=scene.pushing(top.loads)) for top in tops], not fresh
+        images = problem.images(chosen.loads)
+        for start in images[tried.admit(problem.strip, images, SAME_START)]:
+            optimum = problem.near_optimum(start)
+            if not kept.know(optimum.phase, SAME_TOP):
+                kept.add(optimum.phase)
+                optima.append(optimum)
+        optima.sort(key=lambda optimum: optimum.loss)
+    optima[0] = problem.optimum(optima[0].loads)
+    return [replace(optimum, loads=problem.pushing(optimum.loads)) for optimum in optima], not fresh
 
 
 def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:

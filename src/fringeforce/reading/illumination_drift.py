@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.strip import Strip
-from fringeforce.reading.cold_start import interpret
+from fringeforce.reading.cold_start import cold_start
 from fringeforce.reading.frame_problem import Doubt
-from fringeforce.reading.hypothesis_selection import Interpretation
+from fringeforce.reading.hypothesis_selection import Hypothesis
 from fringeforce.reading.reading import Status
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ SETTLED = 0.03
 """Change of a frame's gain and offset, in their deviations, below which its light is known."""
 
 
-def interpret_in_own_light(
+def cold_start_with_illumination(
     levels: Array,
     used: Mask,
     influence: Array,
@@ -38,8 +38,8 @@ def interpret_in_own_light(
     model_error: float,
     channels: int,
     drift: tuple[float, float],
-    doubt: Doubt | None,
-) -> Interpretation:
+    calibration_uncertainty: Doubt | None,
+) -> Hypothesis:
     """Explain a frame, with its own gain and offset where the lamp is known to drift.
 
     A drifting lamp makes a reading take at least twice as long.
@@ -47,26 +47,34 @@ def interpret_in_own_light(
     Parameters
     ----------
     levels, used, influence, response, strip, full_scale, model_error, channels
-        As of `interpret`; the response is that in the light of the calibration.
+        As of `cold_start`; the response is that in the light of the calibration.
     drift : pair of float
         Standard deviations of gain and offset from frame to frame; zeros for a steady lamp.
-    doubt : callable or None
-        As of `interpret`.
+    calibration_uncertainty : callable or None
+        As of `cold_start`.
     """
 
-    def explained(shifts: Array) -> Interpretation:
+    def explained(shifts: Array) -> Hypothesis:
         gain, offset = shifts * drift
         lit = replace(
             response, amplitude=response.amplitude * (1 + gain), offset=response.offset + offset
         )
-        return interpret(
-            levels, used, influence, lit, strip, full_scale, model_error, channels, doubt
+        return cold_start(
+            levels,
+            used,
+            influence,
+            lit,
+            strip,
+            full_scale,
+            model_error,
+            channels,
+            calibration_uncertainty,
         )
 
-    def settled(shifts: Array) -> Interpretation:
+    def settled(shifts: Array) -> Hypothesis:
         found, added = explained(shifts), 0.0
         for _ in range(ROUNDS):
-            light = own_light(
+            light = frame_illumination(
                 levels[used],
                 found.loads,
                 influence[used],

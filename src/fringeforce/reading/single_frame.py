@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.friction_cone import admissible
+from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.bounds import covariance as noise_covariance
@@ -18,10 +18,10 @@ from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.estimation.residual_test import reduced_chi_square
 from fringeforce.estimation.strip import Strip
 from fringeforce.models.strip import SensorModel
-from fringeforce.reading.calibration_uncertainty import CalibrationDoubt
+from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.frame_reader import FrameReader
-from fringeforce.reading.hypothesis_selection import Interpretation
-from fringeforce.reading.illumination_drift import interpret_in_own_light
+from fringeforce.reading.hypothesis_selection import Hypothesis
+from fringeforce.reading.illumination_drift import cold_start_with_illumination
 from fringeforce.reading.reading import Reading
 
 Array = NDArray[np.float64]
@@ -70,10 +70,8 @@ class SingleFrameReader(FrameReader):
         """A newton on every tactel, shape (n, 2) [N]."""
         return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
 
-    def explained(
-        self, levels: Array, used: Mask, noise: float = 1.0
-    ) -> tuple[Interpretation, Mask]:
-        """Interpretation of a frame that was checked, and the pixels that it is made from.
+    def explained(self, levels: Array, used: Mask, noise: float = 1.0) -> tuple[Hypothesis, Mask]:
+        """Hypothesis of a frame that was checked, and the pixels that it is made from.
 
         Parameters
         ----------
@@ -84,12 +82,14 @@ class SingleFrameReader(FrameReader):
         noise : float
             Variance of their noise, relative to that of one frame.
         """
-        response, doubt = self.model.response, self.doubt
+        response, calibration_uncertainty = self.model.response, self.calibration_uncertainty
         if noise != 1:
             response = replace(response, variance=noise * response.variance)
-            doubt = doubt and replace(doubt, response=response)
+            calibration_uncertainty = calibration_uncertainty and replace(
+                calibration_uncertainty, response=response
+            )
         sound = used & ~isolated(levels, response)
-        found = interpret_in_own_light(
+        found = cold_start_with_illumination(
             levels,
             sound,
             self.influence,
@@ -99,7 +99,7 @@ class SingleFrameReader(FrameReader):
             self.model_error,
             self.channels,
             self.drift,
-            doubt,
+            calibration_uncertainty,
         )
         return found, sound
 
@@ -114,12 +114,12 @@ class SingleFrameReader(FrameReader):
         return len(self.model.sensor.polariscope.pictures)
 
     @cached_property
-    def doubt(self) -> CalibrationDoubt | None:
+    def calibration_uncertainty(self) -> CalibrationUncertainty | None:
         """What the calibration leaves uncertain, if there was one."""
         imaging = self.model.imaging
         if imaging is None or not len(imaging.amplitude_modes):
             return None
-        return CalibrationDoubt.of(imaging, self.influence, self.model.response)
+        return CalibrationUncertainty.of(imaging, self.influence, self.model.response)
 
     @property
     def drift(self) -> tuple[float, float]:
@@ -143,13 +143,13 @@ class SingleFrameReader(FrameReader):
         imaging = self.model.imaging
         return np.ones(len(self.influence), bool) if imaging is None else imaging.usable
 
-    def stated(self, found: Interpretation, used: Mask) -> Reading:
+    def stated(self, found: Hypothesis, used: Mask) -> Reading:
         """The reading of an interpretation."""
         covariance = found.covariance + self.calibration_covariance(found.loads, used, found.noise)
         loads, n = found.loads, len(found.loads) // 2
         limited = np.zeros(n, dtype=bool)
         if self.friction is not None:
-            loads, limited = admissible(loads, covariance, self.friction)
+            loads, limited = within_friction_cone(loads, covariance, self.friction)
         forces = loads.reshape(n, 2)
         return Reading.of(
             forces=forces,
@@ -173,6 +173,6 @@ class SingleFrameReader(FrameReader):
         spread : ndarray, shape (2n, 2n)
             Covariance from noise alone, which says how far errors of the levels move them [N^2].
         """
-        if self.doubt is None:
+        if self.calibration_uncertainty is None:
             return np.zeros_like(spread)
-        return self.doubt.covariance(loads, used, spread)
+        return self.calibration_uncertainty.covariance(loads, used, spread)

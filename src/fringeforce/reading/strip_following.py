@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.contacts.friction_cone import admissible
+from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.track_status import HELD, SILENT, UNSETTLED
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
@@ -94,7 +94,7 @@ class StripFollower(Follower):
         rivals = tracker.rivals if verdict == UNSETTLED else tracker.rivals[:0]
         if single.friction is not None:
             covariance = spread()
-            loads, limited = admissible(loads, covariance, single.friction)
+            loads, limited = within_friction_cone(loads, covariance, single.friction)
             spread = partial(np.asarray, covariance)
         forces = loads.reshape(-1, 2)
         return Reading.of(
@@ -126,7 +126,7 @@ def _store_track(
             covariance[i] = tracker.widened(covariance[i], loads[i], levels[rows][i])
     if (friction := tracker.single.friction) is not None:
         for i in range(len(loads)):
-            loads[i], _ = admissible(loads[i], covariance[i], friction)
+            loads[i], _ = within_friction_cone(loads[i], covariance[i], friction)
     shape = batch.forces[rows].shape
     batch.forces[rows] = loads.reshape(shape)
     batch.std[rows] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).reshape(shape)

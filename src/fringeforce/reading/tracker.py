@@ -15,16 +15,16 @@ from fringeforce.estimation.following import (
     NONE,
     STEP,
     WHOLE,
-    Memory,
+    TrackerState,
     covariance_at,
     follow_all,
     state_of,
 )
 from fringeforce.estimation.gauss_newton import Place
-from fringeforce.estimation.model_discrepancy import shape_error
+from fringeforce.estimation.model_discrepancy import model_discrepancy
 from fringeforce.estimation.residual_monitor import begin_trend
 from fringeforce.estimation.residual_test import FALSE_CONTACT, absorbed, square_limit
-from fringeforce.estimation.running_mean import LAGGING, steady
+from fringeforce.estimation.running_mean import LAGGING, update_running_mean
 from fringeforce.estimation.strip import Strip
 from fringeforce.estimation.track_status import (
     FEW,
@@ -35,7 +35,7 @@ from fringeforce.estimation.track_status import (
     Limits,
     begin,
 )
-from fringeforce.reading.hypothesis_selection import Interpretation, widening
+from fringeforce.reading.hypothesis_selection import Hypothesis, widening
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
 
@@ -61,7 +61,7 @@ class Track(NamedTuple):
 
     @classmethod
     def of(cls, frames: int, loads: int, covariances: bool) -> Track:
-        """Room for so many frames."""
+        """Workspace for so many frames."""
         return cls(
             np.empty((frames, loads)),
             np.empty((frames if covariances else 0, loads, loads)),
@@ -89,7 +89,7 @@ class Tracker:
         self._sound = np.empty(0, dtype=bool)
         self._place: Place | None = None
         self._last: Place | None = None
-        self._memory: Memory | None = None
+        self._tracker: TrackerState | None = None
         self._state: tuple[Any, ...] = ()
         self._excess, self.rivals = np.empty((0, 0)), np.empty((0, 0))
 
@@ -146,13 +146,13 @@ class Tracker:
         in between does not blur it: it is the expected frame where the mean of the loads stands,
         and the mean of what was left of each.
         """
-        place, memory, strip, used = self._place, self._memory, self._strip, self._used
-        if place is None or memory is None or strip is None or used is None:
+        place, state, strip, used = self._place, self._tracker, self._strip, self._used
+        if place is None or state is None or strip is None or used is None:
             return False
-        mean = memory.mean.copy()[0]
+        mean = state.mean.copy()[0]
         if not mean["steady"] or mean["recalled"] < FEW or mean["surprise"] > LAGGING:
             return False
-        left = np.divide(memory.rest, strip.inverse, where=strip.inverse > 0, out=0 * memory.rest)
+        left = np.divide(state.rest, strip.inverse, where=strip.inverse > 0, out=0 * state.rest)
         levels = strip.layout.pick(place.level - left).astype(float)
         found, sound = self.single.explained(levels, self._sound, float(mean["spread"]))
         if found.status not in (Status.OK, Status.AMBIGUOUS):
@@ -174,7 +174,7 @@ class Tracker:
         self,
         levels: Array,
         used: Mask,
-        found: Interpretation,
+        found: Hypothesis,
         sound: Mask,
         mean: np.void | None = None,
     ) -> None:
@@ -185,25 +185,25 @@ class Tracker:
         sound = sound & ~outlying((levels - expected)[None] / np.sqrt(response.variance))
         if self._strip is None or not np.array_equal(sound, self._sound):
             self._strip = self.single.strip.without(sound)
-            self._sound, self._memory = sound, None
-        strip, memory = self._strip, self._memory or Memory.of(self._strip)
+            self._sound, self._tracker = sound, None
+        strip, state = self._strip, self._tracker or TrackerState.of(self._strip)
         self._used = used
-        self._limits, self._memory = Limits.of(strip, self._taken(found, sound)), memory
+        self._limits, self._tracker = Limits.of(strip, self._taken(found, sound)), state
         self._place = place = Place.at(strip, loads)
         self._excess = found.covariance - found.noise
         unsettled = found.status is Status.AMBIGUOUS
-        memory.mean["steady"] = False
-        begin_trend(memory.lasting, self._confirms(found))
-        begin(memory.known, unsettled, found.status is Status.NO_CONTACT)
+        state.mean["steady"] = False
+        begin_trend(state.lasting, self._confirms(found))
+        begin(state.known, unsettled, found.status is Status.NO_CONTACT)
         if unsettled or mean is not None:
-            steady(strip.arrays, place, memory.variance, memory.mean[0])
+            update_running_mean(strip.arrays, place, state.variance, state.mean[0])
         if mean is not None:
             for name in ("frames", "share", "surprise"):
-                memory.mean[name] = mean[name]
-        self._state = state_of(strip, place, memory, self._limits)
+                state.mean[name] = mean[name]
+        self._state = state_of(strip, place, state, self._limits)
         self.rivals = np.reshape(found.rivals, (-1, len(loads)))
 
-    def _confirms(self, found: Interpretation) -> bool:
+    def _confirms(self, found: Hypothesis) -> bool:
         """Whether a search found what was followed before it."""
         if self._last is None:
             return False
@@ -211,7 +211,7 @@ class Tracker:
         square = off @ np.linalg.solve(found.noise, off)
         return bool(square < square_limit(len(off), FALSE_CONTACT))
 
-    def _taken(self, found: Interpretation, sound: Mask) -> float:
+    def _taken(self, found: Hypothesis, sound: Mask) -> float:
         """Degrees of freedom that the loads take from sums over neighbours."""
         response, influence = self.single.model.response, self.single.influence
         slope = response.slope(influence @ found.loads) / np.sqrt(response.variance)
@@ -219,9 +219,9 @@ class Tracker:
 
     def noise(self, loads: Array, verdict: int) -> Callable[[], Array]:
         """What computes the covariance of the frame that was followed last, shape (2n, 2n)."""
-        if self._strip is None or self._place is None or self._memory is None:
+        if self._strip is None or self._place is None or self._tracker is None:
             raise RuntimeError("There is no lock yet.")
-        if not self._memory.mean["steady"][0]:
+        if not self._tracker.mean["steady"][0]:
             return partial(covariance_at, self._strip, loads)
         return partial(np.asarray, self.excess(verdict) + self._place.covariance)
 
@@ -250,8 +250,12 @@ class Tracker:
             phase = influence @ loads
             sigma = np.sqrt(response.variance)
             left = (levels[sound] - response.level(phase)) / sigma
-            known = None if single.doubt is None else single.doubt(loads, sound)
+            known = (
+                None
+                if single.calibration_uncertainty is None
+                else single.calibration_uncertainty(loads, sound)
+            )
             slope = response.slope(phase) / sigma
-            wrong = shape_error(left, slope, influence, loads, noise, known)
+            wrong = model_discrepancy(left, slope, influence, loads, noise, known)
             whole = whole + widening(wrong, single.model_error) ** 2 * wrong.bias
         return whole + single.calibration_covariance(loads, sound, noise)

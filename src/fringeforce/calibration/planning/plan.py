@@ -22,7 +22,7 @@ from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import covariance, systematic_errors
-from fringeforce.estimation.frame_illumination import own_light
+from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.models.strip import SensorModel
 
 Array = NDArray[np.float64]
@@ -213,7 +213,9 @@ class _PlanningProblem:
             phase, modes = one.predicted.phase[0, used], root.T @ one.dense[:, 0, used]
             spread = covariance(phase, seen, response)
             if any(drift):
-                spread += own_light(level[used], load, seen, response, spread, drift).covariance
+                spread += frame_illumination(
+                    level[used], load, seen, response, spread, drift
+                ).covariance
             levels = modes / one.predicted.scale
             moved = systematic_errors(
                 (levels * response.slope(phase)) @ seen, spread, response.variance

@@ -73,7 +73,7 @@ class Place(Start):
 
 
 @dataclass(frozen=True, eq=False)
-class Top:
+class Optimum:
     """Where the likelihood is largest.
 
     Attributes
@@ -163,7 +163,7 @@ class Fit:
 
     def climb(
         self, start: Array | Start, steps: int = 20, curvature: Curvature | None = None
-    ) -> Top:
+    ) -> Optimum:
         """Climb from forces that are nearly right.
 
         Parameters
@@ -189,7 +189,7 @@ class Fit:
         place, left = found.place
         matrix = found.curvature or Curvature(self.information(place))
         gained = replace(left, loss=left.loss - found.gain)
-        return Top(place.forces + found.step, matrix, place, gained)
+        return Optimum(place.forces + found.step, matrix, place, gained)
 
     def _expanded(self, here: tuple[Place, Misfit]) -> Expansion[tuple[Place, Misfit]]:
         place, left = here

@@ -47,9 +47,9 @@ class PadFollower(Follower):
         if self._used is not used:
             # other pixels tell another thing
             self._used, self._known = used, None
-        reading, top = self._single.found(levels, used, self._ahead, self._known)
-        self._known = top.curvature
-        before, here = self._here, top.place if reading.trusted else None
+        reading, optimum = self._single.found(levels, used, self._ahead, self._known)
+        self._known = optimum.curvature
+        before, here = self._here, optimum.place if reading.trusted else None
         self._here = self._ahead = here
         if here is not None and before is not None and reading.tracked:
             # a steady motion goes on; noise, which a difference doubles, counts less

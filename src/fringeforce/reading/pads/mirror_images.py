@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import label
 
 from fringeforce.reading.hypothesis_selection import RIVAL, SPREAD
-from fringeforce.reading.pads.fit import Top
+from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.sampling import Sampling
 
 Array = NDArray[np.float64]
@@ -53,21 +53,23 @@ class Verdict:
     others: Array
 
 
-def weighed(tops: Sequence[Top], information: Array) -> Verdict:
+def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
     """Weigh explanations of one frame against each other.
 
     Parameters
     ----------
-    tops : sequence of Top
+    optima : sequence of Optimum
         Explanations, the likeliest first.
     information : ndarray, shape (3 n, 3 n)
         At the first of them [1/N^2].
     """
     spread = np.linalg.inv(information)
     deviations = np.sqrt(np.diag(spread))
-    losses = np.array([top.misfit.loss + _pull(top.forces, deviations) for top in tops])
+    losses = np.array(
+        [optimum.misfit.loss + _pull(optimum.forces, deviations) for optimum in optima]
+    )
     order = [i for i in np.argsort(losses, kind="stable") if losses[i] < losses.min() + RIVAL]
-    loads = [tops[i].forces for i in order]
+    loads = [optima[i].forces for i in order]
     distinct = [
         k
         for k, load in enumerate(loads)

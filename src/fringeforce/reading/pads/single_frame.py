@@ -17,11 +17,11 @@ from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.optics.arrangement import signed
 from fringeforce.reading.frame_reader import FrameReader
-from fringeforce.reading.pads.fit import Fit, Start, Top
+from fringeforce.reading.pads.fit import Fit, Optimum, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.search import Search
-from fringeforce.reading.pads.verdict import Judge
+from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
 
 Array = NDArray[np.float64]
@@ -80,12 +80,12 @@ class PadFrameReader(FrameReader):
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
-        judge = self._judge(used)
-        return self._searched(judge.filled(levels), start, judge)[0]
+        classifier = self._classifier(used)
+        return self._searched(classifier.filled(levels), start, classifier)[0]
 
     def found(
         self, levels: NDArray[Any], used: Mask, start: Start | None, known: Curvature | None
-    ) -> tuple[Reading, Top]:
+    ) -> tuple[Reading, Optimum]:
         """Reading of a frame that comes soon after another, and where it is.
 
         Parameters
@@ -97,48 +97,56 @@ class PadFrameReader(FrameReader):
         known : Curvature or None
             Of a place near by.
         """
-        judge = self._judge(used)
-        grey = judge.filled(levels)
+        classifier = self._classifier(used)
+        grey = classifier.filled(levels)
         if start is not None:
-            top = self._fit(grey, self._following, judge).climb(start, 6, known)
-            if judge.explained(top):
-                curvature, none = top.curvature, np.empty((0, len(top.forces)))
-                verdict = Verdict(top.forces, curvature.information, none)
+            optimum = self._fit(grey, self._following, classifier).climb(start, 6, known)
+            if classifier.explained(optimum):
+                curvature, none = optimum.curvature, np.empty((0, len(optimum.forces)))
+                verdict = Verdict(optimum.forces, curvature.information, none)
                 spread = partial(getattr, curvature, "covariance")
-                return judge.reading(grey, top, verdict, spread, tracked=True), top
-        return self._searched(grey, None, judge)
+                return classifier.reading(grey, optimum, verdict, spread, tracked=True), optimum
+        return self._searched(grey, None, classifier)
 
-    def _searched(self, levels: Array, start: Array | None, judge: Judge) -> tuple[Reading, Top]:
+    def _searched(
+        self, levels: Array, start: Array | None, classifier: FrameClassifier
+    ) -> tuple[Reading, Optimum]:
         """Reading of a frame without an earlier state, or from a start, and where it is."""
-        fit = self._fit(levels, self._stepping, judge)
+        fit = self._fit(levels, self._stepping, classifier)
         if start is not None:
-            tops, sure = [fit.climb(self.model.checked(start, single=True).ravel())], True
+            optima, sure = [fit.climb(self.model.checked(start, single=True).ravel())], True
         else:
-            tops, sure = self._explanations(fit, judge)
-        fine = self._fit(levels, self._stating, judge).information(tops[0].place)
-        if not judge.explained(tops[0]):
-            return judge.unexplained(levels, tops[0], partial(covariance_of, fine)), tops[0]
+            optima, sure = self._explanations(fit, classifier)
+        fine = self._fit(levels, self._stating, classifier).information(optima[0].place)
+        if not classifier.explained(optima[0]):
+            return classifier.unexplained(levels, optima[0], partial(covariance_of, fine)), optima[
+                0
+            ]
         if start is None:
             sure = sure and self._stays_this_side(fine)
-        verdict = weighed([top for top in tops if judge.explained(top)], fine)
+        verdict = weighed([optimum for optimum in optima if classifier.explained(optimum)], fine)
         spread = partial(covariance_of, verdict.information)
-        return judge.reading(levels, tops[0], verdict, spread, sure=sure), tops[0]
+        return classifier.reading(levels, optima[0], verdict, spread, sure=sure), optima[0]
 
-    def _explanations(self, fit: Fit, judge: Judge) -> tuple[list[Top], bool]:
+    def _explanations(self, fit: Fit, classifier: FrameClassifier) -> tuple[list[Optimum], bool]:
         """Where a search, and mirror images of what it finds, lead, and whether that is all.
 
         The likeliest comes first.
         """
-        tops: list[Top] = []
+        optima: list[Optimum] = []
         sure = False
-        for forces, whole in self._search.attempts(fit.frame, judge.used):
-            tops.append(fit.climb(forces))
-            plain = judge.plain(fit.frame, tops[-1])
+        for forces, whole in self._search.attempts(fit.frame, classifier.used):
+            optima.append(fit.climb(forces))
+            plain = classifier.plain(fit.frame, optima[-1])
             sure |= whole or plain
-            if judge.explained(tops[-1]) and plain:
+            if classifier.explained(optima[-1]) and plain:
                 break
-        tops.sort(key=lambda top: top.misfit.loss)
-        return (self._with_images(fit, judge, tops) if judge.explained(tops[0]) else tops), sure
+        optima.sort(key=lambda optimum: optimum.misfit.loss)
+        return (
+            self._with_images(fit, classifier, optima)
+            if classifier.explained(optima[0])
+            else optima
+        ), sure
 
     def _stays_this_side(self, information: Array) -> bool:
         """Whether no push is uncertain by as much as takes retardance from one fold to beyond it.
@@ -150,29 +158,31 @@ class PadFrameReader(FrameReader):
         most = self._search.strongest * max(self._mirror.dispersions)
         return bool(deviations.max() * most < np.pi / 2)
 
-    def _with_images(self, fit: Fit, judge: Judge, tops: list[Top]) -> list[Top]:
+    def _with_images(
+        self, fit: Fit, classifier: FrameClassifier, optima: list[Optimum]
+    ) -> list[Optimum]:
         """Explanations, and where their mirror images lead, the likeliest first."""
         shown = None
-        if judge.used is not None:
-            counts = judge.used.reshape(len(self.model.pictures), -1)
+        if classifier.used is not None:
+            counts = classifier.used.reshape(len(self.model.pictures), -1)
             shown = np.asarray(counts.any(axis=0), dtype=bool)
         for _ in range(DEPTH):
-            likeliest = tops[0]
+            likeliest = optima[0]
             for forces in self._mirror.images(likeliest.forces, shown):
                 start = fit.at(forces)
                 if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
-                    tops.append(fit.climb(start))
-            tops.sort(key=lambda top: top.misfit.loss)
+                    optima.append(fit.climb(start))
+            optima.sort(key=lambda optimum: optimum.misfit.loss)
             # what returned to where it was an image of has the same images again
             known = likeliest.curvature.information
-            if not are_apart(tops[0].forces, likeliest.forces, known):
+            if not are_apart(optima[0].forces, likeliest.forces, known):
                 break
-        return tops
+        return optima
 
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
-        fit = self._fit(np.zeros(self._pixels), self._stating, self._judge(self.usable(None)))
+        fit = self._fit(np.zeros(self._pixels), self._stating, self._classifier(self.usable(None)))
         information = fit.information(fit.at(loads.ravel()))
         return np.sqrt(np.diag(covariance_of(information))).reshape(loads.shape)
 
@@ -190,22 +200,22 @@ class PadFrameReader(FrameReader):
     def _pixels(self) -> int:
         return int(np.prod(self.model.frame_shape))
 
-    def _judge(self, used: Mask) -> Judge:
+    def _classifier(self, used: Mask) -> FrameClassifier:
         if self.complete(used):
             return self._unmasked
-        last = self._last.get("judge")
+        last = self._last.get("classifier")
         if last is None or last.used is not used:
-            last = self._last["judge"] = Judge(self.model, self.response, used)
+            last = self._last["classifier"] = FrameClassifier(self.model, self.response, used)
         return last
 
     @cached_property
-    def _last(self) -> dict[str, Judge]:
+    def _last(self) -> dict[str, FrameClassifier]:
         """The judge of the last mask, which others with the same mask take."""
         return {}
 
     @cached_property
-    def _unmasked(self) -> Judge:
-        return Judge(self.model, self.response)
+    def _unmasked(self) -> FrameClassifier:
+        return FrameClassifier(self.model, self.response)
 
-    def _fit(self, levels: Array, sampling: Sampling, judge: Judge) -> Fit:
-        return Fit(self.model, self.response, sampling, levels, judge.used)
+    def _fit(self, levels: Array, sampling: Sampling, classifier: FrameClassifier) -> Fit:
+        return Fit(self.model, self.response, sampling, levels, classifier.used)

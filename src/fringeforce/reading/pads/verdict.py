@@ -19,7 +19,7 @@ from fringeforce.estimation.residual_test import (
     square_limit,
 )
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.fit import Top
+from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.mirror_images import Verdict
 from fringeforce.reading.reading import Reading, Status
 
@@ -37,7 +37,7 @@ DENSE = 0.35
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
+class FrameClassifier:
     """Judges frames of one pad, of which some pixels count.
 
     Attributes
@@ -54,9 +54,9 @@ class Judge:
     response: Response
     used: Mask | None = None
 
-    def explained(self, top: Top) -> bool:
+    def explained(self, optimum: Optimum) -> bool:
         """Whether forces leave nothing but noise."""
-        residuals, unknowns = top.misfit.slope[self._order], len(top.forces)
+        residuals, unknowns = optimum.misfit.slope[self._order], len(optimum.forces)
         # where squares are fewer than loads, these leave nothing of them
         return is_noise(residuals, unknowns, grouped=len(residuals) // GROUP > unknowns)
 
@@ -70,29 +70,29 @@ class Judge:
         order = np.concatenate(alike)
         return order if self.used is None else order[self.used[order]]
 
-    def plain(self, levels: Array, top: Top) -> bool:
+    def plain(self, levels: Array, optimum: Optimum) -> bool:
         """Whether what other forces would leave of a frame could not be taken for noise."""
         freedom = len(self._order)
-        return MISTAKEN * self._shown(levels, top) > square_limit(freedom) - freedom
+        return MISTAKEN * self._shown(levels, optimum) > square_limit(freedom) - freedom
 
-    def _shown(self, levels: Array, top: Top) -> float:
+    def _shown(self, levels: Array, optimum: Optimum) -> float:
         """Loss of silence beyond that of an explanation."""
         count = slice(None) if self.used is None else self.used
         silence = misfit(levels[count], self._silent[count], self.response)
-        return silence.loss - top.misfit.loss
+        return silence.loss - optimum.misfit.loss
 
     def reading(
         self,
         levels: Array,
-        top: Top,
+        optimum: Optimum,
         verdict: Verdict,
         covariance: Callable[[], Array],
         tracked: bool = False,
         sure: bool = True,
     ) -> Reading:
         """What an explanation comes to, or several, that are surely all or not."""
-        status, unknowns, detail = Status.OK, len(top.forces), ""
-        if self._shown(levels, top) <= square_limit(unknowns, FALSE_CONTACT):
+        status, unknowns, detail = Status.OK, len(optimum.forces), ""
+        if self._shown(levels, optimum) <= square_limit(unknowns, FALSE_CONTACT):
             status = Status.NO_CONTACT
         elif len(verdict.others) or not sure:
             status = Status.AMBIGUOUS
@@ -100,7 +100,7 @@ class Judge:
         forces = verdict.forces.reshape(self._shape)
         return Reading.of(
             forces=forces,
-            chi2=self._chi2(top),
+            chi2=self._chi2(optimum),
             status=status,
             covariance=covariance,
             phase=partial(self.model.retardance, forces),
@@ -109,20 +109,22 @@ class Judge:
             tracked=tracked,
         )
 
-    def unexplained(self, levels: Array, top: Top, covariance: Callable[[], Array]) -> Reading:
+    def unexplained(
+        self, levels: Array, optimum: Optimum, covariance: Callable[[], Array]
+    ) -> Reading:
         """A reading of a frame that nothing explains."""
-        forces = top.forces.reshape(self._shape)
+        forces = optimum.forces.reshape(self._shape)
         return Reading.of(
             forces=forces,
-            chi2=self._chi2(top),
+            chi2=self._chi2(optimum),
             status=self._unexplained(levels),
             covariance=covariance,
             phase=partial(self.model.retardance, forces),
         )
 
-    def _chi2(self, top: Top) -> float:
-        residuals = top.misfit.slope if self.used is None else top.misfit.slope[self.used]
-        return reduced_chi_square(residuals, len(top.forces))
+    def _chi2(self, optimum: Optimum) -> float:
+        residuals = optimum.misfit.slope if self.used is None else optimum.misfit.slope[self.used]
+        return reduced_chi_square(residuals, len(optimum.forces))
 
     @property
     def _shape(self) -> tuple[int, int]:
