@@ -94,7 +94,7 @@ def test_followed_frames_say_the_same_as_searched_ones(true, steady) -> None:
 def test_doubt_by_blocks_is_that_of_every_pixel(steady, size) -> None:
     single, imaging, response = SingleFrameReader(steady), steady.imaging, steady.response
     used, loads = single.usable(None), ff.polar(size, 8, n=11).ravel()
-    assert single.doubt is not None
+    assert single.calibration_uncertainty is not None
     assert imaging is not None
     phase = single.influence @ loads
     modes = imaging.level_modes(loads, phase)[:, used]
@@ -102,11 +102,11 @@ def test_doubt_by_blocks_is_that_of_every_pixel(steady, size) -> None:
     spread = covariance(phase, influence, response)
     pulls = (modes * response.slope(phase)) @ influence
     exact = systematic_covariance(pulls, spread, response.variance)
-    found = single.doubt.covariance(loads, used, spread)
+    found = single.calibration_uncertainty.covariance(loads, used, spread)
     scale = np.sqrt(np.diag(spread + exact))
     assert (np.abs(found - exact) < 0.02 * np.outer(scale, scale)).all()
     sums = group_sums(modes.T / np.sqrt(response.variance))
-    off = single.doubt(loads, used) - sums
+    off = single.calibration_uncertainty(loads, used) - sums
     assert np.sqrt((off**2).sum() / (sums**2).sum()) < 0.05
 
 
