@@ -61,7 +61,7 @@ def save_frames(
     ----------
     path : path
         Of the HDF5 file.
-    frames : array_like, shape (k, *shape of a frame)
+    frames : array_like, shape (k, ...) as frames
         Grey levels.
     positions : ndarray, shape (n_pixels,), or pair of ndarray
         `pixel_positions` of the model: of a strip, or along x and along y of a pad [m].

@@ -82,7 +82,7 @@ class Batch:
 
 
 def checked_recording(frames: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Frames as an array, shape (k, *shape).
+    """Frames as an array of shape (k, ...).
 
     Parameters
     ----------

@@ -200,7 +200,7 @@ class Reader:
 
         Parameters
         ----------
-        frames : array_like, shape (k, *shape of a frame)
+        frames : array_like, shape (k, ...) as frames
             Grey levels of the frames that follow the last one.
         covariance, mask, progress
             As of `read_batch`.
@@ -224,7 +224,7 @@ class Reader:
 
         Parameters
         ----------
-        frames : array_like, shape (k, *shape of a frame)
+        frames : array_like, shape (k, ...) as frames
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, a megabyte each for a pad of 121 tactels.
