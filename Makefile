@@ -10,12 +10,14 @@ demo: .venv/ready
 test: .venv/ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup
 
-# For use while working: the static checks, and all tests that are not marked slow.  What is named at
-# the end takes long enough to be marked.
+# For use while working: types of the files that changed since the last commit, and all tests that
+# are not marked slow, the other static checks among them.  What is named at the end takes long
+# enough to be marked.
 check: .venv/ready
-	@$(BIN)/pyright --pythonpath $(BIN)/python src & types=$$!; \
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --durations 5 --durations-min 2; \
-	tests=$$?; wait $$types && exit $$tests
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup -m "not slow" \
+	    --durations 5 --durations-min 2
+	@changed=$$(git diff --name-only --diff-filter=d HEAD -- '*.py'); \
+	[ -z "$$changed" ] || $(BIN)/pyright --pythonpath $(BIN)/python $$changed
 
 bench: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'

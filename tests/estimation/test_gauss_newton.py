@@ -55,6 +55,7 @@ def test_the_gradient_is_the_slope_of_the_likelihood(problem, floor, ceiling) ->
     assert (gradient[M:] == 0).all()
 
 
+@pytest.mark.slow
 def test_one_frame_is_climbed_to_where_the_gradient_vanishes(problem) -> None:
     influence, loads, frame = problem
     response = Response(240.0, 6.0, 9.0)
