@@ -35,15 +35,14 @@ class Reader:
 
     A frame starts from the loads of the last one, which takes tens of microseconds for a strip and
     some hundredths of a second for a pad; the first frame, and every one that this does not explain
-    beyond doubt, is searched as by `search`, which takes milliseconds, or a second for a pad.
+    for certain, is searched as by `search`, which takes milliseconds, or a second for a pad.
 
-    Of a strip, what several loads explain equally well the way there decides: a followed reading is
-    OK where the frame alone would be AMBIGUOUS.  The way is trusted while it is short against the
-    way to any mirror image; after a jump the search decides again.  Where forces are so weak that
-    it is not short, the word of a search holds for some frames; then followed frames are AMBIGUOUS,
-    with the loads that the way makes likeliest, until the next one.  That one searches the mean of
-    the last frames, if there are enough and they show one touch that hardly moves: it tells mirror
-    images apart that no single frame can.
+    Of a strip, previous frames select between equivalent loads if the motion was small: a followed
+    reading is OK where the frame alone would be AMBIGUOUS.  Otherwise, as after a jump, a full
+    search runs.  Where forces are so weak that no motion is small, followed frames are AMBIGUOUS,
+    with the loads that previous frames make likeliest, and a search runs at first every 128 frames,
+    then at doubling intervals.  It searches the mean of the last frames, which distinguishes loads
+    that no single frame can, while the contact hardly moves.
 
     The loops of a strip take about a minute to compile on the first use on a machine, and half a
     second to load in each process; `prepare` does it before the first frame comes.
@@ -185,7 +184,20 @@ class Reader:
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
     ) -> Iterator[Reading]:
-        """Read frames one after the other, as they come."""
+        """Read frames one after the other, as they come.
+
+        Parameters
+        ----------
+        frames : iterable of array_like
+            Frames as `read` takes them.
+        mask : array_like of bool, shape of a frame, optional
+            Pixels to leave out of all frames, where true.
+
+        Yields
+        ------
+        Reading
+            One for each frame.
+        """
         for frame in frames:
             yield self.read(frame, mask)
 
