@@ -105,6 +105,17 @@ class Camera(Converter):
         json_schema_extra={"unit": "meter"},
     )
 
+    shift: Place = Field(
+        default=0.0,
+        description="how far along the strip the pixels look beside where they are drawn [m]",
+        json_schema_extra={"ideal": True, "unit": "meter"},
+    )
+    scale: Finite = Field(
+        default=1.0,
+        gt=0,
+        description="distance between pixels on the strip over that of the drawing",
+        json_schema_extra={"ideal": True},
+    )
     blur: Extent | None = Field(
         default=None,
         description="standard deviation of the Gaussian point spread, on the sensor, in metres of "

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from fringeforce.design.fields import Count, Extent, Length, Place, Places
+from fringeforce.design.fields import Count, Extent, Length, Percent, Place, Places
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
 
@@ -25,6 +25,12 @@ class Transducer(Part):
     plane: Literal["stress", "strain", "3d"] = Field(
         default="stress",
         description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width',
+    )
+    influence_error: Percent = Field(
+        default=0.0,
+        description="relative standard deviation of smooth errors in the shape of the influence "
+        'matrix, such as "3 %" for a strip that was never calibrated',
+        json_schema_extra={"ideal": True},
     )
     compliant: Layer
     photoelastic: PhotoelasticLayer
@@ -162,4 +168,5 @@ class Sensor(Design):
     def pixel_positions(self) -> NDArray[np.float64]:
         """Centres of the pixels along x, shape (pixels,) [m]."""
         n = self.camera.pixels
-        return ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length
+        drawn = ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length
+        return self.camera.scale * drawn + self.camera.shift

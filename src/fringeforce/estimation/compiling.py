@@ -18,3 +18,10 @@ inner = njit(cache=True, error_model="numpy", **_DOORLESS)
 """Compiles what only compiled functions call: it has no door, and Python that calls it crashes."""
 part = njit(error_model="numpy", inline="always")
 """Makes what is tiny, or called from one place only, a part of its callers."""
+
+_REORDERED: Any = {"reassoc", "contract", "arcp", "nsz"}
+"""Freedom to reorder sums, so that they run in vector units; not-a-number keeps its meaning."""
+sums_entry = njit(cache=True, error_model="numpy", nogil=True, fastmath=_REORDERED)
+"""Compiles what Python calls and what consists of sums."""
+sums = njit(cache=True, error_model="numpy", fastmath=_REORDERED, **_DOORLESS)
+"""Compiles what only such functions call."""

@@ -11,10 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import has_tolerances
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.posterior_following import PosteriorFollower
+from fringeforce.reading.posterior_reader import PosteriorReader
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reading.strip_following import StripFollower
@@ -25,6 +28,7 @@ SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 _KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
     "strip": (SingleFrameReader, StripFollower),
+    "strip with tolerances": (PosteriorReader, PosteriorFollower),
     "pad": (PadFrameReader, PadFollower),
 }
 """What reads single frames, and what follows them, by the kind of sensor."""
@@ -89,7 +93,10 @@ class Reader:
         friction: float | None = None,
         model_error: float = 0.0,
     ) -> None:
-        single, self._follow = _KINDS[model.sensor.kind]
+        kind = model.sensor.kind
+        if isinstance(model, SensorModel) and has_tolerances(model):
+            kind += " with tolerances"
+        single, self._follow = _KINDS[kind]
         self._single = single(model, friction, model_error)
         self._follower, self._ready = self._follow(self._single), False
 

@@ -101,6 +101,7 @@ class Reading:
     alternatives: Array
     limited: NDArray[np.bool_]
     tracked: bool = False
+    probability: float = 1.0
 
     @classmethod
     def of(
@@ -115,6 +116,7 @@ class Reading:
         alternatives: Array | None = None,
         limited: NDArray[np.bool_] | None = None,
         tracked: bool = False,
+        probability: float = 1.0,
     ) -> Reading:
         """A reading, of which covariance and phase may be computed when they are first asked for.
 
@@ -138,6 +140,7 @@ class Reading:
             alternatives=np.empty((0, *forces.shape)) if alternatives is None else alternatives,
             limited=np.zeros(len(forces), dtype=bool) if limited is None else limited,
             tracked=tracked,
+            probability=probability,
             _later={name: value for name, value in later.items() if callable(value)},
         )
         return reading

@@ -45,16 +45,50 @@ def reflections(phase: Array, influence: Array, information: Array) -> Array:
     ndarray, shape (k, m)
         Changes of the loads, the likeliest first; equals in the order of their stretches.
     """
-    scaled = influence * np.sqrt(information)[:, None]
+    return mirror_images(phase, influence, information)[0]
+
+
+def mirror_images(
+    phase: Array,
+    columns: Array,
+    information: Array,
+    precision: Array | None = None,
+    touch: float = TOUCH,
+    growth: float = LOSS,
+) -> tuple[Array, Array]:
+    """Changes of any unknowns that mirror a stretch of the phase, and what the loss grows by.
+
+    Parameters
+    ----------
+    phase, columns, information
+        As of `reflections`; the columns are of m unknowns.
+    precision : ndarray, shape (m,), optional
+        Of the unknowns before the frame; none if not given.
+    touch : float
+        How near a multiple of pi the phase must come [rad].
+    growth : float
+        Expected growth of the loss beyond which an image is left out.
+
+    Returns
+    -------
+    changes : ndarray, shape (k, m)
+        Of the unknowns, the likeliest first; equals in the order of their stretches.
+    losses : ndarray, shape (k,)
+        Growth that each is expected to cause.
+    """
+    scaled = columns * np.sqrt(information)[:, None]
     normal = scaled.T @ scaled
-    normal += 1e-9 * np.trace(normal) * np.eye(len(normal))
+    if precision is None:
+        normal += 1e-9 * np.trace(normal) * np.eye(len(normal))
+    else:
+        normal += np.diag(precision)
     root = np.linalg.inv(np.linalg.cholesky(normal))
-    places = _contacts(phase)
-    moments, pulls = _running(phase, np.ascontiguousarray(influence), information, places)
-    # what each place pulls at the loads, in their deviations
+    places = _contacts(phase, touch)
+    moments, pulls = _running(phase, np.ascontiguousarray(columns), information, places)
+    # what each place pulls at the unknowns, in their deviations
     half, loss = _mirrored(phase, places, moments, pulls @ root.T)
-    likely = _ordered(loss)[: np.count_nonzero(loss < LOSS)]
-    return np.asarray(half[likely] @ root, dtype=np.float64)
+    likely = _ordered(loss)[: np.count_nonzero(loss < growth)]
+    return np.asarray(half[likely] @ root, dtype=np.float64), loss[likely]
 
 
 def _ordered(loss: Array) -> NDArray[np.intp]:
@@ -66,14 +100,14 @@ def _ordered(loss: Array) -> NDArray[np.intp]:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _contacts(phase):
+def _contacts(phase, touch):
     """Pixels where the phase meets a multiple of pi or turns near it, and both ends."""
     places = np.empty(len(phase) + 1, np.int64)
     places[0], count = 0, 1
     distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
     for k in range(1, len(phase) - 1):
         here = distance[k]
-        if here < TOUCH and here <= distance[k - 1] and here < distance[k + 1]:
+        if here < touch and here <= distance[k - 1] and here < distance[k + 1]:
             places[count] = k
             count += 1
     places[count] = len(phase)

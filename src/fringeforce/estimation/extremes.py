@@ -1,0 +1,146 @@
+"""Gain and visibility of the light, and blur, from the extremes of a frame.
+
+Where the phase crosses a multiple of pi the light is as dark or as bright as it can be,
+g (1 -+ V c) / 2 with c = exp(-(k s)^2 / 2) for a phase that runs by k per pixel behind a point
+spread of deviation s; where it only turns there, the extreme lies inside.  Each extreme gives its
+level and, by its curvature, k; which of the two it is stays open: the likelihood is a mixture.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from fringeforce.estimation.compiling import entry
+
+Array = NDArray[np.float64]
+
+SMOOTHING = 4.0
+"""Pixels over which a frame is smoothed before its extremes are looked for."""
+CROSSING = 0.7
+"""Share of extremes that cross, before anything is known: of random loads it is 0.6 to 0.8."""
+ROUGH = 0.006
+"""Error of an extreme's level by the curvature of the phase, as a share of the amplitude."""
+STARTS = np.array([[a, b, c] for a in (-1.5, 0.0, 1.5) for b in (-1.0, 0.5) for c in (-0.5,)])
+"""Gain, visibility and blur from which the likelihood is climbed, in their deviations."""
+STEPS = 12
+"""Newton steps; the likelihood is nearly Gaussian about its top."""
+
+
+@entry
+def _fitted(line, pace, places):
+    """Place, sign, level, pace and squared relative deviation of extremes, shape (k, 5)."""
+    found, count = np.empty((len(places), 5)), 0
+    for p in places:
+        sign = 1.0 if line[p] > 0.5 else -1.0
+        k = min(max(pace[p], 0.015), 0.2)
+        half = int(min(max(1.1 / k, 6.0), 30.0))
+        if p < half or p + half >= len(line):
+            continue
+        top = turn = tilt = spread = 0.0
+        for _ in range(2):
+            s0 = s1 = s2 = y0 = y1 = y2 = q = 0.0
+            for t in range(-half, half + 1):
+                curve = t * t - k * k * t**4 / 12.0
+                value = line[p + t]
+                s0 += 1.0
+                s1 += curve
+                s2 += curve * curve
+                y0 += value
+                y1 += curve * value
+                q += t * t
+                y2 += t * value
+            determinant = s0 * s2 - s1 * s1
+            top, turn = (s2 * y0 - s1 * y1) / determinant, (s0 * y1 - s1 * y0) / determinant
+            tilt, spread = y2 / q, s2 / determinant
+            reach = max(abs(top - 0.5), 0.2)
+            k = min(max(np.sqrt(max(2 * abs(turn), 1e-9) / reach), 0.008), 0.25)
+        if turn * sign >= 0 or abs(tilt) > 1.4 * half * abs(turn):
+            continue
+        middle = -tilt / (2 * turn)
+        level = top + tilt * middle / 2
+        here = p + middle
+        if count > 0 and found[count - 1, 1] == sign and here - found[count - 1, 0] < 8:
+            if sign * level <= sign * found[count - 1, 2]:
+                continue
+            count -= 1
+        found[count] = np.array([here, sign, level, k, 1.7 * spread])
+        count += 1
+    return found[:count]
+
+
+def extremes(line: Array, pace: Array, variance: float) -> Array:
+    """Dark and bright extremes of a line of fringes.
+
+    Parameters
+    ----------
+    line : ndarray, shape (P,)
+        Normalised intensity, noise included.
+    pace : ndarray, shape (P,)
+        Local pace of the phase [rad per pixel].
+    variance : float
+        Of the noise of one pixel.
+
+    Returns
+    -------
+    ndarray, shape (k, 4)
+        Sign (1 bright, -1 dark), level, its standard deviation, and pace [rad per pixel].
+    """
+    smooth = gaussian_filter1d(line, SMOOTHING, mode="nearest")
+    steps = np.diff(smooth)
+    turns = np.flatnonzero(steps[:-1] * steps[1:] <= 0) + 1
+    bright = smooth[turns] > 0.5
+    peaks = (steps[turns] <= 0) & (steps[turns - 1] >= 0)
+    found = _fitted(line, gaussian_filter1d(pace, 8.0), turns[bright == peaks])
+    deviation = np.sqrt(variance * found[:, 4] + ROUGH**2)
+    return np.column_stack([found[:, 1], found[:, 2], deviation, found[:, 3]])
+
+
+def light_of_extremes(
+    found: Array, gain: float, visibility: tuple[float, float], blur: tuple[float, float]
+) -> tuple[float, float]:
+    """Gain and visibility that explain extremes best, and what is known of them before.
+
+    Parameters
+    ----------
+    found : ndarray, shape (k, 4)
+        As of `extremes`.
+    gain : float
+        Standard deviation of the gain about 1.
+    visibility, blur : tuple of float
+        Mean and standard deviation; blur in pixels.
+    """
+    stds = np.array([gain, visibility[1], blur[1]])
+    if len(found) == 0 or not stds[:2].any():
+        return 1.0, visibility[0]
+    sign, level, deviation, pace = found.T
+
+    def predicted(e: Array) -> tuple[Array, Array]:
+        """Levels of crossings, and their derivatives, shapes (s, k) and (s, k, 3)."""
+        g, v, s = (m + d * e[:, i : i + 1] for i, (m, d) in enumerate(
+            zip((1.0, visibility[0], blur[0]), stds, strict=True)))
+        s = np.maximum(s, 0.0)
+        contrast = np.exp(-np.square(pace * s) / 2)
+        by_gain = (1 + sign * v * contrast) / 2
+        by_visibility = g * sign * contrast / 2
+        by_blur = -by_visibility * v * pace**2 * s
+        return g * by_gain, stds * np.stack([by_gain, by_visibility, by_blur], axis=-1)
+
+    def evidence(e: Array) -> tuple[Array, Array]:
+        """Logarithm of the posterior, and the chance of each extreme to cross."""
+        miss = sign * (level - predicted(e)[0]) / deviation
+        crosses = np.log(CROSSING / np.sqrt(2 * np.pi) / deviation) - miss**2 / 2
+        turns = np.log((1 - CROSSING) / 0.5) - np.where(miss > 0, miss**2 / 2, 0.0)
+        both = np.logaddexp(crosses, turns)
+        return both.sum(axis=1) - (e**2).sum(axis=1) / 2, np.exp(crosses - both)
+
+    e = STARTS * (stds > 0)
+    for _ in range(STEPS):
+        levels, columns = predicted(e)
+        weight = evidence(e)[1] / deviation**2
+        normal = np.einsum("ski,sk,skj->sij", columns, weight, columns) + np.eye(3)
+        pull = np.einsum("ski,sk,sk->si", columns, weight, level - levels) - e
+        e = e + np.clip(np.linalg.solve(normal, pull[..., None])[..., 0], -1, 1)
+    best = e[np.argmax(evidence(e)[0])]
+    return float(1 + gain * best[0]), float(visibility[0] + visibility[1] * best[1])

@@ -1,0 +1,814 @@
+"""One frame of a strip from loads and everything else that is uncertain, in compiled loops.
+
+The grey levels of a strip are
+
+    y = B + A (1 - V K cos(c p + b)) / 2,      p = sum_j f_j . Psi_j(place_j, width_j) + rho,
+
+with the amplitude A, offset B, visibility V and point spread K of the camera, and the phase lead p of
+the loads f and of the residual retardance rho.  What is uncertain are standardised unknowns
+e ~ N(0, 1) beside the loads: place and width of each contact, smooth fields of phase, modes of light
+and influence matrix, visibility and blur.  All but V and K act through profiles that are smooth
+along the strip, so they are kept on nodes, and only the fringes are taken at every pixel.
+
+A contact enters through the moments of its traction: the influence of a line load is a polynomial in
+its place, whose k-th coefficient is multiplied by the k-th moment of the traction about the tactel.
+"""
+
+from __future__ import annotations
+
+from math import comb, erfc
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.compiling import sums, sums_entry
+
+Array = NDArray[np.float64]
+
+BASES = 5
+"""Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur."""
+PLAIN = 2.5
+"""Standard deviations within which a pixel counts as sound: it is broken with a chance below 1e-3."""
+NARROWEST = 0.5
+"""Deviation of the point spread that a pixel has by its own width, and less is not told [pixels]."""
+
+
+class Layout(NamedTuple):
+    """Where the unknowns stand: loads first, then those that follow; `size` is their number.
+
+    Groups that a design does not have begin where the next one does.
+    """
+
+    loads: int
+    place: int
+    width: int
+    fields: int
+    modes: int
+    visibility: int
+    blur: int
+    size: int
+
+
+class FrameModel(NamedTuple):
+    """What makes a frame; n tactels, K moments, m nodes, P pixels of C channels in turn.
+
+    Attributes
+    ----------
+    moments : ndarray, shape (n, 2, K, m)
+        Phase lead per force and moment of its traction [rad/N].
+    table : ndarray, shape (K, K // 2 + 1)
+        Coefficients of the moments; see `moment_table`.
+    reach : float
+        Unit of length of the moments [m].
+    place : float
+        Standard deviation of the places of contacts [m].
+    width, width_std, narrow : float
+        Width of contacts, its deviation, and the width below which it is kept positive [m].
+    fields : ndarray, shape (r, m)
+        Modes of the phase lead that no load causes [rad].
+    fixed : ndarray, shape (m,)
+        Phase lead without load [rad].
+    influence : ndarray, shape (d, n, 2, m)
+        What the first d modes change in the influence matrix [rad/N].
+    brightness, darkness : ndarray, shape (s, m)
+        What s >= d modes change in the amplitude, relative to it, and in the offset, grey levels.
+    amplitude, offset : ndarray, shape (P,)
+        Of a fringe of full visibility, grey levels.
+    dispersion, bias, spread : ndarray, shape (C,)
+        Phase of each channel over that of the strip, phase added [rad], spread of wave numbers.
+    visibility, visibility_std : float
+        Of the fringes.
+    blur, blur_std : float
+        Standard deviation of the point spread [pixels]; none where both are zero.
+    gamma : float
+        Power of the camera's response; 1 if linear, negative for sRGB.
+    variance : float
+        Of one pixel, squared grey levels.
+    floor, ceiling, full_scale : float
+        Grey levels at which pixels are clipped, and the largest one.
+    broken : float
+        Share of pixels that show anything at all.
+    first, weights : ndarray, shapes (P,) and (P, 4)
+        Nodes between which a pixel lies, and what they count.
+    right : ndarray, shape (P,)
+        The two right ones of these together.
+    runs : ndarray of int
+        Pixels at which another first node begins, and P.
+    at : Layout
+        Where the unknowns stand.
+    """
+
+    moments: Array
+    table: Array
+    reach: float
+    place: float
+    width: float
+    width_std: float
+    narrow: float
+    fields: Array
+    fixed: Array
+    influence: Array
+    brightness: Array
+    darkness: Array
+    amplitude: Array
+    offset: Array
+    dispersion: Array
+    bias: Array
+    spread: Array
+    visibility: float
+    visibility_std: float
+    blur: float
+    blur_std: float
+    gamma: float
+    variance: float
+    floor: float
+    ceiling: float
+    full_scale: float
+    broken: float
+    first: NDArray[np.int64]
+    weights: Array
+    right: Array
+    runs: NDArray[np.int64]
+    at: Layout
+
+
+class Prior(NamedTuple):
+    """What is known of the unknowns before a frame: normal, and contacts push.
+
+    Attributes
+    ----------
+    mean, precision : ndarray, shape (size,)
+        Of the unknowns.
+    friction : float
+        Largest |tangential| / normal force; negative if any.
+    yielding : float
+        Force by which a contact may miss the friction cone at one standard deviation [N].
+    """
+
+    mean: Array
+    precision: Array
+    friction: float
+    yielding: float
+
+
+class Linearised(NamedTuple):
+    """The loss about one point.
+
+    Attributes
+    ----------
+    hessian : ndarray, shape (size, size)
+        Half the second derivative (Gauss-Newton), prior included; the cone is not.
+    gradient : ndarray, shape (size,)
+        Half the first derivative.
+    cone : ndarray, shape (size, size)
+        What the cone adds to the Hessian.
+    columns : ndarray, shape (size, m)
+        Change of the phase at the nodes with every unknown.
+    weights : ndarray, shape (BASES, BASES, m)
+        Sums over the pixels around a node of products of the bases, in units of the noise.
+    pulls : ndarray, shape (BASES, m)
+        The same of the bases and the residuals.
+    """
+
+    hessian: Array
+    gradient: Array
+    cone: Array
+    columns: Array
+    weights: Array
+    pulls: Array
+
+
+def moment_table(order: int) -> Array:
+    """Coefficients of the moments of a uniform traction, shape (order, order // 2 + 1).
+
+    Mean of t^k over a patch about d of half width h: sum_i C(k, 2i) / (2i + 1) d^(k - 2i) h^(2i).
+    """
+    table = np.zeros((order, order // 2 + 1))
+    for k in range(order):
+        for i in range(k // 2 + 1):
+            table[k, i] = comb(k, 2 * i) / (2 * i + 1)
+    return table
+
+
+@sums
+def _moments(table, place, square, mean, by_place, by_square):
+    """Moments of a patch at a place of squared half width `square`, and their derivatives."""
+    for k in range(len(table)):
+        a = b = c = 0.0
+        for i in range(k // 2 + 1):
+            power, weight = k - 2 * i, table[k, i]
+            a += weight * place**power * square**i
+            if power > 0:
+                b += weight * power * place ** (power - 1) * square**i
+            if i > 0:
+                c += weight * i * place**power * square ** (i - 1)
+        mean[k], by_place[k], by_square[k] = a, b, c
+
+
+@sums
+def _positive(value, soft):
+    """A smooth function that is `value` where that is large and 0 where it is very negative."""
+    root = np.sqrt(value * value + soft * soft)
+    return (value + root) / 2, 0.5 * (1 + value / root)
+
+
+@sums
+def contact_moments(model, unknowns, j, mean, by_place, by_width):
+    """Moments of contact j, and their derivatives by its standardised place and width."""
+    at = model.at
+    shift = model.place * unknowns[at.place + j] if at.width > at.place else 0.0
+    wide, slope = model.width, 0.0
+    if at.fields > at.width:
+        wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
+    half = wide / (2 * model.reach)
+    _moments(model.table, shift / model.reach, half * half, mean, by_place, by_width)
+    for k in range(len(mean)):
+        by_place[k] *= model.place / model.reach
+        by_width[k] *= 2 * half * slope * model.width_std / (2 * model.reach)
+
+
+@sums
+def _node_phase(model, unknowns, out):
+    order, at = model.moments.shape[2], model.at
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    out[:] = model.fixed
+    for j in range(len(model.moments)):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(2):
+            force = unknowns[2 * j + c]
+            for k in range(order):
+                factor, row = force * mean[k], model.moments[j, c, k]
+                for i in range(len(out)):
+                    out[i] += factor * row[i]
+            for d in range(len(model.influence)):
+                factor, row = force * unknowns[at.modes + d], model.influence[d, j, c]
+                for i in range(len(out)):
+                    out[i] += factor * row[i]
+    for r in range(len(model.fields)):
+        factor, row = unknowns[at.fields + r], model.fields[r]
+        for i in range(len(out)):
+            out[i] += factor * row[i]
+
+
+@sums
+def _columns(model, unknowns, columns):
+    """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
+    order, at = model.moments.shape[2], model.at
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    columns[:] = 0.0
+    for j in range(len(model.moments)):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(2):
+            force, own = unknowns[2 * j + c], columns[2 * j + c]
+            for k in range(order):
+                row, a = model.moments[j, c, k], mean[k]
+                for i in range(len(row)):
+                    own[i] += a * row[i]
+                if at.width > at.place:
+                    beside, b = columns[at.place + j], force * by_place[k]
+                    for i in range(len(row)):
+                        beside[i] += b * row[i]
+                if at.fields > at.width:
+                    wide, b = columns[at.width + j], force * by_width[k]
+                    for i in range(len(row)):
+                        wide[i] += b * row[i]
+            for d in range(len(model.influence)):
+                row, a, mode = model.influence[d, j, c], unknowns[at.modes + d], at.modes + d
+                turned = columns[mode]
+                for i in range(len(row)):
+                    own[i] += a * row[i]
+                    turned[i] += force * row[i]
+    for r in range(len(model.fields)):
+        columns[at.fields + r] = model.fields[r]
+
+
+@sums
+def _point_spread(deviation):
+    """One half of a Gaussian kernel, from its middle."""
+    reach = max(int(4 * deviation + 0.5), 1)
+    kernel, total = np.empty(reach + 1), 0.0
+    for step in range(reach + 1):
+        kernel[step] = np.exp(-0.5 * (step / deviation) ** 2)
+        total += kernel[step] * (1 if step == 0 else 2)
+    return kernel / total
+
+
+@sums
+def _blurred(line, kernel, out):
+    """A line behind a symmetric kernel; what lies beyond its ends is as the ends are."""
+    size, reach = len(line), len(kernel) - 1
+    padded = np.empty(size + 2 * reach)
+    padded[reach : reach + size] = line
+    padded[:reach] = line[0]
+    padded[reach + size :] = line[size - 1]
+    for p in range(size):
+        out[p] = kernel[0] * padded[reach + p]
+    for step in range(1, reach + 1):
+        factor = kernel[step]
+        for p in range(size):
+            out[p] += factor * (padded[reach + p - step] + padded[reach + p + step])
+
+
+@sums
+def _camera(model, unknowns):
+    """Visibility, deviation of the point spread and its derivative by its unknown."""
+    at, seen = model.at, model.visibility
+    if at.blur > at.visibility:
+        seen += model.visibility_std * unknowns[at.visibility]
+    deviation, slope = model.blur, 0.0
+    if at.size > at.blur:
+        deviation, slope = _positive(
+            model.blur + model.blur_std * unknowns[at.blur], NARROWEST
+        )
+        slope *= model.blur_std
+    return seen, deviation, slope
+
+
+@sums
+def _encoded(model, light):
+    """Grey level of the camera's response to a linear one, and its derivative."""
+    if model.gamma == 1.0:
+        return light, 1.0
+    share = max(light / model.full_scale, 1e-6)
+    if model.gamma > 0:
+        grey = share**model.gamma
+        return model.full_scale * grey, model.gamma * grey / share
+    if share <= 0.0031308:
+        return model.full_scale * 12.92 * share, 12.92
+    power = share ** (1 / 2.4)
+    return model.full_scale * (1.055 * power - 0.055), 1.055 * power / (2.4 * share)
+
+
+@sums
+def _light(model, unknowns, p):
+    """Amplitude relative to the nominal one, and offset, at a pixel."""
+    bright, dark, at, start = 1.0, model.offset[p], model.at, model.first[p]
+    for s in range(len(model.brightness)):
+        e = unknowns[at.modes + s]
+        if e == 0.0:
+            continue
+        for t in range(4):
+            weight = e * model.weights[p, t]
+            bright += weight * model.brightness[s, start + t]
+            dark += weight * model.darkness[s, start + t]
+    return bright, dark
+
+
+@sums
+def _expose(model, unknowns, work):
+    """Grey levels of a frame; `work` holds what derivatives need of it."""
+    nodes, phase, swing, seen, level, slope, bright = work
+    _node_phase(model, unknowns, nodes)
+    contrast, deviation, _ = _camera(model, unknowns)
+    channels = len(model.bias)
+    pixels = len(phase) // channels
+    flat = len(model.brightness) == 0
+    for c in range(channels):
+        ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
+        lines = slice(c * pixels, (c + 1) * pixels)
+        for p in range(c * pixels, (c + 1) * pixels):
+            i = model.first[p]
+            w = model.weights[p]
+            lead = ratio * (
+                w[0] * nodes[i] + w[1] * nodes[i + 1] + w[2] * nodes[i + 2] + w[3] * nodes[i + 3]
+            )
+            phase[p] = lead
+            swing[p] = np.cos(lead + bias)
+            if spread > 0:
+                swing[p] *= np.exp(-0.5 * (spread * lead) ** 2)
+        if deviation > 0:
+            _blurred(swing[lines], _point_spread(deviation), seen[lines])
+        else:
+            seen[lines] = swing[lines]
+    for p in range(len(phase)):
+        relative, dark = 1.0, model.offset[p]
+        if not flat:
+            relative, dark = _light(model, unknowns, p)
+        bright[p] = relative
+        light = dark + model.amplitude[p] * relative * (1 - contrast * seen[p]) / 2
+        level[p], slope[p] = _encoded(model, light)
+
+
+@sums
+def _log_normal_cdf(x):
+    if x > -10:
+        return np.log(0.5 * erfc(-x / np.sqrt(2.0)))
+    # the asymptotic series, to 1e-4 there
+    return -0.5 * x * x - np.log(-x) - 0.5 * np.log(2 * np.pi) + np.log1p(-1 / (x * x))
+
+
+@sums
+def _pixel(model, frame, level, sigma):
+    """Loss of one pixel, half its derivative by the level and half its second one, in sigmas.
+
+    Most pixels are Gaussian about their level, and a share of them shows anything: the loss is that
+    of the mixture.  A clipped pixel has the likelihood that noise carries it past the limit (Tobin,
+    Econometrica 26, 24-36, 1958).
+    """
+    side = 0.0
+    if frame <= model.floor:
+        side, limit = -1.0, model.floor + 0.5
+    elif frame >= model.ceiling:
+        side, limit = 1.0, model.ceiling - 0.5
+    if side != 0.0:
+        beyond = side * (level - limit) / sigma
+        log_chance = _log_normal_cdf(beyond)
+        hazard = np.exp(-0.5 * beyond * beyond - log_chance) / np.sqrt(2 * np.pi)
+        return -2 * log_chance, -side * hazard, hazard * (hazard + beyond)
+    left = (level - frame) / sigma
+    if abs(left) < PLAIN:
+        return left * left, left, 1.0
+    good = (1 - model.broken) * np.exp(-0.5 * left * left)
+    bad = model.broken * np.sqrt(2 * np.pi) * sigma / model.full_scale
+    share = good / (good + bad)
+    return -2 * np.log(good + bad), share * left, share
+
+
+@sums
+def _loss(model, prior, frame, unknowns, level, sigma, heat):
+    """Twice the negative logarithm of the posterior, less a constant."""
+    total = 0.0
+    for p in range(len(frame)):
+        if np.isfinite(frame[p]):
+            total += _pixel(model, frame[p], level[p], sigma)[0]
+    for k in range(len(unknowns)):
+        total += prior.precision[k] * (unknowns[k] - prior.mean[k]) ** 2
+    for j in range(model.at.loads // 2):
+        normal, tangential = unknowns[2 * j], unknowns[2 * j + 1]
+        if prior.friction < 0:
+            total += (min(normal, 0.0) / prior.yielding) ** 2 / heat
+        else:
+            for side in (-1.0, 1.0):
+                miss = min(prior.friction * normal + side * tangential, 0.0)
+                total += (miss / prior.yielding) ** 2 / heat
+    return total
+
+
+@sums
+def _dot(a, b):
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@sums
+def _pulled(model, basis, pull, out):
+    """Sums of a basis times the residuals, at the nodes between which each pixel lies."""
+    for r in range(len(model.runs) - 1):
+        i, a, b, c, d = model.first[model.runs[r]], 0.0, 0.0, 0.0, 0.0
+        for p in range(model.runs[r], model.runs[r + 1]):
+            value = basis[p] * pull[p]
+            a += model.weights[p, 0] * value
+            b += model.weights[p, 1] * value
+            c += model.weights[p, 2] * value
+            d += model.weights[p, 3] * value
+        out[i] += a
+        out[i + 1] += b
+        out[i + 2] += c
+        out[i + 3] += d
+
+
+@sums
+def _lumped(model, basis, other, out):
+    """Sums of the products of two bases, at the two nodes beside each pixel."""
+    for r in range(len(model.runs) - 1):
+        total = right = 0.0
+        for p in range(model.runs[r], model.runs[r + 1]):
+            value = basis[p] * other[p]
+            total += value
+            right += model.right[p] * value
+        i = model.first[model.runs[r]]
+        out[i + 1] += total - right
+        out[i + 2] += right
+
+
+@sums
+def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
+    """Fill in `out`, of the frame that `work` holds."""
+    nodes, phase, swing, seen, level, slope, bright = work
+    at = model.at
+    channels, pixels = len(model.bias), len(phase) // len(model.bias)
+    contrast, deviation, by_blur = _camera(model, unknowns)
+    hessian, gradient, cone, columns, weights, pulls = out
+    _columns(model, unknowns, columns)
+    weights[:] = 0.0
+    pulls[:] = 0.0
+    turned, smeared = np.empty(pixels), np.empty(pixels)
+    bases, weight = np.zeros((BASES, len(phase))), np.zeros(len(phase))
+    pull = np.zeros(len(phase))
+    for c in range(channels):
+        ratio, bias, spread, begin = model.dispersion[c], model.bias[c], model.spread[c], c * pixels
+        for k in range(pixels):
+            lead = phase[begin + k]
+            turned[k] = np.sin(lead + bias)
+            if spread > 0:
+                share = np.exp(-0.5 * (spread * lead) ** 2)
+                turned[k] = share * turned[k] + spread * spread * lead * swing[begin + k]
+        if deviation > 0:
+            _blurred(turned, _point_spread(deviation), smeared)
+        else:
+            smeared[:] = turned
+        for k in range(pixels):
+            p = begin + k
+            if not np.isfinite(frame[p]):
+                continue
+            _, pull[p], weight[p] = _pixel(model, frame[p], level[p], sigma)
+            amplitude, own = model.amplitude[p] * bright[p], slope[p] / sigma
+            bases[0, p] = own * amplitude * contrast / 2 * smeared[k] * ratio
+            bases[1, p] = own * model.amplitude[p] * (1 - contrast * seen[p]) / 2
+            bases[2, p] = own
+            bases[3, p] = -own * amplitude * model.visibility_std * seen[p] / 2
+            curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
+            curve -= 2 * seen[p]
+            bases[4, p] = -own * amplitude * contrast / 2 * deviation * by_blur * curve
+    modes, weighed = at.visibility - at.modes, np.empty(len(phase))
+    known = (True, modes > 0, modes > 0, at.blur > at.visibility, at.size > at.blur)
+    for u in range(BASES):
+        if not known[u]:
+            continue
+        _pulled(model, bases[u], pull, pulls[u])
+        for p in range(len(phase)):
+            weighed[p] = weight[p] * bases[u, p]
+        for v in range(u + 1):
+            if known[v]:
+                _lumped(model, weighed, bases[v], weights[u, v])
+    for u in range(BASES):
+        for v in range(u):
+            weights[v, u] = weights[u, v]
+    _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls)
+
+
+@sums
+def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls):
+    """Hessian and gradient from the sums at the nodes."""
+    at, m = model.at, columns.shape[1]
+    first, modes = at.visibility, at.visibility - at.modes
+    weighed = np.empty((first, m))
+    hessian[:] = 0.0
+    for x in range(first):
+        for i in range(m):
+            weighed[x, i] = columns[x, i] * weights[0, 0, i]
+    for x in range(first):
+        for z in range(x + 1):
+            hessian[x, z] = _dot(weighed[x], columns[z])
+        gradient[x] = _dot(columns[x], pulls[0])
+    mixed = np.empty(m)
+    for s in range(modes):
+        row = at.modes + s
+        bright, dark = model.brightness[s], model.darkness[s]
+        for i in range(m):
+            mixed[i] = weights[0, 1, i] * bright[i] + weights[0, 2, i] * dark[i]
+        for x in range(first):
+            product = _dot(columns[x], mixed)
+            if x == row:
+                hessian[x, x] += 2 * product
+            elif x < row:
+                hessian[row, x] += product
+            else:
+                hessian[x, row] += product
+        for t in range(s + 1):
+            total = 0.0
+            other, darker = model.brightness[t], model.darkness[t]
+            for i in range(m):
+                total += bright[i] * (weights[1, 1, i] * other[i] + weights[1, 2, i] * darker[i])
+                total += dark[i] * (weights[1, 2, i] * other[i] + weights[2, 2, i] * darker[i])
+            hessian[row, at.modes + t] += total
+        gradient[row] += _dot(bright, pulls[1]) + _dot(dark, pulls[2])
+    for u in range(3, BASES):
+        row = at.visibility if u == 3 else at.blur
+        if (at.blur if u == 3 else at.size) == row:
+            continue
+        for x in range(first):
+            hessian[row, x] = _dot(columns[x], weights[0, u])
+        for s in range(modes):
+            hessian[row, at.modes + s] += _dot(model.brightness[s], weights[1, u])
+            hessian[row, at.modes + s] += _dot(model.darkness[s], weights[2, u])
+        hessian[row, row] = weights[u, u].sum()
+        gradient[row] = pulls[u].sum()
+        if u == 4 and at.blur > at.visibility:
+            hessian[row, at.visibility] = weights[3, 4].sum()
+    for x in range(at.size):
+        hessian[x, x] += prior.precision[x]
+        gradient[x] += prior.precision[x] * (unknowns[x] - prior.mean[x])
+        for z in range(x):
+            hessian[z, x] = hessian[x, z]
+    cone[:] = 0.0
+    stiff = 1 / (prior.yielding**2 * heat)
+    for j in range(at.loads // 2):
+        a, b = 2 * j, 2 * j + 1
+        if prior.friction < 0:
+            if unknowns[a] < 0:
+                cone[a, a] += stiff
+                gradient[a] += stiff * unknowns[a]
+            continue
+        for side in (-1.0, 1.0):
+            miss = prior.friction * unknowns[a] + side * unknowns[b]
+            if miss < 0:
+                gradient[a] += stiff * prior.friction * miss
+                gradient[b] += stiff * side * miss
+                cone[a, a] += stiff * prior.friction**2
+                cone[b, b] += stiff
+                cone[b, a] += stiff * side * prior.friction
+                cone[a, b] += stiff * side * prior.friction
+
+
+@sums
+def _solve(hessian, cone, damping, gradient, lower, step):
+    """Solve (H + cone + damping diag) step = -gradient; False where it is not positive definite."""
+    m = len(gradient)
+    for i in range(m):
+        for j in range(i + 1):
+            total = hessian[i, j] + cone[i, j]
+            if i == j:
+                total *= 1 + damping
+            for k in range(j):
+                total -= lower[i, k] * lower[j, k]
+            if i == j:
+                if not total > 0:
+                    return False
+                lower[i, i] = np.sqrt(total)
+            else:
+                lower[i, j] = total / lower[j, j]
+    for i in range(m):
+        total = -gradient[i]
+        for k in range(i):
+            total -= lower[i, k] * step[k]
+        step[i] = total / lower[i, i]
+    for i in range(m - 1, -1, -1):
+        step[i] /= lower[i, i]
+        for k in range(i):
+            step[k] -= lower[i, k] * step[i]
+    return True
+
+
+@sums
+def _work(model):
+    nodes, pixels = len(model.fixed), len(model.amplitude)
+    return (
+        np.empty(nodes),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+    )
+
+
+@sums
+def _linearised(model):
+    size, nodes = model.at.size, len(model.fixed)
+    return Linearised(
+        np.zeros((size, size)),
+        np.zeros(size),
+        np.zeros((size, size)),
+        np.zeros((size, nodes)),
+        np.zeros((BASES, BASES, nodes)),
+        np.zeros((BASES, nodes)),
+    )
+
+
+@sums_entry
+def expose(model, unknowns):
+    """Grey levels of a frame, shape (P,), and the phase lead at the nodes, shape (m,).
+
+    Parameters
+    ----------
+    model : FrameModel
+        What makes a frame.
+    unknowns : ndarray, shape (size,)
+        Loads [N] and standardised unknowns.
+    """
+    work = _work(model)
+    _expose(model, unknowns, work)
+    return work[4], work[0]
+
+
+@sums_entry
+def node_phase(model, unknowns):
+    """Phase lead at the nodes, shape (m,) [rad]; parameters as of `expose`."""
+    out = np.empty(len(model.fixed))
+    _node_phase(model, unknowns, out)
+    return out
+
+
+@sums_entry
+def contact_columns(model, unknowns):
+    """Change of the phase per force with each contact's unknown place and width.
+
+    Parameters
+    ----------
+    model, unknowns
+        As of `expose`.
+
+    Returns
+    -------
+    ndarray, shape (2, n, 2, m)
+        Place and width, contact, component, node [rad/N].
+    """
+    tactels, components, order, nodes = model.moments.shape
+    found = np.zeros((2, tactels, components, nodes))
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    for j in range(tactels):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(components):
+            for k in range(order):
+                for i in range(nodes):
+                    found[0, j, c, i] += by_place[k] * model.moments[j, c, k, i]
+                    found[1, j, c, i] += by_width[k] * model.moments[j, c, k, i]
+    return found
+
+
+@sums_entry
+def linearise(model, prior, frame, unknowns):
+    """The loss about a point.
+
+    Parameters
+    ----------
+    model : FrameModel
+        What makes a frame.
+    prior : Prior
+        What is known before.
+    frame : ndarray, shape (P,)
+        Grey levels; not finite where a pixel is not used.
+    unknowns : ndarray, shape (size,)
+        The point.
+
+    Returns
+    -------
+    Linearised
+        Of the loss at full likelihood.
+    """
+    work, out = _work(model), _linearised(model)
+    _expose(model, unknowns, work)
+    _linearise(model, prior, frame, unknowns, work, np.sqrt(model.variance), 1.0, out)
+    return out
+
+
+@sums_entry
+def climb(model, prior, frame, start, heat, steps, tolerance):
+    """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
+
+    Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
+    (Marquardt, J. SIAM 11, 431, 1963).
+
+    Parameters
+    ----------
+    model, prior, frame
+        As of `linearise`.
+    start : ndarray, shape (size,)
+        Where to start.
+    heat : float
+        Factor on the variance of the noise and of the cone: above 1 the loss has fewer valleys.
+    steps : int
+        Most steps.
+    tolerance : float
+        Fall of the loss below which it is at its smallest.
+
+    Returns
+    -------
+    unknowns : ndarray, shape (size,)
+        The last point.
+    loss : float
+        Twice the negative logarithm of the posterior there, less a constant.
+    square : float
+        Weighted sum of squared residuals in units of the noise.
+    count : float
+        Sum of the weights of the pixels, their number if none is clipped or broken.
+    """
+    sigma = np.sqrt(model.variance * heat)
+    here, there, out = _work(model), _work(model), _linearised(model)
+    lower, step = np.zeros_like(out.hessian), np.empty(len(start))
+    unknowns, damping = start.copy(), 1e-2
+    _expose(model, unknowns, here)
+    loss = _loss(model, prior, frame, unknowns, here[4], sigma, heat)
+    for _ in range(steps):
+        _linearise(model, prior, frame, unknowns, here, sigma, heat, out)
+        better = False
+        while damping < 1e6:
+            if _solve(out.hessian, out.cone, damping, out.gradient, lower, step):
+                trial = unknowns + step
+                _expose(model, trial, there)
+                reached = _loss(model, prior, frame, trial, there[4], sigma, heat)
+                if reached <= loss:
+                    better = True
+                    break
+            damping *= 6
+        if not better:
+            break
+        gain, loss, unknowns = loss - reached, reached, trial
+        here, there = there, here
+        damping = max(damping / 8, 1e-8)
+        if gain < tolerance:
+            break
+    square = count = 0.0
+    sigma = np.sqrt(model.variance)
+    for p in range(len(frame)):
+        if np.isfinite(frame[p]):
+            _, pull, weight = _pixel(model, frame[p], here[4][p], sigma)
+            if weight > 0:
+                square += pull * pull / weight
+                count += weight
+    return unknowns, loss, square, count

@@ -1,0 +1,388 @@
+"""What is uncertain about a strip, as unknowns beside the loads: the tolerances of its design.
+
+Every tolerance becomes one or more standardised unknowns of a `FrameModel`: design values and the
+camera's registration turn the influence matrix, contacts land beside their tactels and are as wide
+as they are, the residual is a smooth random field, and the light is as bright as it is.  A value
+without a tolerance has no unknown and costs nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import accumulate
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.design.tolerances import number_at, with_values
+from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH, changes_influence
+from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.optics.camera import noise_variance
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+from fringeforce.optics.polariscope import pictures
+
+Array = NDArray[np.float64]
+
+NODES = 5
+"""Nodes in the thickness of the cover, which smooths everything that passes through it: cubic
+interpolation between them is good to 1e-4 of the peak of a line load."""
+ORDER = 14
+"""Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
+farthest place and a patch of 0.4 mm to 1e-4."""
+FAR = 3.5
+"""Standard deviations of place and width up to which contacts are followed."""
+SMALLEST = 5e-4
+"""Variance of a mode of a random field, relative to the largest, below which it is left out."""
+NARROW = 0.125
+"""Share of a width below which it is kept positive smoothly."""
+SHAPE_LENGTH = 1 / 16
+"""Correlation length of errors of shape of the influence matrix, as a share of the frame."""
+BROKEN = 1e-3
+"""Share of pixels that show anything at all: a line camera of good quality has fewer."""
+LARGEST = 4.0
+"""Standard deviations of the light at which pixels are looked at for clipping."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One standardised unknown that changes influence matrix or light.
+
+    Attributes
+    ----------
+    name : str
+        Dotted path of the design, or what it is.
+    std : float
+        Its standard deviation, in the unit of the value.
+    influence : ndarray, shape (m, n, 2), optional
+        Change of the influence matrix at the nodes [rad/N].
+    brightness, darkness : ndarray, shape (m,), or float
+        Change of the amplitude, relative to it, and of the offset, grey levels.
+    """
+
+    name: str
+    std: float
+    influence: Array | None = None
+    brightness: Array | float = 0.0
+    darkness: Array | float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """A strip with all that is uncertain about it.
+
+    Attributes
+    ----------
+    frame : FrameModel
+        From unknowns to grey levels.
+    modes : tuple of Mode
+        Unknowns of influence matrix and light, in the order of the frame's.
+    shapes : ndarray, shape (k, m)
+        Modes along the strip of errors of shape of the influence matrix, relative to it.
+    """
+
+    frame: FrameModel
+    modes: tuple[Mode, ...]
+    shapes: Array
+
+    def under(self, loads: Array) -> FrameModel:
+        """The frame's model with the errors of shape that loads of about this size cause.
+
+        Every column of the matrix has an error of its own, so that squares of their parts add up.
+
+        Parameters
+        ----------
+        loads : ndarray, shape (2n,)
+            Loads [N].
+        """
+        if not len(self.shapes):
+            return self.frame
+        parts = self.frame.moments[:, :, 0] * loads.reshape(-1, 2, 1)
+        fields = self.frame.fields.copy()
+        fields[len(fields) - len(self.shapes) :] = self.shapes * np.sqrt((parts**2).sum(axis=(0, 1)))
+        return self.frame._replace(fields=fields)
+
+
+def has_tolerances(model: SensorModel) -> bool:
+    """Whether a design states anything uncertain that a reading can allow for."""
+    sensor, imaging = model.sensor, model.imaging
+    known = imaging is not None
+    stated = any(path in (PLACEMENT, WIDTH, RESIDUAL) or not known for path in sensor.tolerances)
+    nominal = sensor.polariscope.residual or sensor.camera.blur
+    nominal = nominal or sensor.camera.response != "linear" or sensor.polariscope.bandwidth
+    changing = (sensor.camera.drift or sensor.transducer.influence_error) and not known
+    return bool(stated or nominal or changing)
+
+
+def uncertainty(model: SensorModel) -> Uncertainty:
+    """Unknowns of a model, from the tolerances of its design and the modes of its calibration.
+
+    Parameters
+    ----------
+    model : SensorModel
+        As drawn or calibrated; what a calibration has found has no tolerance any more.
+
+    Raises
+    ------
+    InputError
+        If contacts of uncertain place or width are on a strip in three dimensions.
+    """
+    sensor, imaging = model.sensor, model.imaging
+    std = dict(sensor.tolerances)
+    first, weights, positions = _nodes(model)
+    x = np.interp(positions, np.arange(len(model.pixel_positions)), model.pixel_positions)
+    half = sensor.transducer.length / 2
+    psi = model.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
+    moments, reach = _contact_moments(model, x, psi)
+    modes = _calibrated_modes(model, weights, first, len(x)) if imaging else _design_modes(model, x)
+    modes = sorted(modes + _drift(model), key=lambda mode: mode.influence is None)
+    turning = [mode.influence for mode in modes if mode.influence is not None]
+    light, camera = sensor.polariscope, sensor.camera
+    residual = std.get(RESIDUAL, 0.0)
+    fields = residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+    shape_error = sensor.transducer.influence_error if imaging is None else 0.0
+    size = (x[-1] - x[0]) * SHAPE_LENGTH
+    shapes = shape_error * random_field(x, size) if shape_error else np.empty((0, len(x)))
+    fields = np.concatenate([fields, 0 * shapes])
+    seen = pictures(light.model_copy(update={"visibility": 1.0}))
+    fringes = [picture.fringe for picture in seen]
+    pixels = camera.pixels
+    if imaging is None:
+        amplitude = np.repeat([camera.amplitude * f.amplitude for f in fringes], pixels)
+        offset = np.repeat([camera.offset + camera.amplitude * f.offset for f in fringes], pixels)
+        visibility = light.visibility
+        visibility_std = std.get("polariscope.visibility", 0.0)
+    else:  # measured amplitudes hold the visibility already
+        amplitude, offset, visibility, visibility_std = imaging.amplitude, imaging.offset, 1.0, 0.0
+    variance = noise_variance(camera) + (imaging.light_variance if imaging else 0.0)
+    per_metre = pixels / sensor.transducer.length
+    blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
+    first, weights = np.tile(first, len(seen)), np.tile(weights, (len(seen), 1))
+    counts = (
+        2 * sensor.tactels.count,
+        sensor.tactels.count if PLACEMENT in std else 0,
+        sensor.tactels.count if WIDTH in std else 0,
+        len(fields),
+        len(modes),
+        1 if visibility_std else 0,
+        1 if blur_std else 0,
+    )
+    begins = [0, *accumulate(counts)]
+    loads = begins[1]
+    at = Layout(loads, *begins[1:6], begins[6], begins[7])
+    bright = max(float(np.linalg.norm([_size(m.brightness) for m in modes])), 0.0) if modes else 0.0
+    reach_noise = camera.noise * (1 if camera.noise_model == "uniform" else 4)
+    brightest = float(np.max(offset + amplitude)) * (1 + LARGEST * bright) + reach_noise
+    darkest = float(np.min(offset)) - reach_noise
+    width = float(sensor.tactels.contact_width)
+    frame = FrameModel(
+        moments=moments,
+        table=moment_table(moments.shape[2]),
+        reach=reach,
+        place=std.get(PLACEMENT, 0.0),
+        width=width,
+        width_std=std.get(WIDTH, 0.0),
+        narrow=NARROW * max(width, std.get(WIDTH, 0.0)),
+        fields=np.ascontiguousarray(fields),
+        fixed=np.full(len(x), light.residual),
+        influence=np.ascontiguousarray(
+            np.moveaxis(np.array(turning), 1, 3)
+            if turning
+            else np.empty((0, sensor.tactels.count, 2, len(x)))
+        ),
+        brightness=_profiles([mode.brightness for mode in modes], len(x)),
+        darkness=_profiles([mode.darkness for mode in modes], len(x)),
+        amplitude=np.asarray(amplitude, dtype=float),
+        offset=np.asarray(offset, dtype=float),
+        dispersion=np.array([picture.dispersion for picture in seen]),
+        bias=np.array([fringe.bias for fringe in fringes]),
+        spread=np.array([fringe.spread for fringe in fringes]),
+        visibility=float(visibility),
+        visibility_std=float(visibility_std),
+        blur=float(blur),
+        blur_std=float(blur_std),
+        gamma=_gamma(camera.response),
+        variance=float(variance),
+        floor=0.0 if darkest < -0.5 else -np.inf,
+        ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
+        full_scale=float(camera.full_scale),
+        broken=BROKEN,
+        first=first,
+        weights=weights,
+        right=weights[:, 2:].sum(axis=1),
+        runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
+        at=at,
+    )
+    return Uncertainty(frame, tuple(modes), shapes)
+
+
+def _size(profile: Array | float) -> float:
+    return float(np.max(np.abs(profile)))
+
+
+def _profiles(rows: list[Array | float], nodes: int) -> Array:
+    return np.array([np.broadcast_to(row, nodes) for row in rows], dtype=float).reshape(-1, nodes)
+
+
+def _gamma(response: str) -> float:
+    return {"linear": 1.0, "sRGB": -1.0}[response] if response in ("linear", "sRGB") else float(response)
+
+
+def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
+    """First node and weights of every pixel of one channel, and the nodes' places in pixels."""
+    pixels = model.sensor.camera.pixels
+    seen = model.pixel_positions
+    step = abs(float(seen[-1] - seen[0])) / max(pixels - 1, 1)
+    spacing = model.sensor.transducer.compliant.thickness / NODES
+    count = max(int(np.ceil(pixels * step / spacing)) + 1, 5)
+    count = min(count, max(pixels + 1, 5))
+    along = (np.arange(pixels) + 0.5) * (count - 1) / pixels
+    first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
+    t = along - first
+    weights = np.stack(
+        [
+            -(t - 1) * (t - 2) * (t - 3) / 6,
+            t * (t - 2) * (t - 3) / 2,
+            -t * (t - 1) * (t - 3) / 2,
+            t * (t - 1) * (t - 2) / 6,
+        ],
+        axis=1,
+    )
+    return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
+
+
+def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:
+    """Influence of the moments of every contact's traction, shape (n, 2, K, m), and their unit.
+
+    Least squares of the influence of line loads over their place, of equal weight at the angles of
+    Chebyshev's points; what the nominal contacts leave of the characterised matrix is added to the
+    zeroth moment, so that they are exact.
+    """
+    sensor, std = model.sensor, model.sensor.tolerances
+    if PLACEMENT not in std and WIDTH not in std:
+        return np.ascontiguousarray(np.moveaxis(psi, 0, 2)[:, :, None]), 1.0
+    if sensor.transducer.plane == "3d":
+        raise InputError(
+            'Tolerances of placement and contact_width need plane = "stress" or "strain"; take one '
+            'of them, or leave the tolerances out with plane = "3d".'
+        )
+    tactels = sensor.tactels
+    width = tactels.contact_width + FAR * std.get(WIDTH, 0.0)
+    reach = FAR * std.get(PLACEMENT, 0.0) + width / 2
+    centres = tactels.positions + tactels.placement
+    end = sensor.transducer.length / 2
+    reach = float(min(reach, end - np.abs(centres).max()))
+    surface = surface_influence(
+        sensor.transducer,
+        max(centres[0] - reach, -end),
+        min(centres[-1] + reach, end),
+        np.clip(x, -end, end),
+    )
+    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
+    t = np.polynomial.chebyshev.chebpts1(4 * ORDER)
+    basis = np.linalg.pinv(np.polynomial.chebyshev.chebvander(t, ORDER - 1))
+    powers = np.array(
+        [
+            np.pad(np.polynomial.chebyshev.cheb2poly(row), (0, ORDER - 1 - k))
+            for k, row in enumerate(np.eye(ORDER))
+        ]
+    )
+    to_moments = powers.T @ basis
+    out = np.empty((tactels.count, 2, ORDER, len(x)))
+    inside = np.abs(x) <= end
+    table = moment_table(ORDER)
+    half = tactels.contact_width / 2 / reach
+    even = np.arange(0, ORDER, 2)
+    nominal = np.zeros(ORDER)
+    nominal[even] = table[even, even // 2] * half**even
+    for j, centre in enumerate(centres):
+        shares = to_moments @ surface.shares(centre + reach * t, np.zeros(len(t)))
+        lines = phase_lead(np.einsum("ks,mst->tkm", shares, surface.stress), constant)
+        out[j] = lines * inside
+    out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
+    return np.ascontiguousarray(out), reach
+
+
+def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
+    """Unknowns of the values of the drawing, in the order of their paths."""
+    sensor, modes = model.sensor, []
+    half = sensor.transducer.length / 2
+    taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur"}
+    plain = sensor.replace(
+        tolerances={path: 0.0 for path in sensor.tolerances}
+    )
+    for path, std in sensor.tolerances.items():
+        found = number_at(sensor, path)
+        if path in taken or found is None:
+            continue
+        value = found[0]
+        if path == "camera.amplitude":
+            modes.append(Mode(path, std, brightness=std / value))
+        elif path == "camera.offset":
+            modes.append(Mode(path, std, darkness=std))
+        elif path in ("camera.shift", "camera.scale"):
+            step = std if path == "camera.shift" else std * x
+            seen = [np.clip(x + sign * step, -half, half) for sign in (1, -1)]
+            ahead, behind = (model.influence(places) for places in seen)
+            modes.append(Mode(path, std, (ahead - behind) / 2))
+        elif changes_influence([path]):
+            ahead, behind = (
+                characterize(with_values(plain, {path: value + sign * std})).influence(
+                    np.clip(x, -half, half)
+                )
+                for sign in (1, -1)
+            )
+            modes.append(Mode(path, std, (ahead - behind) / 2))
+    return modes
+
+
+def _calibrated_modes(
+    model: SensorModel, weights: Array, first: NDArray[np.int64], nodes: int
+) -> list[Mode]:
+    """Unknowns that a calibration has left, smooth along the strip, at the nodes."""
+    imaging = model.imaging
+    assert imaging is not None
+    pixels, share = np.flatnonzero(imaging.usable), np.zeros((nodes, len(imaging.usable)))
+    # each pixel counts at its two nearest nodes
+    for node, weight in ((1, weights[:, 0] + weights[:, 1]), (2, weights[:, 2] + weights[:, 3])):
+        share[first[pixels] + node, pixels] += weight[pixels]
+    share /= np.maximum(share.sum(axis=1, keepdims=True), 1e-12)
+    modes = []
+    for k in range(len(imaging.amplitude_modes)):
+        turned = None
+        if k < len(imaging.influence_modes):
+            turned = np.tensordot(share, imaging.influence_modes[k], axes=1)
+        bright = share @ (imaging.amplitude_modes[k] / imaging.amplitude)
+        modes.append(
+            Mode(f"calibration {k + 1}", 1.0, turned, bright, share @ imaging.offset_modes[k])
+        )
+    return modes
+
+
+def _drift(model: SensorModel) -> list[Mode]:
+    """Light that changes from frame to frame."""
+    imaging, camera = model.imaging, model.sensor.camera
+    gain, offset = (camera.drift, 0.0) if imaging is None else imaging.drift
+    modes = [Mode("camera.drift", gain, brightness=gain)] if gain else []
+    return modes + ([Mode("offset drift", offset, darkness=offset)] if offset else [])
+
+
+def random_field(x: Array, length: float) -> Array:
+    """Modes of a Gaussian process of unit variance, shape (k, m): sum_k e_k row_k, e_k ~ N(0, 1).
+
+    The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
+    (Rasmussen and Williams, Gaussian Processes for Machine Learning, section 4.3).
+
+    Parameters
+    ----------
+    x : ndarray, shape (m,)
+        Places [m].
+    length : float
+        Correlation length [m].
+    """
+    values, vectors = np.linalg.eigh(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
+    order = np.argsort(-values)
+    kept = order[: int(np.sum(values > SMALLEST * values.max()))]
+    return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)

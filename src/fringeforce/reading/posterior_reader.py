@@ -1,0 +1,420 @@
+"""One frame of a strip with tolerances to one reading: all that is uncertain is estimated with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.friction_cone import within_friction_cone
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.estimation.frame_model import Linearised, Prior
+from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
+from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.reading.frame_reader import FrameReader
+from fringeforce.reading.posterior_search import SHEAR, Lines, PosteriorSearch
+from fringeforce.reading.reading import Reading, Status
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+LOADS = 2.0
+"""Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
+contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
+YIELDING = 0.05
+"""Share of that mean by which a contact may pull at one standard deviation."""
+UNSURE, FITS = 0.02, 1e-5
+"""Chances of noise below which an explanation is not taken at once, and not at all."""
+HOPELESS = 4.0
+"""Reduced chi-square after two steps from which a climb without loads reaches no explanation."""
+CANDIDATES = 24
+"""Starts of one search that are climbed."""
+SAME = 0.3
+"""Phases nowhere farther apart are one explanation of a frame [rad]."""
+NEAR, WIDE = 250.0, 2500.0
+"""Expected growth of the loss of mirror images that are tried: of what fits, and of what does not."""
+IMAGES, RIVALS = 12, 8
+"""Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
+ROUNDS = 6
+"""Rounds of mirror images, each from the best explanation so far."""
+LIST = 15.0
+"""Squared deviations of the search behind its best at which what fits is not looked for further."""
+CLOSE = 16.0
+"""Loss beyond the best at which an explanation has no weight, exp(-8) = 0.0003."""
+SEARCHES = 4
+"""Searches after which an explanation that fits, though not plainly, is taken."""
+FOLLOWED = 12
+"""Steps in which a followed frame must be reached; slow motion takes three."""
+FAINT = 1.5
+"""Phase that a frame must reach to be followed rather than searched [rad]."""
+SATURATION = 0.1
+"""Share of pixels at full scale that tells of saturation."""
+DENSE = 1.3
+"""Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """An explanation of a frame and its posterior weight.
+
+    Attributes
+    ----------
+    top : Top
+        The estimate.
+    covariance : ndarray, shape (2n, 2n)
+        Of its loads [N^2].
+    phase : ndarray, shape (m,)
+        At the nodes [rad].
+    weight : float
+        Share of the posterior.
+    """
+
+    top: Top
+    covariance: Array
+    phase: Array
+    weight: float
+
+
+@dataclass(frozen=True, eq=False)
+class PosteriorReader(FrameReader):
+    """Reads frames of one strip with tolerances, each for itself.
+
+    Attributes
+    ----------
+    confidence : float
+        Probability from which a reading is OK.
+    """
+
+    model: SensorModel
+    confidence: float = 0.999
+
+    @cached_property
+    def uncertain(self) -> Uncertainty:
+        """What is uncertain about the strip."""
+        return uncertainty(self.model)
+
+    @cached_property
+    def _search(self) -> PosteriorSearch:
+        return PosteriorSearch(self.uncertain.frame)
+
+    @cached_property
+    def usable_pixels(self) -> Mask:
+        """Pixels that the calibration left in, in one row."""
+        imaging = self.model.imaging
+        size = int(np.prod(self.model.frame_shape))
+        return np.ones(size, bool) if imaging is None else imaging.usable
+
+    def phase(self, forces: Array) -> Array:
+        """Phase lead that forces at the tactels cause, shape (n_pixels,) [rad]."""
+        return self.model.phase(forces)
+
+    def trial_forces(self) -> Array:
+        """A newton on every tactel, shape (n, 2) [N]."""
+        return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
+
+    def bound(self, forces: ArrayLike) -> Array:
+        """Smallest deviations that an unbiased reading can have, shape (n, 2) [N]."""
+        loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
+        frame = np.zeros(len(self.uncertain.frame.amplitude))
+        posterior = self.posterior(frame, float(np.abs(loads).max()) * 1e3)
+        at = posterior.model.at
+        unknowns = np.zeros(at.size)
+        unknowns[: at.loads] = loads
+        about = posterior.linearised(Top(unknowns, 0.0, 0.0, 0.0))
+        spread = np.linalg.inv(about.hessian)[: at.loads, : at.loads]
+        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
+
+    def posterior(self, frame: Array, push: float) -> Posterior:
+        """Posterior of a frame whose contacts push with about this force [N]."""
+        at = self.uncertain.frame.at
+        model = self.uncertain.under(np.full(at.loads, push))
+        precision = np.ones(at.size)
+        precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
+        precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
+        friction = -1.0 if self.friction is None else self.friction
+        return Posterior(
+            model, Prior(np.zeros(at.size), precision, friction, YIELDING * push), frame
+        )
+
+    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
+        """Read a frame that was checked; strips need no start, and take none."""
+        if start is not None:
+            raise InputError("start is for pads; a strip is searched as fast without it.")
+        return self.followed(levels, used, None)[0]
+
+    def followed(
+        self, levels: NDArray[Any], used: Mask, last: Array | None
+    ) -> tuple[Reading, Array | None]:
+        """Read a frame that was checked, from the unknowns of the last one if it is known.
+
+        Returns
+        -------
+        reading : Reading
+            Of the frame.
+        unknowns : ndarray, shape (size,), or None
+            From which the next one can be followed, if this one is OK.
+        """
+        frame = np.where(used, levels.astype(float), np.nan)
+        lines = self._search.lines(frame)
+        posterior = self._own(frame, lines)
+        if last is not None:
+            top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
+            if _Met(posterior).explains(top, FITS) and not self._faint(posterior, top):
+                return self._stated(posterior, [top], tracked=True), top.unknowns
+        silent = self._silent(posterior)
+        tops = self._explained(posterior, lines, silent)
+        if tops is None:
+            return self._refused(posterior, lines), None
+        if silent is not None and self._nothing(silent, tops[0]):
+            return self._stated(posterior, [silent], Status.NO_CONTACT), None
+        reading = self._stated(posterior, tops)
+        return reading, tops[0].unknowns if reading.ok else None
+
+    def _faint(self, posterior: Posterior, top: Top) -> bool:
+        """Whether the phase stays so small that loads are hardly told from others, or none."""
+        return bool(np.abs(posterior.phase(top)).max() < FAINT)
+
+    def _own(self, frame: Array, lines: Lines) -> Posterior:
+        pace, _ = self._search.true_pace(lines, self._search.light(lines))
+        return self.posterior(frame, self._search.pushing(pace))
+
+    def _silent(self, posterior: Posterior) -> Top | None:
+        """No contact, if that explains the frame."""
+        at = posterior.model.at
+        precision = posterior.prior.precision.copy()
+        precision[: at.loads] *= 1e8
+        alone = Posterior(
+            posterior.model, posterior.prior._replace(precision=precision), posterior.frame
+        )
+        top = alone.climbed(np.zeros(at.size), heats=(), steps=(0, 2))
+        if top.square > HOPELESS * top.count:
+            return None
+        top = alone.climbed(top.unknowns, heats=(), steps=(0, 15))
+        return top if top.chance > FALSE_ALARM else None
+
+    def _nothing(self, silent: Top, best: Top) -> bool:
+        at = self.uncertain.frame.at
+        return silent.loss - best.loss < square_limit(at.loads, FALSE_CONTACT)
+
+    def _explained(
+        self, posterior: Posterior, lines: Lines, silent: Top | None
+    ) -> list[Top] | None:
+        """Explanations of a frame, the best first, or None if there is none."""
+        met, tried = _Met(posterior), list[Array]()
+        if silent is not None:
+            # loads that hardly show are near none
+            met.add(posterior.climbed(silent.unknowns, heats=(), steps=(0, 20)))
+        done = bool(met.tops) and met.explains(met.tops[0], UNSURE)
+        if not done:
+            done = self._searched(posterior, lines, met, tried)
+        if not done and not (met.tops and met.explains(met.tops[0], FITS)):
+            return None
+        best = met.tops[0]
+        self._improved(met, best, RIVALS, NEAR, stop=False)
+        turned = posterior.mirrored(met.tops[0].unknowns)
+        if posterior.even and self._may_push(posterior, turned):
+            met.add(posterior.climbed(turned, heats=(), steps=(0, 15)))
+        return met.tops
+
+    def _may_push(self, posterior: Posterior, unknowns: Array) -> bool:
+        """Whether loads do not pull so much that no contact does."""
+        normal = np.minimum(unknowns[: posterior.model.at.loads : 2], 0)
+        return bool(np.square(normal / posterior.prior.yielding).sum() < 10 * CLOSE)
+
+    def _searched(
+        self, posterior: Posterior, lines: Lines, met: _Met, tried: list[Array]
+    ) -> bool:
+        """Search until something explains the frame plainly."""
+        at, signs = posterior.model.at, (1, -1) if posterior.even else (1,)
+        for number, (starts, scores, _) in enumerate(self._search.attempts(lines, met.tops)):
+            fits = list[Top]()
+            done = False
+            for start, score in zip(starts[:CANDIDATES], scores, strict=False):
+                phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
+                if any(np.abs(phase - s * known).max() < SAME for known in tried for s in signs):
+                    continue
+                if done and score > scores[0] + LIST:
+                    break
+                tried.append(phase)
+                if posterior.even and start[: at.loads : 2].sum() < 0:
+                    start = posterior.mirrored(start)
+                top = posterior.climbed(start)
+                fits.append(top)
+                met.add(top)
+                done = done or met.explains(top, UNSURE)
+            if done:
+                return True
+            for top in sorted(fits, key=lambda top: top.loss)[:3]:
+                if top.square < 2 * top.count:
+                    mended = self._improved(met, top, IMAGES, WIDE, stop=True)
+                    if met.explains(mended, UNSURE):
+                        return True
+            if number + 1 >= SEARCHES and met.tops and met.explains(met.tops[0], FITS):
+                return True
+        return False
+
+    def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> Top:
+        """Descend over mirror images of stretches of the phase, as long as they are better."""
+        posterior, seen = met.posterior, [met.posterior.phase(top)]
+
+        def starts() -> Iterator[Array]:
+            yield from posterior.images(top, posterior.linearised(top), growth)
+
+        again = posterior.climbed(posterior.drawn_in(top.unknowns), CAREFUL, (6, 15))
+        met.add(again)
+        if again.loss < top.loss - 1:
+            top = again
+        for _ in range(ROUNDS):
+            better = None
+            count = 0
+            for start in starts():
+                phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
+                if any(np.abs(phase - known).max() < SAME / 2 for known in seen):
+                    continue
+                seen.append(phase)
+                count += 1
+                if count > tries:
+                    break
+                reached = posterior.climbed(start, CAREFUL, (6, 15))
+                met.add(reached)
+                if reached.loss < top.loss - 1:
+                    better = reached
+                    break
+            if better is None:
+                break
+            top = better
+            if stop and met.explains(top, UNSURE):
+                break
+        return top
+
+    def _weighed(self, posterior: Posterior, tops: list[Top]) -> list[Weighed]:
+        """Explanations with their weights, the heaviest first."""
+        found = list[tuple[Top, Linearised]]()
+        loads = posterior.model.at.loads
+        for top in tops:
+            if top.loss > tops[0].loss + CLOSE + 8:
+                continue
+            top = posterior.climbed(top.unknowns, heats=(), steps=(0, 20), tolerance=0.01)
+            if found and top.loss > min(other.loss for other, _ in found) + CLOSE:
+                continue
+            about = posterior.linearised(top)
+            near = np.sqrt(np.diag(np.linalg.inv(about.hessian))[:loads])
+            known = (
+                (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < 0.3 * near).all()
+                for other, _ in found
+            )
+            if not any(known):
+                found.append((top, about))
+        logs = np.array([posterior.evidence(top, about) for top, about in found])
+        shares = np.exp(logs - logs.max())
+        weighed = [
+            Weighed(top, posterior.covariance(top, about), posterior.phase(top), float(share))
+            for (top, about), share in zip(found, shares / shares.sum(), strict=True)
+        ]
+        return sorted(weighed, key=lambda one: -one.weight)
+
+    def _stated(
+        self,
+        posterior: Posterior,
+        tops: list[Top],
+        status: Status | None = None,
+        tracked: bool = False,
+    ) -> Reading:
+        weighed = self._weighed(posterior, tops)
+        best, count = weighed[0], posterior.model.at.loads
+        same = [np.abs(one.phase - best.phase).max() < SAME for one in weighed]
+        probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
+        own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
+        loads, covariance = _mixture(own, count)
+        others = [one.top.unknowns[:count] for one, is_same in zip(weighed, same, strict=True)
+                  if not is_same]
+        if status is None:
+            status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
+        limited = np.zeros(count // 2, dtype=bool)
+        if self.friction is not None:
+            loads, limited = within_friction_cone(loads, covariance, self.friction)
+        return self._reading(
+            loads, covariance, best.top, status, probability, limited, np.array(others), tracked
+        )
+
+    def _reading(
+        self,
+        loads: Array,
+        covariance: Array,
+        top: Top,
+        status: Status,
+        probability: float,
+        limited: Mask,
+        others: Array,
+        tracked: bool = False,
+    ) -> Reading:
+        forces = loads.reshape(self.forces_shape)
+        return Reading.of(
+            forces=forces,
+            covariance=covariance,
+            phase=partial(self.model.phase, forces),
+            chi2=top.square / max(top.count - len(loads), 1.0),
+            status=status,
+            probability=probability,
+            alternatives=others.reshape(-1, *forces.shape),
+            limited=limited,
+            tracked=tracked,
+        )
+
+    def _refused(self, posterior: Posterior, lines: Lines) -> Reading:
+        """The reading of a frame that nothing explains."""
+        at, frame = posterior.model.at, posterior.frame
+        status = Status.MODEL_MISMATCH
+        seen = np.isfinite(frame)
+        if np.mean(frame[seen] >= posterior.model.full_scale) > SATURATION:
+            status = Status.SATURATED
+        elif lines.pace.max() > DENSE:
+            status = Status.FRINGES_TOO_DENSE
+        met = _Met(posterior)
+        starts = next(self._search.attempts(lines, []))[0]
+        top = posterior.climbed(starts[0]) if len(starts) else posterior.climbed(np.zeros(at.size))
+        met.add(top)
+        about = posterior.linearised(top)
+        covariance = posterior.covariance(top, about)
+        nothing = np.zeros(at.loads // 2, dtype=bool)
+        loads = top.unknowns[: at.loads]
+        return self._reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
+
+
+def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:
+    """Mean and covariance of the loads of several explanations together."""
+    weights = np.array([one.weight for one in weighed])
+    weights /= weights.sum()
+    loads = np.array([one.top.unknowns[:count] for one in weighed])
+    mean = weights @ loads
+    apart = loads - mean
+    within = sum(w * one.covariance for w, one in zip(weights, weighed, strict=True))
+    return mean, np.asarray(within + (apart * weights[:, None]).T @ apart)
+
+
+class _Met:
+    """Explanations of one frame that were met, the best first."""
+
+    def __init__(self, posterior: Posterior) -> None:
+        self.posterior, self.tops = posterior, list[Top]()
+        self._chances: dict[int, float] = {}
+
+    def add(self, top: Top) -> None:
+        self.tops.append(top)
+        self.tops.sort(key=lambda one: one.loss)
+
+    def explains(self, top: Top, chance: float) -> bool:
+        """Whether an explanation leaves nothing but noise."""
+        if top.chance < FITS:
+            return False
+        key = id(top)
+        if key not in self._chances:
+            self._chances[key] = self.posterior.waves_chance(self.posterior.linearised(top))
+        return self._chances[key] > chance

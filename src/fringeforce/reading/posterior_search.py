@@ -1,0 +1,382 @@
+"""Starts for the posterior of a frame: loads and all that is uncertain, with nothing known before.
+
+The light comes from the frame's own extremes.  Then a beam search follows the phase along the strip
+(`branches`) with a state that is linear in the phase: loads; force times place and force times
+squared place and width of each contact, which shift and widen it; fields of phase; and modes of the
+influence matrix under the mean load.  Contacts push: before anything is seen the normal forces have
+the mean that the pace of the fringes tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.extremes import extremes, light_of_extremes
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.phase.branches import branches
+from fringeforce.estimation.phase.folding import block_edges, phase_pace
+from fringeforce.estimation.posterior import Top
+
+Array = NDArray[np.float64]
+
+GATE = 5.0
+"""Standard deviations within which a phase counts as predicted."""
+SHEAR = 0.6
+"""Tangential force over normal force of a contact, standard deviation: a dry contact's friction."""
+CONTRAST = 0.3
+"""Lowest contrast of blurred fringes that is undone."""
+FASTEST = 0.4
+"""Pace beyond which blur is not followed further [rad per pixel]."""
+LEVEL_ERROR = 0.01
+"""Standard deviation of a block's normalised intensity by all that the extremes do not tell."""
+LEAST = 0.3
+"""Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """One attempt at a frame.
+
+    Attributes
+    ----------
+    push : float
+        Mean of the normal forces over their standard deviation; 0 for a mean of zero.
+    phase_error : float
+        Standard deviation of a block's phase beyond its noise [rad].  It stands for errors that
+        neighbouring blocks share, so it is larger than each has.
+    contrast_error : float
+        Relative error of the contrast.
+    extent : float
+        Phase that a block of pixels may span [rad].
+    width : int
+        Hypotheses that are kept.
+    cut : float
+        Squared deviations behind the best at which a hypothesis is given up.
+    scale : float
+        Size of the loads over the estimate from the frame's own fringes.
+    light : str
+        "extremes", "drawn", or "fitted" for that of the best explanation so far.
+    backward : bool
+        Whether to scan from the last pixel to the first.
+    """
+
+    push: float = 1.5
+    phase_error: float = 0.15
+    contrast_error: float = 0.02
+    extent: float = 0.4
+    width: int = 256
+    cut: float = 60.0
+    scale: float = 1.0
+    light: str = "extremes"
+    backward: bool = False
+
+
+EFFORTS = (
+    Effort(),
+    Effort(backward=True),
+    Effort(phase_error=0.1, extent=0.6),
+    Effort(phase_error=0.1, extent=0.6, backward=True),
+    Effort(phase_error=0.06, contrast_error=0.01, light="fitted"),
+    Effort(phase_error=0.06, contrast_error=0.01, light="fitted", backward=True),
+    Effort(push=0.0, phase_error=0.05),
+    Effort(push=0.0, phase_error=0.05, backward=True),
+    Effort(contrast_error=0.05, light="drawn"),
+    Effort(contrast_error=0.05, light="drawn", backward=True),
+    Effort(extent=0.25, width=512, cut=120.0),
+    Effort(scale=1.6),
+    Effort(scale=0.7),
+)
+"""Attempts in the order in which they are made; the first two explain nine frames in ten."""
+
+
+class Light(NamedTuple):
+    """Light of a frame: gain and offset against the drawing, visibility and blur [pixels]."""
+
+    gain: float
+    offset: float
+    visibility: float
+    blur: float
+
+
+class Lines(NamedTuple):
+    """A frame as lines of normalised intensity, one for each channel.
+
+    Attributes
+    ----------
+    intensity : ndarray, shape (C, P)
+        Of the light as drawn; gaps are bridged.
+    seen : ndarray of bool, shape (C, P)
+        Pixels that are used.
+    variance : ndarray, shape (C,)
+        Of the noise.
+    pace : ndarray, shape (C, P)
+        Local pace of the phase, as seen [rad per pixel].
+    """
+
+    intensity: Array
+    seen: NDArray[np.bool_]
+    variance: Array
+    pace: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PosteriorSearch:
+    """Finds starts for frames of one strip.
+
+    Attributes
+    ----------
+    model : FrameModel
+        What makes frames, with errors of shape under unit loads.
+    """
+
+    model: FrameModel
+
+    def lines(self, frame: Array) -> Lines:
+        """Lines of a frame, shape (P,), whose unused pixels are not finite."""
+        model = self.model
+        channels = len(model.bias)
+        light = (_decoded(model, frame) - model.offset) / model.amplitude
+        lines, seen = light.reshape(channels, -1).copy(), np.isfinite(frame).reshape(channels, -1)
+        along = np.arange(lines.shape[1])
+        for line, own in zip(lines, seen, strict=True):
+            if own.any() and not own.all():
+                line[~own] = np.interp(along[~own], along[own], line[own])
+        variance = model.variance / np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
+        pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
+        return Lines(lines, seen, variance, pace)
+
+    def light(self, lines: Lines) -> Light:
+        """Light from a frame's extremes."""
+        model, at = self.model, self.model.at
+        gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
+        found = np.concatenate(
+            [
+                extremes(line, pace, float(variance))
+                for line, variance, pace in zip(
+                    lines.intensity, lines.variance, lines.pace, strict=True
+                )
+            ]
+        )
+        blur = model.blur, model.blur_std
+        visibility = model.visibility, model.visibility_std if at.blur > at.visibility else 0.0
+        return Light(1.0, 0.0, visibility[0], blur[0])._replace(
+            **dict(zip(("gain", "visibility"), light_of_extremes(found, gain, visibility, blur),
+                       strict=True))
+        )
+
+    @cached_property
+    def _drawn(self) -> Light:
+        return Light(1.0, 0.0, self.model.visibility, self.model.blur)
+
+    @cached_property
+    def _columns(self) -> dict[str, Array]:
+        """Columns of the state at the pixels of one channel, per unit load where they scale."""
+        model, at = self.model, self.model.at
+        moments, reach = model.moments, model.reach
+        square = (model.width**2 + model.width_std**2) / (12 * reach**2)
+        parts = {"load": moments[:, :, 0].copy()}
+        if moments.shape[2] > 2:
+            parts["load"] += square * moments[:, :, 2]
+            shift = 2 * (model.place / reach) ** 4
+            spread = (4 * model.width**2 * model.width_std**2 + 2 * model.width_std**4) / 144
+            if at.width > at.place:
+                parts["shifted"] = moments[:, :, 1] * (model.place / reach)
+            parts["widened"] = moments[:, :, 2] * np.sqrt(shift + spread / reach**4)
+        parts["turned"] = model.influence[:, :, 0].sum(axis=1)
+        parts["fields"] = model.fields
+        parts["fixed"] = model.fixed[None]
+        pixels = len(model.amplitude) // len(model.bias)
+        first, weights = model.first[:pixels], model.weights[:pixels]
+        nodes = np.concatenate([part.reshape(-1, len(model.fixed)) for part in parts.values()])
+        dense = sum(nodes[:, first + t] * weights[:, t] for t in range(4))
+        ends = np.cumsum([part.size // len(model.fixed) for part in parts.values()])
+        split = np.split(np.asarray(dense).T, ends[:-1], axis=1)
+        return dict(zip(parts, split, strict=True))
+
+    def pushing(self, pace: Array) -> float:
+        """Mean normal force of contacts whose fringes run as fast as the frame's [N]."""
+        unit = np.diff(self._columns["load"], axis=0)
+        even = np.square(unit[:, ::2].sum(axis=1)).sum()
+        loose = np.square(unit * np.tile([1 / 1.5, SHEAR], unit.shape[1] // 2)).sum()
+        force = float(np.sqrt(np.square(pace[:-1]).sum() / (even + loose)))
+        size = float(np.sqrt(np.square(self._columns["load"][:, ::2].sum(axis=1)).mean()))
+        return max(force, LEAST / max(size, 1e-12))
+
+    def true_pace(self, lines: Lines, light: Light) -> tuple[Array, Array]:
+        """Pace of the phase before the blur, in the strip's own, and the contrast it leaves."""
+        ratio = self.model.dispersion[:, None]
+        seen, contrast = lines.pace, np.ones_like(lines.pace)
+        if light.blur:
+            for _ in range(4):
+                undone = np.minimum(seen / np.maximum(contrast, CONTRAST), FASTEST)
+                contrast = np.exp(-np.square(undone * light.blur) / 2)
+        return np.max(seen / np.maximum(contrast, CONTRAST) / ratio, axis=0), contrast
+
+    def starts(self, lines: Lines, light: Light, effort: Effort) -> tuple[Array, Array, float]:
+        """Unknowns to climb from, the likeliest first.
+
+        Returns
+        -------
+        starts : ndarray, shape (k, size)
+            Loads [N] and standardised unknowns.
+        scores : ndarray, shape (k,)
+            Squared deviations of the search, ascending.
+        push : float
+            Mean normal force that the pace of the fringes tells [N].
+        """
+        columns = self._columns
+        pace, contrast = self.true_pace(lines, light)
+        push = effort.scale * self.pushing(pace)
+        edges = block_edges(pace, effort.extent)
+        blocks = [
+            self._folded(lines, light, effort, edges, contrast, c)
+            for c in range(len(self.model.bias))
+        ]
+        fold, variance, single, bias, ratio = (
+            np.stack(rows, axis=1) for rows in zip(*blocks, strict=True)
+        )
+        known = np.isfinite(variance)
+        size = np.diff(edges)
+
+        def reduced(values: Array) -> Array:
+            means = np.add.reduceat(values, edges[:-1], axis=0) / size[:, None]
+            return np.broadcast_to(means[:, None], (*known.shape, means.shape[1]))[known]
+
+        tactels = columns["load"].shape[1] // 2
+        spread = np.tile([1 / effort.push if effort.push else 1.8, SHEAR], tactels) * push
+        moved = np.tile([1.0, SHEAR], tactels) * push
+        parts = [reduced(columns["load"]) * spread]
+        parts += [reduced(columns[key]) * moved for key in ("shifted", "widened") if key in columns]
+        parts += [reduced(columns["turned"]) * push, reduced(columns["fields"])]
+        dispersed = ratio[known][:, None]
+        state = np.ascontiguousarray(np.concatenate(parts, axis=1) * dispersed)
+        fixed = reduced(columns["fixed"])[:, 0] * ratio[known] + bias[known]
+        if effort.push:
+            fixed = fixed + ratio[known] * push * reduced(columns["load"])[:, ::2].sum(axis=1)
+        order = slice(None, None, -1 if effort.backward else 1)
+        means, scores = branches(
+            fold[known][order],
+            variance[known][order],
+            single[known][order],
+            np.ascontiguousarray(fixed[order]),
+            np.ascontiguousarray(state[order]),
+            effort.width,
+            GATE,
+            effort.cut,
+        )
+        loads = means[:, : 2 * tactels] * spread
+        if effort.push:
+            loads[:, ::2] += push
+        return self._unknowns(means, loads, moved, light), scores, push
+
+    def _folded(
+        self,
+        lines: Lines,
+        light: Light,
+        effort: Effort,
+        edges: NDArray[np.intp],
+        contrast: Array,
+        channel: int,
+    ) -> tuple[Array, Array, NDArray[np.bool_], Array, Array]:
+        """Folded phase of every block of a channel: fold, variance, single, bias, dispersion."""
+        model, seen = self.model, lines.seen[channel].astype(float)
+        count = np.add.reduceat(seen, edges[:-1])
+        size = np.maximum(count, 1)
+        line = (lines.intensity[channel] - light.offset) / light.gain
+        mean = np.add.reduceat(seen * line, edges[:-1]) / size
+        kept = np.add.reduceat(contrast[channel], edges[:-1]) / np.diff(edges)
+        swing = (1 - 2 * mean) / (light.visibility * kept)
+        turns = np.rint(model.bias[channel] / np.pi)
+        share = np.clip((1 - swing * (-1) ** turns) / 2, 0, 1)
+        error = effort.contrast_error**2 + np.square(0.3 * np.log(1 / np.maximum(kept, CONTRAST)))
+        error = error * np.square(swing / 2) + LEVEL_ERROR**2
+        noise = lines.variance[channel] / size / np.square(light.visibility * kept) + error
+        fold = 2 * np.arcsin(np.sqrt(share))
+        spread = noise / (share * (1 - share) + np.sqrt(noise) / 2) + effort.phase_error**2
+        distance = np.minimum(fold, np.pi - fold)
+        single = 2 * distance < 1.5 * np.sqrt(spread)
+        return (
+            np.where(single, np.where(fold < np.pi / 2, 0.0, np.pi), fold),
+            np.where(count > 0, np.where(single, spread + distance**2, spread), np.inf),
+            single,
+            np.full(len(size), model.bias[channel] - np.pi * turns),
+            np.full(len(size), model.dispersion[channel]),
+        )
+
+    def _unknowns(self, means: Array, loads: Array, moved: Array, light: Light) -> Array:
+        """Unknowns from states of the search."""
+        model, at, columns = self.model, self.model.at, self._columns
+        starts = np.zeros((len(means), at.size))
+        starts[:, : at.loads] = loads
+        forces, begin = loads.reshape(len(loads), -1, 2), at.loads
+        weight = np.square(forces).sum(axis=2) + (0.05 * moved[0]) ** 2
+        if "shifted" in columns:
+            shifted = (means[:, begin : begin + at.loads] * moved).reshape(forces.shape)
+            starts[:, at.place : at.width] = np.clip((forces * shifted).sum(axis=2) / weight, -3, 3)
+            begin += at.loads
+        if "widened" in columns:
+            widened = (means[:, begin : begin + at.loads] * moved).reshape(forces.shape)
+            begin += at.loads
+            if at.fields > at.width:
+                shift = 2 * model.place**4
+                spread = (4 * model.width**2 * model.width_std**2 + 2 * model.width_std**4) / 144
+                square = (forces * widened).sum(axis=2) / weight * np.sqrt(shift + spread)
+                square += (model.width**2 + model.width_std**2) / 12
+                wide = np.sqrt(12 * np.maximum(square, 0.0))
+                e = (wide - model.width) / model.width_std
+                starts[:, at.width : at.fields] = np.clip(e, -1.8, 2.5)
+        turning = len(model.influence)
+        starts[:, at.modes : at.modes + turning] = means[:, begin : begin + turning]
+        starts[:, at.fields : at.modes] = means[:, begin + turning :]
+        self.lit(starts, light)
+        return starts
+
+    def lit(self, starts: Array, light: Light) -> None:
+        """Fill in the unknowns of the light."""
+        model, at = self.model, self.model.at
+        gains = model.brightness.mean(axis=1) if len(model.brightness) else np.zeros(0)
+        if gains.any():
+            starts[:, at.modes : at.visibility] += (light.gain - 1) * gains / (gains @ gains)
+        if at.blur > at.visibility:
+            starts[:, at.visibility] = (light.visibility - model.visibility) / model.visibility_std
+
+    def fitted(self, top: Top) -> Light:
+        """Light of an explanation."""
+        model, at, e = self.model, self.model.at, top.unknowns
+        modes = e[at.modes : at.visibility]
+        gain = 1 + float(model.brightness.mean(axis=1) @ modes) if len(modes) else 1.0
+        offset = float(model.darkness.mean(axis=1) @ modes) if len(modes) else 0.0
+        visibility, blur = model.visibility, model.blur
+        if at.blur > at.visibility:
+            visibility += model.visibility_std * e[at.visibility]
+        if at.size > at.blur:
+            blur = max(blur + model.blur_std * e[at.blur], 0.0)
+        return Light(gain, offset / float(model.amplitude.mean()), visibility, blur)
+
+    def attempts(self, lines: Lines, best: list[Top]) -> Iterator[tuple[Array, Array, float]]:
+        """Starts of one effort after the other; `best` holds the best explanation so far, if any."""
+        extreme = self.light(lines)
+        for effort in EFFORTS:
+            light = extreme if effort.light == "extremes" else self._drawn
+            if effort.light == "fitted":
+                if not best:
+                    continue
+                light = self.fitted(best[0])
+            yield self.starts(lines, light, effort)
+
+
+def _decoded(model: FrameModel, grey: Array) -> Array:
+    """Grey levels of a linear response."""
+    if model.gamma == 1.0:
+        return grey
+    share = np.clip(grey / model.full_scale, 0, 1)
+    if model.gamma > 0:
+        return model.full_scale * share ** (1 / model.gamma)
+    curved = np.power((share + 0.055) / 1.055, 2.4)
+    return model.full_scale * np.where(share <= 0.04045, share / 12.92, curved)
