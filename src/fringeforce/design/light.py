@@ -6,7 +6,16 @@ from typing import Literal
 
 from pydantic import Field
 
-from fringeforce.design.fields import Angle, Count, Extent, Finite, Length, Place, Visibility
+from fringeforce.design.fields import (
+    Angle,
+    Count,
+    Extent,
+    Finite,
+    Length,
+    Percent,
+    Place,
+    Visibility,
+)
 from fringeforce.design.parts import Converter, Part
 
 
@@ -114,6 +123,12 @@ class Camera(Converter):
         default=1.0,
         gt=0,
         description="distance between pixels on the strip over that of the drawing",
+        json_schema_extra={"ideal": True},
+    )
+    unevenness: Percent = Field(
+        default=0.0,
+        description="relative standard deviation of the light along the strip, a smooth random "
+        'field, such as "3 %"',
         json_schema_extra={"ideal": True},
     )
     blur: Extent | None = Field(

@@ -83,6 +83,13 @@ class Converter(Part):
         json_schema_extra={"ideal": True},
     )
 
+    gamma: Finite = Field(
+        default=1.0,
+        gt=0,
+        description="power of the grey level as a share of the full scale, behind the response",
+        json_schema_extra={"ideal": True},
+    )
+
     @field_validator("response")
     @classmethod
     def _known_response(cls, response: str) -> str:

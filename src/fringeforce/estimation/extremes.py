@@ -118,8 +118,10 @@ def light_of_extremes(
 
     def predicted(e: Array) -> tuple[Array, Array]:
         """Levels of crossings, and their derivatives, shapes (s, k) and (s, k, 3)."""
-        g, v, s = (m + d * e[:, i : i + 1] for i, (m, d) in enumerate(
-            zip((1.0, visibility[0], blur[0]), stds, strict=True)))
+        g, v, s = (
+            m + d * e[:, i : i + 1]
+            for i, (m, d) in enumerate(zip((1.0, visibility[0], blur[0]), stds, strict=True))
+        )
         s = np.maximum(s, 0.0)
         contrast = np.exp(-np.square(pace * s) / 2)
         by_gain = (1 + sign * v * contrast) / 2

@@ -26,8 +26,8 @@ from fringeforce.estimation.compiling import sums, sums_entry
 
 Array = NDArray[np.float64]
 
-BASES = 5
-"""Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur."""
+BASES = 6
+"""Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur, gamma."""
 PLAIN = 2.5
 """Standard deviations within which a pixel counts as sound: it is broken with a chance below 1e-3."""
 NARROWEST = 0.5
@@ -47,6 +47,7 @@ class Layout(NamedTuple):
     modes: int
     visibility: int
     blur: int
+    gamma: int
     size: int
 
 
@@ -69,8 +70,8 @@ class FrameModel(NamedTuple):
         Modes of the phase lead that no load causes [rad].
     fixed : ndarray, shape (m,)
         Phase lead without load [rad].
-    influence : ndarray, shape (d, n, 2, m)
-        What the first d modes change in the influence matrix [rad/N].
+    influence : ndarray, shape (d, q, n, 2, m)
+        What powers 1 to q of the first d modes change in the influence matrix [rad/N].
     brightness, darkness : ndarray, shape (s, m)
         What s >= d modes change in the amplitude, relative to it, and in the offset, grey levels.
     amplitude, offset : ndarray, shape (P,)
@@ -81,8 +82,10 @@ class FrameModel(NamedTuple):
         Of the fringes.
     blur, blur_std : float
         Standard deviation of the point spread [pixels]; none where both are zero.
-    gamma : float
-        Power of the camera's response; 1 if linear, negative for sRGB.
+    gamma, gamma_std : float
+        Power of the grey level as a share of the full scale, and its deviation.
+    srgb : bool
+        Whether the response is that of sRGB before that power.
     variance : float
         Of one pixel, squared grey levels.
     floor, ceiling, full_scale : float
@@ -121,6 +124,8 @@ class FrameModel(NamedTuple):
     blur: float
     blur_std: float
     gamma: float
+    gamma_std: float
+    srgb: bool
     variance: float
     floor: float
     ceiling: float
@@ -242,9 +247,12 @@ def _node_phase(model, unknowns, out):
                 for i in range(len(out)):
                     out[i] += factor * row[i]
             for d in range(len(model.influence)):
-                factor, row = force * unknowns[at.modes + d], model.influence[d, j, c]
-                for i in range(len(out)):
-                    out[i] += factor * row[i]
+                factor = force
+                for q in range(model.influence.shape[1]):
+                    factor *= unknowns[at.modes + d]
+                    row = model.influence[d, q, j, c]
+                    for i in range(len(out)):
+                        out[i] += factor * row[i]
     for r in range(len(model.fields)):
         factor, row = unknowns[at.fields + r], model.fields[r]
         for i in range(len(out)):
@@ -274,11 +282,13 @@ def _columns(model, unknowns, columns):
                     for i in range(len(row)):
                         wide[i] += b * row[i]
             for d in range(len(model.influence)):
-                row, a, mode = model.influence[d, j, c], unknowns[at.modes + d], at.modes + d
-                turned = columns[mode]
-                for i in range(len(row)):
-                    own[i] += a * row[i]
-                    turned[i] += force * row[i]
+                e, turned, power = unknowns[at.modes + d], columns[at.modes + d], 1.0
+                for q in range(model.influence.shape[1]):
+                    row, slope = model.influence[d, q, j, c], force * (q + 1) * power
+                    power *= e
+                    for i in range(len(row)):
+                        own[i] += power * row[i]
+                        turned[i] += slope * row[i]
     for r in range(len(model.fields)):
         columns[at.fields + r] = model.fields[r]
 
@@ -317,27 +327,42 @@ def _camera(model, unknowns):
     if at.blur > at.visibility:
         seen += model.visibility_std * unknowns[at.visibility]
     deviation, slope = model.blur, 0.0
-    if at.size > at.blur:
-        deviation, slope = _positive(
-            model.blur + model.blur_std * unknowns[at.blur], NARROWEST
-        )
+    if at.gamma > at.blur:
+        deviation, slope = _positive(model.blur + model.blur_std * unknowns[at.blur], NARROWEST)
         slope *= model.blur_std
     return seen, deviation, slope
 
 
 @sums
-def _encoded(model, light):
+def _power(model, unknowns):
+    """Power of the camera's response."""
+    if model.at.size > model.at.gamma:
+        return model.gamma + model.gamma_std * unknowns[model.at.gamma]
+    return model.gamma
+
+
+@sums
+def _encoded(model, gamma, light):
     """Grey level of the camera's response to a linear one, and its derivative."""
-    if model.gamma == 1.0:
-        return light, 1.0
-    share = max(light / model.full_scale, 1e-6)
-    if model.gamma > 0:
-        grey = share**model.gamma
-        return model.full_scale * grey, model.gamma * grey / share
-    if share <= 0.0031308:
-        return model.full_scale * 12.92 * share, 12.92
-    power = share ** (1 / 2.4)
-    return model.full_scale * (1.055 * power - 0.055), 1.055 * power / (2.4 * share)
+    share, slope = max(light / model.full_scale, 1e-6), 1.0
+    if model.srgb:
+        if share <= 0.0031308:
+            share, slope = 12.92 * share, 12.92
+        else:
+            power = share ** (1 / 2.4)
+            slope = 1.055 * power / (2.4 * share)
+            share = 1.055 * power - 0.055
+    if gamma == 1.0:
+        return model.full_scale * share, slope
+    grey = share**gamma
+    return model.full_scale * grey, slope * gamma * grey / share
+
+
+@sums
+def _by_gamma(model, unknowns, level):
+    """Derivative of a grey level by the power of the response."""
+    share = max(level / model.full_scale, 1e-6)
+    return level * np.log(share) / _power(model, unknowns)
 
 
 @sums
@@ -363,7 +388,8 @@ def _expose(model, unknowns, work):
     contrast, deviation, _ = _camera(model, unknowns)
     channels = len(model.bias)
     pixels = len(phase) // channels
-    flat = len(model.brightness) == 0
+    flat, gamma = len(model.brightness) == 0, _power(model, unknowns)
+    linear = gamma == 1.0 and not model.srgb
     for c in range(channels):
         ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
         lines = slice(c * pixels, (c + 1) * pixels)
@@ -387,7 +413,10 @@ def _expose(model, unknowns, work):
             relative, dark = _light(model, unknowns, p)
         bright[p] = relative
         light = dark + model.amplitude[p] * relative * (1 - contrast * seen[p]) / 2
-        level[p], slope[p] = _encoded(model, light)
+        if linear:
+            level[p], slope[p] = light, 1.0
+        else:
+            level[p], slope[p] = _encoded(model, gamma, light)
 
 
 @sums
@@ -491,11 +520,13 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
     at = model.at
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     contrast, deviation, by_blur = _camera(model, unknowns)
+    gamma = at.size > at.gamma
     hessian, gradient, cone, columns, weights, pulls = out
     _columns(model, unknowns, columns)
     weights[:] = 0.0
     pulls[:] = 0.0
     turned, smeared = np.empty(pixels), np.empty(pixels)
+    pulled, sharp = np.empty(pixels), np.zeros(len(phase))
     bases, weight = np.zeros((BASES, len(phase))), np.zeros(len(phase))
     pull = np.zeros(len(phase))
     for c in range(channels):
@@ -523,12 +554,27 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
             curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
             curve -= 2 * seen[p]
             bases[4, p] = -own * amplitude * contrast / 2 * deviation * by_blur * curve
+            if gamma:
+                bases[5, p] = model.gamma_std * _by_gamma(model, unknowns, level[p]) / sigma
+        # the gradient by the phase is exact: the point spread acts on the residuals
+        for k in range(pixels):
+            p = begin + k
+            pulled[k] = slope[p] / sigma * model.amplitude[p] * bright[p] * contrast / 2 * pull[p]
+        if deviation > 0:
+            _blurred(pulled, _point_spread(deviation), smeared)
+        else:
+            smeared[:] = pulled
+        for k in range(pixels):
+            sharp[begin + k] = ratio * turned[k] * smeared[k]
     modes, weighed = at.visibility - at.modes, np.empty(len(phase))
-    known = (True, modes > 0, modes > 0, at.blur > at.visibility, at.size > at.blur)
+    known = (True, modes > 0, modes > 0, at.blur > at.visibility, at.gamma > at.blur, gamma)
     for u in range(BASES):
         if not known[u]:
             continue
-        _pulled(model, bases[u], pull, pulls[u])
+        if u == 0:
+            _pulled(model, sharp, np.ones(len(phase)), pulls[u])
+        else:
+            _pulled(model, bases[u], pull, pulls[u])
         for p in range(len(phase)):
             weighed[p] = weight[p] * bases[u, p]
         for v in range(u + 1):
@@ -576,19 +622,20 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
                 total += dark[i] * (weights[1, 2, i] * other[i] + weights[2, 2, i] * darker[i])
             hessian[row, at.modes + t] += total
         gradient[row] += _dot(bright, pulls[1]) + _dot(dark, pulls[2])
+    begins = (at.visibility, at.blur, at.gamma, at.size)
     for u in range(3, BASES):
-        row = at.visibility if u == 3 else at.blur
-        if (at.blur if u == 3 else at.size) == row:
+        row = begins[u - 3]
+        if begins[u - 2] == row:
             continue
         for x in range(first):
             hessian[row, x] = _dot(columns[x], weights[0, u])
         for s in range(modes):
             hessian[row, at.modes + s] += _dot(model.brightness[s], weights[1, u])
             hessian[row, at.modes + s] += _dot(model.darkness[s], weights[2, u])
-        hessian[row, row] = weights[u, u].sum()
+        for v in range(3, u + 1):
+            if begins[v - 2] > begins[v - 3]:
+                hessian[row, begins[v - 3]] = weights[v, u].sum()
         gradient[row] = pulls[u].sum()
-        if u == 4 and at.blur > at.visibility:
-            hessian[row, at.visibility] = weights[3, 4].sum()
     for x in range(at.size):
         hessian[x, x] += prior.precision[x]
         gradient[x] += prior.precision[x] * (unknowns[x] - prior.mean[x])

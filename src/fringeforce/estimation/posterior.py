@@ -101,9 +101,7 @@ class Posterior:
             unknowns = climb(self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5)[0]
         if heats and self.even and unknowns[:loads:2].sum() < 0:
             unknowns = self.mirrored(unknowns)
-        return Top(
-            *climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance)
-        )
+        return Top(*climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance))
 
     @cached_property
     def even(self) -> bool:
@@ -151,8 +149,10 @@ class Posterior:
         found[at.modes : at.visibility] += self.model.darkness @ (weights[0, 2] * waves).T
         if at.blur > at.visibility:
             found[at.visibility] = waves @ weights[0, 3]
-        if at.size > at.blur:
+        if at.gamma > at.blur:
             found[at.blur] = waves @ weights[0, 4]
+        if at.size > at.gamma:
+            found[at.gamma] = waves @ weights[0, 5]
         return found
 
     def covariance(self, top: Top, about: Linearised) -> Array:

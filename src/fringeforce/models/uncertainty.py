@@ -38,6 +38,11 @@ SMALLEST = 5e-4
 """Variance of a mode of a random field, relative to the largest, below which it is left out."""
 NARROW = 0.125
 """Share of a width below which it is kept positive smoothly."""
+LIGHT_LENGTH = 0.3
+"""Correlation length of uneven light, as a share of the strip: lamps and lenses are wider than it."""
+SHIFTS = (-3.0, -1.5, 0.0, 1.5, 3.0)
+"""Standard deviations at which the influence matrix is taken for a camera that is shifted or scaled;
+a polynomial goes through them."""
 SHAPE_LENGTH = 1 / 16
 """Correlation length of errors of shape of the influence matrix, as a share of the frame."""
 BROKEN = 1e-3
@@ -56,15 +61,15 @@ class Mode:
         Dotted path of the design, or what it is.
     std : float
         Its standard deviation, in the unit of the value.
-    influence : ndarray, shape (m, n, 2), optional
-        Change of the influence matrix at the nodes [rad/N].
+    influence : tuple of ndarray, shape (m, n, 2)
+        Change of the influence matrix at the nodes with each power of the unknown [rad/N].
     brightness, darkness : ndarray, shape (m,), or float
         Change of the amplitude, relative to it, and of the offset, grey levels.
     """
 
     name: str
     std: float
-    influence: Array | None = None
+    influence: tuple[Array, ...] = ()
     brightness: Array | float = 0.0
     darkness: Array | float = 0.0
 
@@ -101,7 +106,9 @@ class Uncertainty:
             return self.frame
         parts = self.frame.moments[:, :, 0] * loads.reshape(-1, 2, 1)
         fields = self.frame.fields.copy()
-        fields[len(fields) - len(self.shapes) :] = self.shapes * np.sqrt((parts**2).sum(axis=(0, 1)))
+        fields[len(fields) - len(self.shapes) :] = self.shapes * np.sqrt(
+            (parts**2).sum(axis=(0, 1))
+        )
         return self.frame._replace(fields=fields)
 
 
@@ -112,7 +119,10 @@ def has_tolerances(model: SensorModel) -> bool:
     stated = any(path in (PLACEMENT, WIDTH, RESIDUAL) or not known for path in sensor.tolerances)
     nominal = sensor.polariscope.residual or sensor.camera.blur
     nominal = nominal or sensor.camera.response != "linear" or sensor.polariscope.bandwidth
-    changing = (sensor.camera.drift or sensor.transducer.influence_error) and not known
+    nominal = nominal or sensor.camera.gamma != 1
+    camera = sensor.camera
+    changing = camera.drift or sensor.transducer.influence_error or camera.unevenness
+    changing = changing and not known
     return bool(stated or nominal or changing)
 
 
@@ -137,11 +147,13 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     psi = model.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
     moments, reach = _contact_moments(model, x, psi)
     modes = _calibrated_modes(model, weights, first, len(x)) if imaging else _design_modes(model, x)
-    modes = sorted(modes + _drift(model), key=lambda mode: mode.influence is None)
-    turning = [mode.influence for mode in modes if mode.influence is not None]
+    modes = sorted(modes + _drift(model), key=lambda mode: not mode.influence)
+    turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
     residual = std.get(RESIDUAL, 0.0)
-    fields = residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+    fields = (
+        residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+    )
     shape_error = sensor.transducer.influence_error if imaging is None else 0.0
     size = (x[-1] - x[0]) * SHAPE_LENGTH
     shapes = shape_error * random_field(x, size) if shape_error else np.empty((0, len(x)))
@@ -159,6 +171,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     variance = noise_variance(camera) + (imaging.light_variance if imaging else 0.0)
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
+    gamma_std = std.get("camera.gamma", 0.0)
     first, weights = np.tile(first, len(seen)), np.tile(weights, (len(seen), 1))
     counts = (
         2 * sensor.tactels.count,
@@ -168,10 +181,11 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         len(modes),
         1 if visibility_std else 0,
         1 if blur_std else 0,
+        1 if gamma_std else 0,
     )
     begins = [0, *accumulate(counts)]
     loads = begins[1]
-    at = Layout(loads, *begins[1:6], begins[6], begins[7])
+    at = Layout(loads, *begins[1:])
     bright = max(float(np.linalg.norm([_size(m.brightness) for m in modes])), 0.0) if modes else 0.0
     reach_noise = camera.noise * (1 if camera.noise_model == "uniform" else 4)
     brightest = float(np.max(offset + amplitude)) * (1 + LARGEST * bright) + reach_noise
@@ -187,11 +201,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         narrow=NARROW * max(width, std.get(WIDTH, 0.0)),
         fields=np.ascontiguousarray(fields),
         fixed=np.full(len(x), light.residual),
-        influence=np.ascontiguousarray(
-            np.moveaxis(np.array(turning), 1, 3)
-            if turning
-            else np.empty((0, sensor.tactels.count, 2, len(x)))
-        ),
+        influence=_powers(turning, psi),
         brightness=_profiles([mode.brightness for mode in modes], len(x)),
         darkness=_profiles([mode.darkness for mode in modes], len(x)),
         amplitude=np.asarray(amplitude, dtype=float),
@@ -203,7 +213,10 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         visibility_std=float(visibility_std),
         blur=float(blur),
         blur_std=float(blur_std),
-        gamma=_gamma(camera.response),
+        gamma=camera.gamma
+        * (1.0 if camera.response in ("linear", "sRGB") else float(camera.response)),
+        gamma_std=gamma_std,
+        srgb=camera.response == "sRGB",
         variance=float(variance),
         floor=0.0 if darkest < -0.5 else -np.inf,
         ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
@@ -218,16 +231,22 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     return Uncertainty(frame, tuple(modes), shapes)
 
 
+def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:
+    """Changes of the influence matrix, shape (d, q, n, 2, m), zero beyond each mode's powers."""
+    most = max(map(len, modes), default=1)
+    found = np.zeros((len(modes), most, *psi.shape[1:], len(psi)))
+    for d, powers in enumerate(modes):
+        for q, change in enumerate(powers):
+            found[d, q] = np.moveaxis(change, 0, 2)
+    return found
+
+
 def _size(profile: Array | float) -> float:
     return float(np.max(np.abs(profile)))
 
 
 def _profiles(rows: list[Array | float], nodes: int) -> Array:
     return np.array([np.broadcast_to(row, nodes) for row in rows], dtype=float).reshape(-1, nodes)
-
-
-def _gamma(response: str) -> float:
-    return {"linear": 1.0, "sRGB": -1.0}[response] if response in ("linear", "sRGB") else float(response)
 
 
 def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
@@ -309,10 +328,8 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths."""
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
-    taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur"}
-    plain = sensor.replace(
-        tolerances={path: 0.0 for path in sensor.tolerances}
-    )
+    taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur", "camera.gamma"}
+    plain = sensor.replace(tolerances={path: 0.0 for path in sensor.tolerances})
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
         if path in taken or found is None:
@@ -324,17 +341,22 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
             modes.append(Mode(path, std, darkness=std))
         elif path in ("camera.shift", "camera.scale"):
             step = std if path == "camera.shift" else std * x
-            seen = [np.clip(x + sign * step, -half, half) for sign in (1, -1)]
-            ahead, behind = (model.influence(places) for places in seen)
-            modes.append(Mode(path, std, (ahead - behind) / 2))
+            far = [model.influence(np.clip(x + e * step, -half, half)) for e in SHIFTS]
+            powers = np.linalg.pinv(np.vander(SHIFTS, len(SHIFTS), increasing=True))
+            modes.append(Mode(path, std, tuple(np.tensordot(powers, far, axes=1)[1:])))
         elif changes_influence([path]):
-            ahead, behind = (
-                characterize(with_values(plain, {path: value + sign * std})).influence(
+            ahead, here, behind = (
+                characterize(with_values(plain, {path: value + e * std})).influence(
                     np.clip(x, -half, half)
                 )
-                for sign in (1, -1)
+                for e in (1, 0, -1)
             )
-            modes.append(Mode(path, std, (ahead - behind) / 2))
+            change = (ahead - behind) / 2, (ahead + behind) / 2 - here
+            modes.append(Mode(path, std, change))
+    uneven = sensor.camera.unevenness
+    if uneven:
+        for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH):
+            modes.append(Mode("camera.unevenness", uneven, brightness=row))
     return modes
 
 
@@ -351,9 +373,9 @@ def _calibrated_modes(
     share /= np.maximum(share.sum(axis=1, keepdims=True), 1e-12)
     modes = []
     for k in range(len(imaging.amplitude_modes)):
-        turned = None
+        turned: tuple[Array, ...] = ()
         if k < len(imaging.influence_modes):
-            turned = np.tensordot(share, imaging.influence_modes[k], axes=1)
+            turned = (np.tensordot(share, imaging.influence_modes[k], axes=1),)
         bright = share @ (imaging.amplitude_modes[k] / imaging.amplitude)
         modes.append(
             Mode(f"calibration {k + 1}", 1.0, turned, bright, share @ imaging.offset_modes[k])

@@ -80,8 +80,9 @@ def expose(
             "The intensity holds values that are not finite, which no camera can expose; "
             "check the forces or the phase it was computed from."
         )
-    if camera.response != "linear":
-        levels = camera.full_scale * encoded(levels / camera.full_scale, camera.response)
+    if camera.response != "linear" or camera.gamma != 1:
+        share = encoded(levels / camera.full_scale, camera.response)
+        levels = camera.full_scale * share**camera.gamma
     noisy = levels + _noise(camera, levels.shape, generator)
     dtype = np.uint8 if camera.bits <= 8 else np.uint16
     return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)

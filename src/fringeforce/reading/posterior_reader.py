@@ -228,9 +228,7 @@ class PosteriorReader(FrameReader):
         normal = np.minimum(unknowns[: posterior.model.at.loads : 2], 0)
         return bool(np.square(normal / posterior.prior.yielding).sum() < 10 * CLOSE)
 
-    def _searched(
-        self, posterior: Posterior, lines: Lines, met: _Met, tried: list[Array]
-    ) -> bool:
+    def _searched(self, posterior: Posterior, lines: Lines, met: _Met, tried: list[Array]) -> bool:
         """Search until something explains the frame plainly."""
         at, signs = posterior.model.at, (1, -1) if posterior.even else (1,)
         for number, (starts, scores, _) in enumerate(self._search.attempts(lines, met.tops)):
@@ -333,8 +331,11 @@ class PosteriorReader(FrameReader):
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         loads, covariance = _mixture(own, count)
-        others = [one.top.unknowns[:count] for one, is_same in zip(weighed, same, strict=True)
-                  if not is_same]
+        others = [
+            one.top.unknowns[:count]
+            for one, is_same in zip(weighed, same, strict=True)
+            if not is_same
+        ]
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
         limited = np.zeros(count // 2, dtype=bool)

@@ -35,6 +35,8 @@ FASTEST = 0.4
 """Pace beyond which blur is not followed further [rad per pixel]."""
 LEVEL_ERROR = 0.01
 """Standard deviation of a block's normalised intensity by all that the extremes do not tell."""
+LARGE = 0.02
+"""Change of a load's phase over the phase of all loads together from which a mode is large."""
 LEAST = 0.3
 """Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
 
@@ -166,13 +168,25 @@ class PosteriorSearch:
         blur = model.blur, model.blur_std
         visibility = model.visibility, model.visibility_std if at.blur > at.visibility else 0.0
         return Light(1.0, 0.0, visibility[0], blur[0])._replace(
-            **dict(zip(("gain", "visibility"), light_of_extremes(found, gain, visibility, blur),
-                       strict=True))
+            **dict(
+                zip(
+                    ("gain", "visibility"),
+                    light_of_extremes(found, gain, visibility, blur),
+                    strict=True,
+                )
+            )
         )
 
     @cached_property
     def _drawn(self) -> Light:
         return Light(1.0, 0.0, self.model.visibility, self.model.blur)
+
+    @cached_property
+    def _large(self) -> NDArray[np.bool_]:
+        """Modes that turn the influence so much that each load needs a column of its own."""
+        under_push = np.abs(self.model.influence[:, 0, :, 0]).max(axis=(1, 2))
+        whole = np.abs(self.model.moments[:, 0, 0].sum(axis=0)).max()
+        return under_push > LARGE * max(whole, 1e-12)
 
     @cached_property
     def _columns(self) -> dict[str, Array]:
@@ -188,7 +202,9 @@ class PosteriorSearch:
             if at.width > at.place:
                 parts["shifted"] = moments[:, :, 1] * (model.place / reach)
             parts["widened"] = moments[:, :, 2] * np.sqrt(shift + spread / reach**4)
-        parts["turned"] = model.influence[:, :, 0].sum(axis=1)
+        parts["turned"] = model.influence[:, 0, :, 0].sum(axis=1)
+        if self._large.any():
+            parts["apart"] = model.influence[self._large, 0]
         parts["fields"] = model.fields
         parts["fixed"] = model.fixed[None]
         pixels = len(model.amplitude) // len(model.bias)
@@ -253,7 +269,9 @@ class PosteriorSearch:
         moved = np.tile([1.0, SHEAR], tactels) * push
         parts = [reduced(columns["load"]) * spread]
         parts += [reduced(columns[key]) * moved for key in ("shifted", "widened") if key in columns]
-        parts += [reduced(columns["turned"]) * push, reduced(columns["fields"])]
+        if "apart" in columns:
+            parts.append(reduced(columns["apart"]) * np.tile(moved, np.count_nonzero(self._large)))
+        parts += [reduced(columns["turned"]) * push * ~self._large, reduced(columns["fields"])]
         dispersed = ratio[known][:, None]
         state = np.ascontiguousarray(np.concatenate(parts, axis=1) * dispersed)
         fixed = reduced(columns["fixed"])[:, 0] * ratio[known] + bias[known]
@@ -332,7 +350,12 @@ class PosteriorSearch:
                 e = (wide - model.width) / model.width_std
                 starts[:, at.width : at.fields] = np.clip(e, -1.8, 2.5)
         turning = len(model.influence)
-        starts[:, at.modes : at.modes + turning] = means[:, begin : begin + turning]
+        for mode in np.flatnonzero(self._large):
+            turned = (means[:, begin : begin + at.loads] * moved).reshape(forces.shape)
+            begin += at.loads
+            e = (forces * turned).sum(axis=(1, 2)) / weight.sum(axis=1)
+            starts[:, at.modes + mode] += np.clip(e, -3, 3)
+        starts[:, at.modes : at.modes + turning] += means[:, begin : begin + turning]
         starts[:, at.fields : at.modes] = means[:, begin + turning :]
         self.lit(starts, light)
         return starts
@@ -355,7 +378,7 @@ class PosteriorSearch:
         visibility, blur = model.visibility, model.blur
         if at.blur > at.visibility:
             visibility += model.visibility_std * e[at.visibility]
-        if at.size > at.blur:
+        if at.gamma > at.blur:
             blur = max(blur + model.blur_std * e[at.blur], 0.0)
         return Light(gain, offset / float(model.amplitude.mean()), visibility, blur)
 
@@ -373,10 +396,10 @@ class PosteriorSearch:
 
 def _decoded(model: FrameModel, grey: Array) -> Array:
     """Grey levels of a linear response."""
-    if model.gamma == 1.0:
+    if model.gamma == 1.0 and not model.srgb:
         return grey
-    share = np.clip(grey / model.full_scale, 0, 1)
-    if model.gamma > 0:
-        return model.full_scale * share ** (1 / model.gamma)
-    curved = np.power((share + 0.055) / 1.055, 2.4)
-    return model.full_scale * np.where(share <= 0.04045, share / 12.92, curved)
+    share = np.clip(grey / model.full_scale, 0, 1) ** (1 / model.gamma)
+    if model.srgb:
+        curved = np.power((share + 0.055) / 1.055, 2.4)
+        share = np.where(share <= 0.04045, share / 12.92, curved)
+    return model.full_scale * share
