@@ -321,6 +321,24 @@ def _blurred(line, kernel, out):
 
 
 @sums
+def _blurred_back(line, kernel, out):
+    """The transpose of `_blurred`: what lies beyond the ends is added to the ends."""
+    size, reach = len(line), len(kernel) - 1
+    padded = np.zeros(size + 2 * reach)
+    for p in range(size):
+        padded[reach + p] = kernel[0] * line[p]
+    for step in range(1, reach + 1):
+        factor = kernel[step]
+        for p in range(size):
+            padded[reach + p - step] += factor * line[p]
+        for p in range(size):
+            padded[reach + p + step] += factor * line[p]
+    out[:] = padded[reach : reach + size]
+    out[0] += padded[:reach].sum()
+    out[size - 1] += padded[reach + size :].sum()
+
+
+@sums
 def _camera(model, unknowns):
     """Visibility, deviation of the point spread and its derivative by its unknown."""
     at, seen = model.at, model.visibility
@@ -561,7 +579,7 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
             p = begin + k
             pulled[k] = slope[p] / sigma * model.amplitude[p] * bright[p] * contrast / 2 * pull[p]
         if deviation > 0:
-            _blurred(pulled, _point_spread(deviation), smeared)
+            _blurred_back(pulled, _point_spread(deviation), smeared)
         else:
             smeared[:] = pulled
         for k in range(pixels):
@@ -792,6 +810,91 @@ def linearise(model, prior, frame, unknowns):
     _expose(model, unknowns, work)
     _linearise(model, prior, frame, unknowns, work, np.sqrt(model.variance), 1.0, out)
     return out
+
+
+@sums_entry
+def information(model, frame, unknowns, more):
+    """Information of the sound pixels about the unknowns: an exact sum over all of them.
+
+    Parameters
+    ----------
+    model, frame, unknowns
+        As of `linearise`.
+    more : ndarray, shape (k, m)
+        Change of the phase at the nodes with further unknowns, which stand behind the others.
+
+    Returns
+    -------
+    ndarray, shape (size + k, size + k)
+        Half the second derivative of the loss without the prior (Gauss-Newton).
+    """
+    work, at, sigma = _work(model), model.at, np.sqrt(model.variance)
+    nodes, phase, swing, seen, level, slope, bright = work
+    _expose(model, unknowns, work)
+    contrast, deviation, by_blur = _camera(model, unknowns)
+    columns = np.zeros((at.size, len(nodes)))
+    _columns(model, unknowns, columns)
+    channels, pixels = len(model.bias), len(phase) // len(model.bias)
+    total = at.size + len(more)
+    turned, rows = np.empty(pixels), np.zeros((total, len(phase)))
+    weight, kernel = np.zeros(len(phase)), np.ones(1)
+    if deviation > 0:
+        kernel = _point_spread(deviation)
+    for c in range(channels):
+        begin = c * pixels
+        lines = slice(begin, begin + pixels)
+        for k in range(pixels):
+            lead = phase[begin + k]
+            turned[k] = np.sin(lead + model.bias[c])
+            if model.spread[c] > 0:
+                share = np.exp(-0.5 * (model.spread[c] * lead) ** 2)
+                curve = model.spread[c] ** 2 * lead * swing[begin + k]
+                turned[k] = share * turned[k] + curve
+        own = np.empty(pixels)
+        for x in range(total):
+            if at.visibility <= x < at.size:
+                continue
+            row = columns[x] if x < at.size else more[x - at.size]
+            for k in range(pixels):
+                p = begin + k
+                i, w = model.first[p], model.weights[p]
+                own[k] = w[0] * row[i] + w[1] * row[i + 1]
+                own[k] += w[2] * row[i + 2] + w[3] * row[i + 3]
+                own[k] *= turned[k]
+            _blurred(own, kernel, rows[x, lines])
+            for k in range(pixels):
+                p = begin + k
+                rows[x, p] *= model.dispersion[c] * model.amplitude[p] * bright[p] * contrast / 2
+        for k in range(pixels):
+            p = begin + k
+            light = model.amplitude[p] * (1 - contrast * seen[p]) / 2
+            for s in range(len(model.brightness)):
+                for t in range(4):
+                    profile = light * model.brightness[s, model.first[p] + t]
+                    profile += model.darkness[s, model.first[p] + t]
+                    rows[at.modes + s, p] += model.weights[p, t] * profile
+            amplitude = model.amplitude[p] * bright[p]
+            if at.blur > at.visibility:
+                rows[at.visibility, p] = -amplitude * model.visibility_std * seen[p] / 2
+            if at.gamma > at.blur:
+                curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
+                curve -= 2 * seen[p]
+                rows[at.blur, p] = -amplitude * contrast / 2 * deviation * by_blur * curve
+            factor = slope[p] / sigma
+            for x in range(total):
+                rows[x, p] *= factor
+            if at.size > at.gamma:
+                by_gamma = _by_gamma(model, unknowns, level[p])
+                rows[at.gamma, p] = model.gamma_std * by_gamma / sigma
+            if np.isfinite(frame[p]):
+                weight[p] = _pixel(model, frame[p], level[p], sigma)[2]
+    found, weighed = np.empty((total, total)), np.empty(len(phase))
+    for x in range(total):
+        for p in range(len(phase)):
+            weighed[p] = rows[x, p] * weight[p]
+        for z in range(x + 1):
+            found[x, z] = found[z, x] = _dot(weighed, rows[z])
+    return found
 
 
 @sums_entry

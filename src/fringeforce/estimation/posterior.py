@@ -21,6 +21,7 @@ from fringeforce.estimation.frame_model import (
     Prior,
     climb,
     contact_columns,
+    information,
     linearise,
     node_phase,
 )
@@ -162,25 +163,29 @@ class Posterior:
         first order, errors of a force and of its contact's place or width move the phase by their
         product, whose variance is the product of theirs; it is integrated out as well.
         """
-        at = self.model.at
-        covariance = np.linalg.inv(about.hessian)
-        if at.fields == at.place:
-            return covariance[: at.loads, : at.loads]
-        products = contact_columns(self.model, top.unknowns)
-        own, shared = [], []
-        for kind, begin, end in ((0, at.place, at.width), (1, at.width, at.fields)):
-            if end > begin:
-                own.append(products[kind].reshape(-1, len(self.model.fixed)))
-                shared.append(np.repeat(np.arange(begin, end), 2))
-        waves, partner = np.concatenate(own), np.concatenate(shared)
-        force = np.tile(np.arange(at.loads), len(own))
-        cross = self._cross(about, waves)
-        information = (waves * about.weights[0, 0]) @ waves.T
-        for _ in range(SECOND_ORDER):
+        at, nodes = self.model.at, len(self.model.fixed)
+        products = contact_columns(self.model, top.unknowns).reshape(2, -1, nodes)
+        kinds = [k for k, (begin, end) in enumerate((at[1:3], at[2:4])) if end > begin]
+        known = information(
+            self.model,
+            self.frame,
+            top.unknowns,
+            np.concatenate([np.empty((0, nodes)), *(products[kind] for kind in kinds)]),
+        )
+        known[: at.size, : at.size] += np.diag(self.prior.precision)
+        hessian, cross, own = (
+            np.split(known[:, : at.size], [at.size])[0],
+            *np.split(known[:, at.size :], [at.size]),
+        )
+        covariance = np.linalg.inv(hessian)
+        if kinds:
+            partner = np.concatenate([np.repeat(np.arange(*at[1 + k : 3 + k]), 2) for k in kinds])
+            force = np.tile(np.arange(at.loads), len(kinds))
+        for _ in range(SECOND_ORDER if kinds else 0):
             variance = np.diag(covariance)
-            known = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
-            reduced = np.linalg.solve(information + np.diag(known), cross.T)
-            covariance = np.linalg.inv(about.hessian - cross @ reduced)
+            precision = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
+            reduced = np.linalg.solve(own + np.diag(precision), cross.T)
+            covariance = np.linalg.inv(hessian - cross @ reduced)
         return covariance[: at.loads, : at.loads]
 
     def evidence(self, top: Top, about: Linearised) -> float:
