@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -22,8 +22,9 @@ Scheduler = Annotated[
 Friction = Annotated[
     float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
 ]
-ModelError = Annotated[
-    float, typer.Option(help="Relative error of shape of an uncalibrated model, such as 0.03.")
+Tolerance = Annotated[
+    list[str] | None,
+    typer.Option(help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; again for more."),
 ]
 Rate = Annotated[
     float | None,
@@ -31,6 +32,21 @@ Rate = Annotated[
 ]
 Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or image in seconds.")]
 Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
+
+
+def with_tolerances(model: Any, stated: Sequence[str] | None) -> Any:
+    """A model read with the tolerances of a command line."""
+    from fringeforce.base.errors import InputError
+
+    values = {}
+    for text in stated or ():
+        path, sign, value = text.partition("=")
+        if not sign:
+            raise InputError(
+                f"--tolerance {text!r} has no '='; write it as in 'camera.shift = 0 +/- 0.05 mm'."
+            )
+        values[path.strip()] = value.strip().strip('"')
+    return model.with_tolerances(**values) if values else model
 
 
 def is_model(path: str) -> bool:

@@ -8,7 +8,14 @@ from typing import Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import Frames, Friction, Model, ModelError, draw_beside
+from fringeforce.cli.arguments import (
+    Frames,
+    Friction,
+    Model,
+    Tolerance,
+    draw_beside,
+    with_tolerances,
+)
 from fringeforce.cli.progress import progress_bar
 
 
@@ -41,7 +48,7 @@ def read(
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV of forces to write.")],
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
     friction: Friction = None,
-    model_error: ModelError = 0.0,
+    tolerance: Tolerance = None,
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each."""
     from fringeforce.io.frames import load_frames
@@ -50,8 +57,8 @@ def read(
     from fringeforce.plotting.figures import draw_readings
     from fringeforce.reading.reader import Reader
 
-    found = load_model(model)
-    sensor, reader = found.sensor, Reader(found, friction, model_error)
+    found = with_tolerances(load_model(model), tolerance)
+    sensor, reader = found.sensor, Reader(found, friction)
     images = load_frames(frames, sensor.dimensions)
     readings: Any = []
     with progress_bar() as advance:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Exposure, Friction, Model, ModelError, Rate
+from fringeforce.cli.arguments import Exposure, Friction, Model, Rate, Tolerance, with_tolerances
 
 if TYPE_CHECKING:
     from fringeforce.acquisition.sinks.sink import Sink
@@ -52,7 +52,7 @@ def live(
         ),
     ] = None,
     friction: Friction = None,
-    model_error: ModelError = 0.0,
+    tolerance: Tolerance = None,
 ) -> None:
     """Read a camera live, show the forces, and send them where they are wanted."""
     from fringeforce.acquisition.cameras.camera import Settings
@@ -63,7 +63,8 @@ def live(
     from fringeforce.reading.reader import Reader
 
     found, settings = load_model(model), Settings(line_rate, exposure, block)
-    reader = Reader(found, friction, model_error)
+    found = with_tolerances(found, tolerance)
+    reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1
     with busy("Exposing a simulated touch ...") if slow else nullcontext():
         source = open_camera(camera, found, settings)

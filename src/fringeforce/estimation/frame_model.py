@@ -4,14 +4,15 @@ The grey levels of a strip are
 
     y = B + A (1 - V K cos(c p + b)) / 2,      p = sum_j f_j . Psi_j(place_j, width_j) + rho,
 
-with the amplitude A, offset B, visibility V and point spread K of the camera, and the phase lead p of
-the loads f and of the residual retardance rho.  What is uncertain are standardised unknowns
-e ~ N(0, 1) beside the loads: place and width of each contact, smooth fields of phase, modes of light
-and influence matrix, visibility and blur.  All but V and K act through profiles that are smooth
-along the strip, so they are kept on nodes, and only the fringes are taken at every pixel.
+with the amplitude A, offset B, visibility V and point spread K of the camera, and the phase lead p
+of the loads f and of the residual retardance rho.  What is uncertain are standardised unknowns
+e ~ N(0, 1) beside the loads: place and width of each contact, smooth fields of phase, modes of
+light and influence matrix, visibility, blur and gamma.  What acts through profiles that are smooth
+along the strip is kept on nodes, and only the fringes are taken at every pixel.
 
-A contact enters through the moments of its traction: the influence of a line load is a polynomial in
-its place, whose k-th coefficient is multiplied by the k-th moment of the traction about the tactel.
+A contact enters through the moments of its traction: the influence of a line load is a polynomial
+in its place, whose k-th coefficient is multiplied by the k-th moment of the traction about the
+tactel.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ Array = NDArray[np.float64]
 BASES = 6
 """Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur, gamma."""
 PLAIN = 2.5
-"""Standard deviations within which a pixel counts as sound: it is broken with a chance below 1e-3."""
+"""Standard deviations within which a pixel counts as sound; it is broken once in a thousand."""
 NARROWEST = 0.5
-"""Deviation of the point spread that a pixel has by its own width, and less is not told [pixels]."""
+"""Deviation of the point spread below which it is no longer told from none [pixels]."""
 
 
 class Layout(NamedTuple):
@@ -534,7 +535,7 @@ def _lumped(model, basis, other, out):
 @sums
 def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
     """Fill in `out`, of the frame that `work` holds."""
-    nodes, phase, swing, seen, level, slope, bright = work
+    _, phase, swing, seen, level, slope, bright = work
     at = model.at
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     contrast, deviation, by_blur = _camera(model, unknowns)

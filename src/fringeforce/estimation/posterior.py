@@ -2,7 +2,7 @@
 
 A top is a maximum a posteriori estimate of the loads and everything else that is uncertain
 (`frame_model`).  Its weight is Laplace's approximation of the posterior mass around it, and the
-covariance of the loads is a block of the inverse Hessian, so that everything else is integrated out.
+covariance of the loads is a block of the inverse Hessian: everything else is integrated out.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ class Posterior:
         return found
 
     def drawn_in(self, unknowns: Array) -> Array:
-        """A start with places and widths nearer to their means, which a climb leaves more easily."""
+        """A start with places and widths nearer to their means."""
         at, start = self.model.at, unknowns.copy()
         start[at.place : at.fields] *= 0.3
         return start

@@ -28,6 +28,11 @@ Array = NDArray[np.float64]
 AnyDesign = TypeVar("AnyDesign", bound=Design)
 
 RESIDUAL, PLACEMENT, WIDTH = "polariscope.residual", "tactels.placement", "tactels.contact_width"
+INFLUENCE_ERROR = "transducer.influence_error"
+SHAPE_LENGTH = 1 / 16
+"""Correlation length of errors of shape of the influence matrix, as a share of the strip."""
+LIGHT_LENGTH = 0.3
+"""Correlation length of uneven light, as a share of the strip: lamps and lenses are wider."""
 MECHANICAL = "transducer.", "tactels.", "polariscope.wavelength"
 """Beginnings of the paths on which the influence matrix depends."""
 FIELD_STEP = 8
@@ -55,7 +60,9 @@ class StripModel(Protocol):
         """Phase lead at the pixels [rad]."""
         ...
 
-    def delivered(self, phase: ArrayLike, rng: camera_optics.Rng = None) -> NDArray[Any]:
+    def delivered(
+        self, phase: ArrayLike, rng: camera_optics.Rng = None, light: Array | None = None
+    ) -> NDArray[Any]:
         """Frames of given phase leads."""
         ...
 
@@ -88,6 +95,8 @@ class BuiltSensor:
         Phase lead without load [rad].
     surface : SurfaceInfluence, optional
         What tractions at any place do at the pixels, if contacts differ from frame to frame.
+    light : ndarray, shape (n_pixels,), optional
+        Light along the strip over that of the drawing, if it is uneven.
 
     Examples
     --------
@@ -101,6 +110,7 @@ class BuiltSensor:
     model: StripModel
     residual: Array
     surface: SurfaceInfluence | None = None
+    light: Array | None = None
 
     def contacts(
         self, frames: int | tuple[int, ...] = (), rng: camera_optics.Rng = None
@@ -172,7 +182,7 @@ class BuiltSensor:
         generator = np.random.default_rng(rng)
         if contacts is None and self.surface is not None:
             contacts = self.contacts(np.shape(forces)[:-2], generator)
-        return self.model.delivered(self.phase(forces, contacts), generator)
+        return self.model.delivered(self.phase(forces, contacts), generator, self.light)
 
 
 def drawn(design: AnyDesign, generator: np.random.Generator) -> AnyDesign:
@@ -213,18 +223,22 @@ def built(drawing: Sensor, model: StripModel, generator: np.random.Generator) ->
     generator : numpy.random.Generator
         Source of the residual field.
     """
-    std, light = drawing.tolerances, model.sensor.polariscope
-    residual = np.full(len(model.pixel_positions), light.residual)
+    std, polariscope, x = drawing.tolerances, model.sensor.polariscope, model.pixel_positions
+    residual = np.full(len(x), polariscope.residual)
     if RESIDUAL in std:
-        field = smooth_field(model.pixel_positions, light.residual_length, generator)
+        field = smooth_field(x, polariscope.residual_length, generator)
         residual = residual + std[RESIDUAL] * field
+    uneven, light = model.sensor.camera.unevenness, None
+    if uneven:
+        length = LIGHT_LENGTH * model.sensor.transducer.length
+        light = np.maximum(1 + uneven * smooth_field(x, length, generator), 0.0)
     if PLACEMENT not in std and WIDTH not in std:
-        return BuiltSensor(drawing, model, residual)
+        return BuiltSensor(drawing, model, residual, light=light)
     tactels = model.sensor.tactels
     beside = abs(tactels.placement) + FARTHEST * std.get(PLACEMENT, 0.0)
     width = tactels.contact_width + FARTHEST * std.get(WIDTH, 0.0) + 2 * beside
     surface = _surface(model.sensor, tactels.positions, np.array(width))
-    return BuiltSensor(drawing, model, residual, surface)
+    return BuiltSensor(drawing, model, residual, surface, light)
 
 
 def _surface(sensor: Sensor, centres: Array, widths: Array) -> SurfaceInfluence:
@@ -236,6 +250,15 @@ def _surface(sensor: Sensor, centres: Array, widths: Array) -> SurfaceInfluence:
         )
     first, last = float(np.min(centres - widths / 2)), float(np.max(centres + widths / 2))
     return surface_influence(sensor.transducer, first, last, sensor.pixel_positions)
+
+
+def shape_errors(x: Array, shape: tuple[int, ...], generator: np.random.Generator) -> Array:
+    """Errors of shape of unit variance of every column of an influence matrix at stations x."""
+    order, length = np.argsort(x, kind="stable"), (x.max() - x.min()) * SHAPE_LENGTH
+    found = np.empty((len(x), *shape))
+    for column in np.ndindex(*shape):
+        found[order, *column] = smooth_field(x[order], length, generator)
+    return found
 
 
 def smooth_field(x: Array, length: float, generator: np.random.Generator) -> Array:

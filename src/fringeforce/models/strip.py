@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,13 +26,21 @@ from fringeforce.base.storage import (
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import number_at
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.mechanics.surface_influence import surface_influence
-from fringeforce.models.as_built import BuiltSensor, built, changes_influence, drawn
+from fringeforce.models.as_built import (
+    INFLUENCE_ERROR,
+    BuiltSensor,
+    built,
+    changes_influence,
+    drawn,
+    shape_errors,
+)
 from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
 from fringeforce.models.imaging_files import (
     read_calibration,
@@ -236,7 +245,7 @@ class SensorModel:
         return self.delivered(self._with_residual(self.phase(forces)), rng)
 
     def delivered(
-        self, phase: ArrayLike, rng: camera_optics.Rng = None
+        self, phase: ArrayLike, rng: camera_optics.Rng = None, light: Array | None = None
     ) -> NDArray[np.unsignedinteger]:
         """Frames of given phase leads, such as those of another solution of the mechanics.
 
@@ -246,16 +255,18 @@ class SensorModel:
             Phase lead at the polariscope's wavelength, residual included [rad].
         rng : int, numpy.random.Generator or None
             Source of drift and noise.
+        light : ndarray, shape (n_pixels,), optional
+            Light along the strip over that of the drawing.
 
         Returns
         -------
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
-        light = self._light(np.asarray(phase, dtype=float))
+        seen = self._light(np.asarray(phase, dtype=float)) * (1.0 if light is None else light)
         lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
         frame_axes = len(self.frame_shape)
-        return camera_optics.expose(self.sensor.camera, light, rng, lighting, frame_axes)
+        return camera_optics.expose(self.sensor.camera, seen, rng, lighting, frame_axes)
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltSensor:
         """Draw one real sensor from the tolerances of the design.
@@ -283,7 +294,45 @@ class SensorModel:
         design = drawn(self.sensor, generator)
         anew = changes_influence(self.sensor.tolerances)
         model = characterize(design) if anew else replace(self, sensor=design)
+        error = design.transducer.influence_error
+        if error:
+            psi = model.psi * (1 + error * shape_errors(model.x, model.psi.shape[1:], generator))
+            model = replace(model, psi=psi)
         return built(self.sensor, model, generator)
+
+    def with_tolerances(self, **stated: Any) -> SensorModel:
+        """The same model with other tolerances, which readings allow for.
+
+        Parameters
+        ----------
+        **stated
+            Values of the design by dotted path, as of `Sensor.replace`:
+            ``with_tolerances(**{"camera.shift": "0 +/- 0.05 mm"})``.
+
+        Raises
+        ------
+        DesignError
+            If the design does not have such a value.
+        InputError
+            If a value changes on which the influence matrix depends.
+
+        Examples
+        --------
+        >>> model = ff.characterize(ff.load_sensor("saad"))
+        >>> loose = model.with_tolerances(**{"transducer.influence_error": "3 %"})
+        >>> loose.sensor.transducer.influence_error
+        0.03
+        """
+        sensor = self.sensor.replace(**stated)
+        for path in stated:
+            before, after = (number_at(design, path) for design in (self.sensor, sensor))
+            moved = before is not None and after is not None and before[0] != after[0]
+            if moved and path != INFLUENCE_ERROR and changes_influence([path]):
+                raise InputError(
+                    f"{path} = {stated[path]} changes the influence matrix, and not only what is "
+                    "uncertain about it; characterise the changed design."
+                )
+        return replace(self, sensor=sensor)
 
     def residuals(self, frames: ArrayLike, forces: ArrayLike) -> Array:
         """What known forces leave of frames, in units of the noise; zero where no pixel is usable.

@@ -18,7 +18,14 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.mechanics.surface_influence import surface_influence
-from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH, changes_influence
+from fringeforce.models.as_built import (
+    LIGHT_LENGTH,
+    PLACEMENT,
+    RESIDUAL,
+    SHAPE_LENGTH,
+    WIDTH,
+    changes_influence,
+)
 from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
@@ -38,13 +45,9 @@ SMALLEST = 5e-4
 """Variance of a mode of a random field, relative to the largest, below which it is left out."""
 NARROW = 0.125
 """Share of a width below which it is kept positive smoothly."""
-LIGHT_LENGTH = 0.3
-"""Correlation length of uneven light, as a share of the strip: lamps and lenses are wider than it."""
 SHIFTS = (-3.0, -1.5, 0.0, 1.5, 3.0)
-"""Standard deviations at which the influence matrix is taken for a camera that is shifted or scaled;
-a polynomial goes through them."""
-SHAPE_LENGTH = 1 / 16
-"""Correlation length of errors of shape of the influence matrix, as a share of the frame."""
+"""Standard deviations of a camera's shift and scale at which the influence matrix is taken; a
+polynomial goes through them."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
 LARGEST = 4.0
@@ -113,17 +116,21 @@ class Uncertainty:
 
 
 def has_tolerances(model: SensorModel) -> bool:
-    """Whether a design states anything uncertain that a reading can allow for."""
+    """Whether anything is uncertain besides noise, or the light is not that of a perfect camera.
+
+    A calibration leaves uncertain what changes from frame to frame; its own errors are so small
+    that a reading allows for them to first order.
+    """
     sensor, imaging = model.sensor, model.imaging
-    known = imaging is not None
-    stated = any(path in (PLACEMENT, WIDTH, RESIDUAL) or not known for path in sensor.tolerances)
-    nominal = sensor.polariscope.residual or sensor.camera.blur
-    nominal = nominal or sensor.camera.response != "linear" or sensor.polariscope.bandwidth
-    nominal = nominal or sensor.camera.gamma != 1
-    camera = sensor.camera
-    changing = camera.drift or sensor.transducer.influence_error or camera.unevenness
-    changing = changing and not known
-    return bool(stated or nominal or changing)
+    light, camera = sensor.polariscope, sensor.camera
+    anew = any(path in (PLACEMENT, WIDTH, RESIDUAL) for path in sensor.tolerances)
+    bent = camera.response != "linear" or camera.gamma != 1
+    if anew or light.residual or light.bandwidth or camera.blur or bent:
+        return True
+    if imaging is not None:
+        return any(imaging.drift)
+    loose = camera.drift or camera.unevenness or sensor.transducer.influence_error
+    return bool(sensor.tolerances or loose)
 
 
 def uncertainty(model: SensorModel) -> Uncertainty:
@@ -329,7 +336,7 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
     taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur", "camera.gamma"}
-    plain = sensor.replace(tolerances={path: 0.0 for path in sensor.tolerances})
+    plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
         if path in taken or found is None:

@@ -41,7 +41,6 @@ def cold_start(
     response: Response,
     strip: Strip,
     full_scale: int,
-    model_error: float = 0.0,
     channels: int = 1,
     calibration_uncertainty: Doubt | None = None,
 ) -> Hypothesis:
@@ -61,15 +60,13 @@ def cold_start(
         Of the influence matrix, in any light.
     full_scale : int
         Largest grey level of the converter.
-    model_error : float
-        Relative size of the influence matrix's errors of shape, where it is known.
     channels : int
         Channels that see the same strip along the same pixels.
     calibration_uncertainty : callable, optional
         What grey levels are uncertain by besides noise, for given loads and pixels.
     """
     problem = FrameProblem.of(
-        levels, used, influence, response, strip, channels, model_error, calibration_uncertainty
+        levels, used, influence, response, strip, channels, calibration_uncertainty
     )
     lines = list(_fringes(levels, used, influence, response, channels))
     optima: list[Optimum] = []

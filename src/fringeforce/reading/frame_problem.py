@@ -47,8 +47,6 @@ class FrameProblem:
         Of the camera.
     lead : int
         Used pixels of the first channel.
-    model_error : float
-        Relative size of the influence matrix's errors of shape, where it is known.
     pixels : ndarray of bool, shape (P,)
         Which pixels they are.
     strip : Strip
@@ -63,7 +61,6 @@ class FrameProblem:
     influence: Array
     response: Response
     lead: int
-    model_error: float
     pixels: Mask
     strip: Strip
     packed: Single
@@ -78,7 +75,6 @@ class FrameProblem:
         response: Response,
         strip: Strip,
         channels: int,
-        model_error: float,
         calibration_uncertainty: Doubt | None,
     ) -> FrameProblem:
         """Of a frame and the pixels to use; see `interpretation.interpret`."""
@@ -87,7 +83,6 @@ class FrameProblem:
             influence=influence[used],
             response=response.at(used),
             lead=int(np.count_nonzero(used[: len(used) // channels])),
-            model_error=model_error,
             pixels=used,
             strip=strip.under(response, used),
             packed=np.where(used, levels, 0).astype(np.float32),

@@ -29,15 +29,24 @@ class FrameReader(ABC):
         The characterised sensor.
     friction : float or None
         If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
-    model_error : float
-        Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
-        sensor that was characterised from its drawing and never calibrated; it widens the
-        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH; strips only.
+    confidence : float
+        Probability from which a reading is OK.
     """
 
     model: Any
     friction: float | None = None
-    model_error: float = 0.0
+    confidence: float = 0.999
+
+    def __post_init__(self) -> None:
+        if self.friction is not None and not self.friction > 0:
+            raise InputError(
+                f"friction = {self.friction}: must be greater than 0; leave it out for no limits."
+            )
+        if not 0 < self.confidence < 1:
+            raise InputError(
+                f"confidence = {self.confidence}: must be a probability between 0 and 1, such as "
+                "0.999."
+            )
 
     @abstractmethod
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.estimate import Estimate
 from fringeforce.estimation.likelihood import misfit
-from fringeforce.estimation.model_discrepancy import ModelDiscrepancy
 from fringeforce.estimation.residual_test import FALSE_CONTACT, square_limit
 from fringeforce.estimation.strip_fit import Optimum
 from fringeforce.reading.frame_problem import FrameProblem
@@ -85,15 +84,11 @@ def selected(problem: FrameProblem, fitting: list[Optimum]) -> Hypothesis:
     if not anchored or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
         mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
     wrong = problem.model_discrepancy(best, spread)
-    if wrong.chance < IMPOSSIBLE and not problem.model_error:
+    if wrong.chance < IMPOSSIBLE:
         status = Status.MODEL_MISMATCH
-    whole = whole + widening(wrong, problem.model_error) ** 2 * wrong.bias
+    if wrong.chance < DOUBTFUL:
+        whole = whole + wrong.size**2 * wrong.bias
     return Hypothesis(mean, whole, spread, best.misfit.slope, status, rivals)
-
-
-def widening(wrong: ModelDiscrepancy, model_error: float) -> float:
-    """Size of errors of shape to allow for: what is known of them, or more if a frame shows it."""
-    return max(wrong.size if wrong.chance < DOUBTFUL else 0.0, model_error)
 
 
 def _silence(problem: FrameProblem, best: Optimum) -> Hypothesis | None:

@@ -1,4 +1,4 @@
-"""One frame of a strip with tolerances to one reading: all that is uncertain is estimated with it."""
+"""One frame of a strip to one reading, with all that is uncertain about the strip estimated."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CANDIDATES = 24
 SAME = 0.3
 """Phases nowhere farther apart are one explanation of a frame [rad]."""
 NEAR, WIDE = 250.0, 2500.0
-"""Expected growth of the loss of mirror images that are tried: of what fits, and of what does not."""
+"""Expected growth of the loss up to which images are tried: of what fits, of what does not."""
 IMAGES, RIVALS = 12, 8
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
 ROUNDS = 6
@@ -84,16 +84,9 @@ class Weighed:
 
 @dataclass(frozen=True, eq=False)
 class PosteriorReader(FrameReader):
-    """Reads frames of one strip with tolerances, each for itself.
-
-    Attributes
-    ----------
-    confidence : float
-        Probability from which a reading is OK.
-    """
+    """Reads frames of one strip with tolerances, each for itself."""
 
     model: SensorModel
-    confidence: float = 0.999
 
     @cached_property
     def uncertain(self) -> Uncertainty:

@@ -383,7 +383,7 @@ class PosteriorSearch:
         return Light(gain, offset / float(model.amplitude.mean()), visibility, blur)
 
     def attempts(self, lines: Lines, best: list[Top]) -> Iterator[tuple[Array, Array, float]]:
-        """Starts of one effort after the other; `best` holds the best explanation so far, if any."""
+        """Starts of one effort after the other; `best` holds the explanations so far."""
         extreme = self.light(lines)
         for effort in EFFORTS:
             light = extreme if effort.light == "extremes" else self._drawn

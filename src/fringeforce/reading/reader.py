@@ -24,6 +24,8 @@ from fringeforce.reading.strip_following import StripFollower
 
 Array = NDArray[np.float64]
 
+CONFIDENCE = 0.999
+"""Probability from which a reading is OK: one in a thousand may be wrong."""
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 _KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
@@ -57,16 +59,14 @@ class Reader:
         The characterised sensor.
     friction : float, optional
         If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
-    model_error : float
-        Relative size of smooth errors in the shape of the influence matrix, such as 0.03 for a
-        sensor that was characterised from its drawing and never calibrated; it widens the
-        deviations.  Without it a frame that shows such errors reads MODEL_MISMATCH; for followed
-        frames this is looked at where their residuals are not plainly noise.  Strips only.
+    confidence : float
+        Probability of the likeliest explanation from which a reading is OK, of strips whose design
+        states tolerances.
 
     Raises
     ------
     InputError
-        If a limit or an error is out of range, or given for a pad.
+        If a limit is out of range, or given for a pad.
 
     Examples
     --------
@@ -91,13 +91,13 @@ class Reader:
         self,
         model: SensorModel | PadModel,
         friction: float | None = None,
-        model_error: float = 0.0,
+        confidence: float = CONFIDENCE,
     ) -> None:
         kind = model.sensor.kind
         if isinstance(model, SensorModel) and has_tolerances(model):
             kind += " with tolerances"
         single, self._follow = _KINDS[kind]
-        self._single = single(model, friction, model_error)
+        self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
 
     @property

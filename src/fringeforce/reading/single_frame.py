@@ -19,9 +19,9 @@ from fringeforce.estimation.residual_test import reduced_chi_square
 from fringeforce.estimation.strip import Strip
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
+from fringeforce.reading.cold_start import cold_start
 from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.hypothesis_selection import Hypothesis
-from fringeforce.reading.illumination_drift import cold_start_with_illumination
 from fringeforce.reading.reading import Reading
 
 Array = NDArray[np.float64]
@@ -33,16 +33,6 @@ class SingleFrameReader(FrameReader):
     """Reads frames of one strip, each for itself."""
 
     model: SensorModel
-
-    def __post_init__(self) -> None:
-        if self.friction is not None and not self.friction > 0:
-            raise InputError(
-                f"friction = {self.friction}: must be greater than 0; leave it out for no limits."
-            )
-        if not 0 <= self.model_error < 1:
-            raise InputError(
-                f"model_error = {self.model_error}: must be from 0 to below 1, such as 0.03."
-            )
 
     @property
     def influence(self) -> Array:
@@ -89,16 +79,14 @@ class SingleFrameReader(FrameReader):
                 calibration_uncertainty, response=response
             )
         sound = used & ~isolated(levels, response)
-        found = cold_start_with_illumination(
+        found = cold_start(
             levels,
             sound,
             self.influence,
             response,
             self.strip,
             self.model.sensor.camera.full_scale,
-            self.model_error,
             self.channels,
-            self.drift,
             calibration_uncertainty,
         )
         return found, sound
@@ -120,11 +108,6 @@ class SingleFrameReader(FrameReader):
         if imaging is None or not len(imaging.amplitude_modes):
             return None
         return CalibrationUncertainty.of(imaging, self.influence, self.model.response)
-
-    @property
-    def drift(self) -> tuple[float, float]:
-        """Standard deviations of the light's gain and offset from frame to frame."""
-        return (0.0, 0.0) if self.model.imaging is None else self.model.imaging.drift
 
     @cached_property
     def silent_covariance(self) -> Array:

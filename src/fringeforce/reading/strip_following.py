@@ -47,7 +47,7 @@ class StripFollower(Follower):
         packed = tracker.packed(levels[None], used) if tracker.holds(used) else levels
         while tracker.holds(used):
             if tracker.advance(packed, self._track, 0):
-                return self._followed(levels)
+                return self._followed()
         return tracker.search(levels, used)
 
     def read_on(
@@ -68,7 +68,7 @@ class StripFollower(Follower):
                 followed = tracker.advance(packed[done : done + ahead], track, done, whole)
                 if followed:
                     rows = slice(done, done + followed)
-                    _store_track(tracker, track, rows, block, result)
+                    _store_track(tracker, track, rows, result)
                 done += followed
                 if done < len(block) and (bad[done] or not tracker.holds(used)):
                     frame = block[done].reshape(single.model.frame_shape)
@@ -80,7 +80,7 @@ class StripFollower(Follower):
             if progress is not None:
                 progress(len(block))
 
-    def _followed(self, levels: NDArray[Any]) -> Reading:
+    def _followed(self) -> Reading:
         single, tracker = self._single, self._tracker
         loads, verdict = self._track.loads[0].copy(), self._track.verdicts[0]
         spread: Callable[[], Array]
@@ -89,7 +89,7 @@ class StripFollower(Follower):
         else:
             spread = tracker.noise(loads, verdict)
             if tracker.widens:
-                spread = partial(_widened, tracker, spread, loads, levels.copy())
+                spread = partial(_widened, tracker, spread, loads)
         limited = np.zeros(len(loads) // 2, dtype=bool)
         rivals = tracker.rivals if verdict == UNSETTLED else tracker.rivals[:0]
         if single.friction is not None:
@@ -109,9 +109,7 @@ class StripFollower(Follower):
         )
 
 
-def _store_track(
-    tracker: Tracker, track: Track, rows: slice, levels: NDArray[Any], batch: Batch
-) -> None:
+def _store_track(tracker: Tracker, track: Track, rows: slice, batch: Batch) -> None:
     """Fill in frames that were followed."""
     loads, covariance = track.loads[rows], track.covariances[rows]
     verdicts = track.verdicts[rows]
@@ -123,7 +121,7 @@ def _store_track(
             covariance[unsure] += tracker.excess(verdict)
     if tracker.widens:
         for i in np.flatnonzero(touched):
-            covariance[i] = tracker.widened(covariance[i], loads[i], levels[rows][i])
+            covariance[i] = tracker.widened(covariance[i], loads[i])
     if (friction := tracker.single.friction) is not None:
         for i in range(len(loads)):
             loads[i], _ = within_friction_cone(loads[i], covariance[i], friction)
@@ -136,7 +134,5 @@ def _store_track(
         batch.covariance[rows] = covariance
 
 
-def _widened(
-    tracker: Tracker, noise: Callable[[], Array], loads: Array, levels: NDArray[Any]
-) -> Array:
-    return tracker.widened(noise(), loads, levels)
+def _widened(tracker: Tracker, noise: Callable[[], Array], loads: Array) -> Array:
+    return tracker.widened(noise(), loads)

@@ -21,7 +21,6 @@ from fringeforce.estimation.following import (
     state_of,
 )
 from fringeforce.estimation.gauss_newton import Place
-from fringeforce.estimation.model_discrepancy import model_discrepancy
 from fringeforce.estimation.residual_monitor import begin_trend
 from fringeforce.estimation.residual_test import FALSE_CONTACT, absorbed, square_limit
 from fringeforce.estimation.running_mean import LAGGING, update_running_mean
@@ -35,7 +34,7 @@ from fringeforce.estimation.track_status import (
     Limits,
     begin,
 )
-from fringeforce.reading.hypothesis_selection import Hypothesis, widening
+from fringeforce.reading.hypothesis_selection import Hypothesis
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
 
@@ -79,7 +78,6 @@ class Tracker:
 
     It is taken where a search explains a frame, and kept while the frames leave no doubt, or none
     that the last search did not settle.
-    Under a lamp that drifts it is never taken: every frame has a light of its own to be found.
     """
 
     def __init__(self, single: SingleFrameReader) -> None:
@@ -166,7 +164,7 @@ class Tracker:
         found, sound = self.single.explained(grey, used)
         self.release()
         explained = (Status.OK, Status.NO_CONTACT, Status.AMBIGUOUS)
-        if found.status in explained and not any(self.single.drift):
+        if found.status in explained:
             self._lock(grey, used, found, sound)
         return self.single.stated(found, sound)
 
@@ -236,26 +234,8 @@ class Tracker:
     @property
     def widens(self) -> bool:
         """Whether deviations have other causes than noise."""
-        return bool(self.single.model_error) or self.single.model.imaging is not None
+        return self.single.model.imaging is not None
 
-    def widened(self, noise: Array, loads: Array, levels: NDArray[Any]) -> Array:
+    def widened(self, noise: Array, loads: Array) -> Array:
         """Covariance from all causes, given that from noise, shape (2n, 2n) [N^2]."""
-        single, whole = self.single, noise
-        sound = self._sound
-        if single.model_error:
-            response, influence = (
-                single.model.response.at(sound),
-                single.influence[sound],
-            )
-            phase = influence @ loads
-            sigma = np.sqrt(response.variance)
-            left = (levels[sound] - response.level(phase)) / sigma
-            known = (
-                None
-                if single.calibration_uncertainty is None
-                else single.calibration_uncertainty(loads, sound)
-            )
-            slope = response.slope(phase) / sigma
-            wrong = model_discrepancy(left, slope, influence, loads, noise, known)
-            whole = whole + widening(wrong, single.model_error) ** 2 * wrong.bias
-        return whole + single.calibration_covariance(loads, sound, noise)
+        return noise + self.single.calibration_covariance(loads, self._sound, noise)

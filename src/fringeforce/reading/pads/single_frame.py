@@ -42,8 +42,8 @@ class PadFrameReader(FrameReader):
     model: PadModel
 
     def __post_init__(self) -> None:
-        if self.friction is not None or self.model_error:
-            raise InputError("friction and model_error are for strips; read a pad without them.")
+        if self.friction is not None:
+            raise InputError("friction is for strips; read a pad without it.")
 
     @cached_property
     def response(self) -> Response:
