@@ -134,7 +134,7 @@ def has_tolerances(model: SensorModel) -> bool:
 
 
 def uncertainty(model: SensorModel) -> Uncertainty:
-    """Unknowns of a model, from the tolerances of its design and the modes of its calibration.
+    """Unknowns of a model, from the tolerances of its design and the drift of its light.
 
     Parameters
     ----------
@@ -153,8 +153,8 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     half = sensor.transducer.length / 2
     psi = model.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
     moments, reach = _contact_moments(model, x, psi)
-    modes = _calibrated_modes(model, weights, first, len(x)) if imaging else _design_modes(model, x)
-    modes = sorted(modes + _drift(model), key=lambda mode: not mode.influence)
+    modes = ([] if imaging else _design_modes(model, x)) + _drift(model)
+    modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
     residual = std.get(RESIDUAL, 0.0)
@@ -364,29 +364,6 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
     if uneven:
         for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH):
             modes.append(Mode("camera.unevenness", uneven, brightness=row))
-    return modes
-
-
-def _calibrated_modes(
-    model: SensorModel, weights: Array, first: NDArray[np.int64], nodes: int
-) -> list[Mode]:
-    """Unknowns that a calibration has left, smooth along the strip, at the nodes."""
-    imaging = model.imaging
-    assert imaging is not None
-    pixels, share = np.flatnonzero(imaging.usable), np.zeros((nodes, len(imaging.usable)))
-    # each pixel counts at its two nearest nodes
-    for node, weight in ((1, weights[:, 0] + weights[:, 1]), (2, weights[:, 2] + weights[:, 3])):
-        share[first[pixels] + node, pixels] += weight[pixels]
-    share /= np.maximum(share.sum(axis=1, keepdims=True), 1e-12)
-    modes = []
-    for k in range(len(imaging.amplitude_modes)):
-        turned: tuple[Array, ...] = ()
-        if k < len(imaging.influence_modes):
-            turned = (np.tensordot(share, imaging.influence_modes[k], axes=1),)
-        bright = share @ (imaging.amplitude_modes[k] / imaging.amplitude)
-        modes.append(
-            Mode(f"calibration {k + 1}", 1.0, turned, bright, share @ imaging.offset_modes[k])
-        )
     return modes
 
 

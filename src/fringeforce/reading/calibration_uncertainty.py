@@ -16,6 +16,7 @@ from fringeforce.estimation.bounds import systematic_covariance
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.residual_test import GROUP
 from fringeforce.models.imaging import Imaging
+from fringeforce.models.strip import SensorModel
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -48,6 +49,14 @@ class CalibrationUncertainty:
     matrix: Single
     light: Single
     width: int
+
+    @classmethod
+    def left_in(cls, model: SensorModel) -> CalibrationUncertainty | None:
+        """What the calibration of a model leaves uncertain, if there was one."""
+        imaging = model.imaging
+        if imaging is None or not len(imaging.amplitude_modes):
+            return None
+        return cls.of(imaging, model.frame_influence, model.response)
 
     @classmethod
     def of(cls, imaging: Imaging, influence: Array, response: Response) -> CalibrationUncertainty:

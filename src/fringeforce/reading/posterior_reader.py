@@ -18,6 +18,7 @@ from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.posterior_search import SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
@@ -92,6 +93,10 @@ class PosteriorReader(FrameReader):
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""
         return uncertainty(self.model)
+
+    @cached_property
+    def _calibration(self) -> CalibrationUncertainty | None:
+        return CalibrationUncertainty.left_in(self.model)
 
     @cached_property
     def _search(self) -> PosteriorSearch:
@@ -324,6 +329,10 @@ class PosteriorReader(FrameReader):
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         loads, covariance = _mixture(own, count)
+        if self._calibration is not None:
+            covariance = covariance + self._calibration.covariance(
+                loads, np.isfinite(posterior.frame), covariance
+            )
         others = [
             one.top.unknowns[:count]
             for one, is_same in zip(weighed, same, strict=True)

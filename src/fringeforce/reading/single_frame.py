@@ -104,10 +104,7 @@ class SingleFrameReader(FrameReader):
     @cached_property
     def calibration_uncertainty(self) -> CalibrationUncertainty | None:
         """What the calibration leaves uncertain, if there was one."""
-        imaging = self.model.imaging
-        if imaging is None or not len(imaging.amplitude_modes):
-            return None
-        return CalibrationUncertainty.of(imaging, self.influence, self.model.response)
+        return CalibrationUncertainty.left_in(self.model)
 
     @cached_property
     def silent_covariance(self) -> Array:
