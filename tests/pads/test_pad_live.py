@@ -213,7 +213,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
     ("arguments", "words"),
     [
         (("--friction", "0.5"), "friction"),
-        (("--model-error", "0.03"), "model_error"),
+        (("--tolerance", "camera.shift"), "has no '='"),
         (("--camera", "file:missing.npy"), "missing.npy"),
         (("--camera", "webcam"), "There is no camera"),
         (("--block", "0"), "block = 0"),

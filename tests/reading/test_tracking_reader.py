@@ -220,16 +220,13 @@ def test_a_clipping_camera_is_followed_without_bias(sensor) -> None:
     assert low <= inside.sum() <= high
 
 
-def test_model_errors_and_friction_reach_followed_readings(model) -> None:
+def test_friction_reaches_followed_readings(model) -> None:
     frames = model.expose(slow_touch(3), rng=0)
-    plain, unsure = ff.Reader(model), ff.Reader(model, model_error=0.03)
-    limited = ff.Reader(model, friction=0.05)
-    last = [list(reader.stream(frames))[-1] for reader in (plain, unsure, limited)]
+    plain, limited = ff.Reader(model), ff.Reader(model, friction=0.05)
+    last = [list(reader.stream(frames))[-1] for reader in (plain, limited)]
     assert all(reading.tracked for reading in last)
-    assert (last[1].std > last[0].std).all()
-    assert (np.abs(last[2].forces[:, 1]) <= 0.05 * last[2].forces[:, 0] + 1e-9).all()
-    batch = ff.Reader(model, friction=0.05, model_error=0.03).read_batch(frames)
-    assert (batch.std[1:] > last[0].std * 1.01).any()
+    assert (np.abs(last[1].forces[:, 1]) <= 0.05 * last[1].forces[:, 0] + 1e-9).all()
+    batch = ff.Reader(model, friction=0.05).read_batch(frames)
     assert (np.abs(batch.forces[..., 1]) <= 0.05 * batch.forces[..., 0] + 1e-9).all()
     plain.reset()
     assert not plain.read(frames[0]).tracked

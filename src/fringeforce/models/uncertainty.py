@@ -87,13 +87,17 @@ class Uncertainty:
         From unknowns to grey levels.
     modes : tuple of Mode
         Unknowns of influence matrix and light, in the order of the frame's.
-    shapes : ndarray, shape (k, m)
-        Modes along the strip of errors of shape of the influence matrix, relative to it.
+    shape : ndarray, shape (m, m)
+        Covariance along the strip of the relative errors of shape of each column of the influence
+        matrix; empty if there are none.
+    shapes : int
+        Modes that stand for them, the last ones of the frame's fields.
     """
 
     frame: FrameModel
     modes: tuple[Mode, ...]
-    shapes: Array
+    shape: Array
+    shapes: int
 
     def under(self, loads: Array) -> FrameModel:
         """The frame's model with the errors of shape that loads of about this size cause.
@@ -105,14 +109,21 @@ class Uncertainty:
         loads : ndarray, shape (2n,)
             Loads [N].
         """
-        if not len(self.shapes):
+        if not self.shapes:
             return self.frame
-        parts = self.frame.moments[:, :, 0] * loads.reshape(-1, 2, 1)
         fields = self.frame.fields.copy()
-        fields[len(fields) - len(self.shapes) :] = self.shapes * np.sqrt(
-            (parts**2).sum(axis=(0, 1))
+        fields[len(fields) - self.shapes :] = shape_modes(
+            self.frame, self.shape, loads, self.shapes
         )
         return self.frame._replace(fields=fields)
+
+
+def shape_modes(frame: FrameModel, shape: Array, loads: Array, count: int) -> Array:
+    """Modes of the phase's error, shape (count, m) [rad]: eigenvectors of its covariance."""
+    parts = (frame.moments[:, :, 0] * loads.reshape(-1, 2, 1)).reshape(len(loads), -1)
+    values, vectors = np.linalg.eigh(shape * (parts.T @ parts))
+    kept = slice(None, -count - 1, -1)
+    return (vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0))).T
 
 
 def has_tolerances(model: SensorModel) -> bool:
@@ -161,10 +172,16 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     fields = (
         residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
     )
-    shape_error = sensor.transducer.influence_error if imaging is None else 0.0
-    size = (x[-1] - x[0]) * SHAPE_LENGTH
-    shapes = shape_error * random_field(x, size) if shape_error else np.empty((0, len(x)))
-    fields = np.concatenate([fields, 0 * shapes])
+    error = sensor.transducer.influence_error if imaging is None else 0.0
+    shape = np.empty((0, 0))
+    shapes = 0
+    if error:
+        distance = np.subtract.outer(x, x) / ((x[-1] - x[0]) * SHAPE_LENGTH)
+        shape = error**2 * np.exp(-np.square(distance) / 2)
+        columns = psi.reshape(len(x), -1)
+        values = np.linalg.eigvalsh(shape * (columns @ columns.T))
+        shapes = int(np.sum(values > SMALLEST * values.max()))
+    fields = np.concatenate([fields, np.zeros((shapes, len(x)))])
     seen = pictures(light.model_copy(update={"visibility": 1.0}))
     fringes = [picture.fringe for picture in seen]
     pixels = camera.pixels
@@ -235,7 +252,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
         at=at,
     )
-    return Uncertainty(frame, tuple(modes), shapes)
+    return Uncertainty(frame, tuple(modes), shape, shapes)
 
 
 def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
+from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.frame_model import Linearised, Prior
 from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
@@ -129,10 +130,12 @@ class PosteriorReader(FrameReader):
         spread = np.linalg.inv(about.hessian)[: at.loads, : at.loads]
         return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
 
-    def posterior(self, frame: Array, push: float) -> Posterior:
-        """Posterior of a frame whose contacts push with about this force [N]."""
+    def posterior(self, frame: Array, push: float, loads: Array | None = None) -> Posterior:
+        """Posterior of a frame whose contacts push with about this force, or these loads [N]."""
         at = self.uncertain.frame.at
-        model = self.uncertain.under(np.full(at.loads, push))
+        if loads is None:
+            loads = np.tile([push, SHEAR * push], at.loads // 2)
+        model = self.uncertain.under(loads)
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
@@ -160,7 +163,9 @@ class PosteriorReader(FrameReader):
             From which the next one can be followed, if this one is OK.
         """
         frame = np.where(used, levels.astype(float), np.nan)
-        lines = self._search.lines(frame)
+        # single pixels that nothing explains would spoil the means over blocks; fits bear them
+        alone = isolated(levels.astype(float), self.model.response)
+        lines = self._search.lines(np.where(alone, np.nan, frame))
         posterior = self._own(frame, lines)
         if last is not None:
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
@@ -172,6 +177,9 @@ class PosteriorReader(FrameReader):
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, tops[0]):
             return self._stated(posterior, [silent], Status.NO_CONTACT), None
+        if self.uncertain.shapes:
+            loads = tops[0].unknowns[: posterior.model.at.loads]
+            posterior = self.posterior(frame, self._push(posterior), loads)
         reading = self._stated(posterior, tops)
         return reading, tops[0].unknowns if reading.ok else None
 
@@ -182,6 +190,9 @@ class PosteriorReader(FrameReader):
     def _own(self, frame: Array, lines: Lines) -> Posterior:
         pace, _ = self._search.true_pace(lines, self._search.light(lines))
         return self.posterior(frame, self._search.pushing(pace))
+
+    def _push(self, posterior: Posterior) -> float:
+        return posterior.prior.yielding / YIELDING
 
     def _silent(self, posterior: Posterior) -> Top | None:
         """No contact, if that explains the frame."""
@@ -206,12 +217,9 @@ class PosteriorReader(FrameReader):
     ) -> list[Top] | None:
         """Explanations of a frame, the best first, or None if there is none."""
         met, tried = _Met(posterior), list[Array]()
+        done = self._searched(posterior, lines, met, tried)
         if silent is not None:
-            # loads that hardly show are near none
-            met.add(posterior.climbed(silent.unknowns, heats=(), steps=(0, 20)))
-        done = bool(met.tops) and met.explains(met.tops[0], UNSURE)
-        if not done:
-            done = self._searched(posterior, lines, met, tried)
+            met.add(silent)
         if not done and not (met.tops and met.explains(met.tops[0], FITS)):
             return None
         best = met.tops[0]
