@@ -7,6 +7,7 @@ from pathlib import Path
 
 import api_pages
 import conventions_figure
+import tolerance_figure
 import design_fields
 from sphinx.application import Sphinx
 from typer.testing import CliRunner
@@ -28,6 +29,7 @@ def make(app: Sphinx) -> None:
     _write(folder / "parts" / "commands.md", command_help())
     _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
     conventions_figure.save(folder / "conventions.svg")
+    tolerance_figure.save(folder / "tolerances.svg")
 
 
 def _gallery(page: Path, made: bool) -> None:

@@ -66,21 +66,18 @@ class Polariscope(Part):
     bandwidth: Extent = Field(
         default=0.0,
         description="full width at half maximum of the spectrum in wavelength [m], Gaussian in "
-        "1 / wavelength; of every channel.  Fringes of a high order lose contrast; simulated by "
-        "expose; readings do not allow for it yet",
+        "1 / wavelength; of every channel.  Fringes of a high order lose contrast",
         json_schema_extra={"ideal": True},
     )
     visibility: Visibility = Field(
         default=1.0,
-        description="V of fringes, I = [1 - V cos p] / 2: extinction, misalignment, stray light; "
-        "readings allow for the value, not yet for its tolerance",
+        description="V of fringes, I = [1 - V cos p] / 2: extinction, misalignment, stray light",
         json_schema_extra={"ideal": True},
     )
     residual: Angle = Field(
         default=0.0,
         description="phase lead without load [rad]; its tolerance is the standard deviation of a "
-        "smooth random field along the strip.  Simulated by expose; readings do not allow for it "
-        "yet",
+        "smooth random field along the strip",
         json_schema_extra={"ideal": True},
     )
     residual_length: Length = Field(
@@ -134,7 +131,7 @@ class Camera(Converter):
     blur: Extent | None = Field(
         default=None,
         description="standard deviation of the Gaussian point spread, on the sensor, in metres of "
-        "the strip [m]; none if not given.  Simulated by expose; readings do not allow for it yet",
+        "the strip [m]; none if not given",
         json_schema_extra={"ideal": True, "unit": "meter"},
     )
 

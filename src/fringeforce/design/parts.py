@@ -72,14 +72,14 @@ class Converter(Part):
     drift: Percent = Field(
         default=0.0,
         description='relative standard deviation of the light from frame to frame, such as "1 %"; '
-        "simulated by expose; readings do not allow for it yet",
+        "readings of pads do not allow for it",
         json_schema_extra={"ideal": True},
     )
     response: str = Field(
         default="linear",
         description='grey level over light: "linear", "sRGB" (IEC 61966-2-1), or a gamma such as '
-        '"0.45", the power of the light as a share of the full scale; noise is added behind it.  '
-        "Simulated by expose; readings do not allow for it yet",
+        '"0.45", the power of the light as a share of the full scale; noise is added behind it; '
+        "readings of pads do not allow for it",
         json_schema_extra={"ideal": True},
     )
 

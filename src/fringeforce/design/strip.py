@@ -51,14 +51,13 @@ class Tactels(Part):
     placement: Place = Field(
         default=0.0,
         description="how far beside its tactel each contact lands [m]; its tolerance is drawn anew "
-        "with every contact.  Readings allow for the value, not yet for its tolerance",
+        "with every contact",
         json_schema_extra={"ideal": True, "unit": "meter"},
     )
     contact_width: Extent = Field(
         default=0.0,
         description="width of each contact, under a uniform traction [m]; 0 is a line.  Its "
-        "tolerance is drawn anew with every contact.  Readings allow for the value, not yet for "
-        "its tolerance; calibration takes lines",
+        "tolerance is drawn anew with every contact; calibration takes lines",
         json_schema_extra={"ideal": True, "unit": "meter"},
     )
 
