@@ -7,8 +7,8 @@ from pathlib import Path
 
 import api_pages
 import conventions_figure
-import tolerance_figure
 import design_fields
+import tolerance_figure
 from sphinx.application import Sphinx
 from typer.testing import CliRunner
 

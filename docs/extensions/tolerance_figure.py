@@ -1,4 +1,4 @@
-"""The figure of what tolerances do to a reading: deviations of the forces, one tolerance at a time."""
+"""The figure of what tolerances do to a reading: deviations of the forces under each of them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def save(path: Path) -> None:
             bars.set_label(name)
             axes.bar_label(bars, [f"{value:.0f}" for value in spread[:, part]], fontsize=8)
         axes.set_xticks(place, [*TOLERANCES, "all together"])
-        axes.set(yscale="log", ylabel="standard deviation of a force [mN]")
+        axes.set(ylabel="standard deviation of a force [mN]")
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(loc="upper left", frameon=False)
         figure.savefig(path, metadata={"Date": None})

@@ -14,7 +14,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
-from fringeforce.estimation.frame_model import Linearised, Prior
+from fringeforce.estimation.frame_model import Linearised, Prior, expose, information
 from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.strip import SensorModel
@@ -121,13 +121,12 @@ class PosteriorReader(FrameReader):
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading can have, shape (n, 2) [N]."""
         loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
-        frame = np.zeros(len(self.uncertain.frame.amplitude))
-        posterior = self.posterior(frame, float(np.abs(loads).max()) * 1e3)
-        at = posterior.model.at
-        unknowns = np.zeros(at.size)
-        unknowns[: at.loads] = loads
-        about = posterior.linearised(Top(unknowns, 0.0, 0.0, 0.0))
-        spread = np.linalg.inv(about.hessian)[: at.loads, : at.loads]
+        model = self.uncertain.under(loads)
+        unknowns = np.zeros(model.at.size)
+        unknowns[: len(loads)] = loads
+        known = information(model, expose(model, unknowns)[0], unknowns, model.fields[:0])
+        known[len(loads) :, len(loads) :] += np.eye(len(known) - len(loads))
+        spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
         return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
 
     def posterior(self, frame: Array, push: float, loads: Array | None = None) -> Posterior:
