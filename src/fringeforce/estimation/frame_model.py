@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 BASES = 6
 """Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur, gamma."""
+UNDAMPED = 0.1
+"""Damping below which a step is nearly that of Gauss and Newton."""
 PLAIN = 2.5
 """Standard deviations within which a pixel counts as sound; it is broken once in a thousand."""
 NARROWEST = 0.5
@@ -951,9 +953,10 @@ def climb(model, prior, frame, start, heat, steps, tolerance):
             break
         gain, loss, unknowns = loss - reached, reached, trial
         here, there = there, here
-        damping = max(damping / 8, 1e-8)
-        if gain < tolerance:
+        # a short step of a large damping falls little, far from any top
+        if gain < tolerance and damping < UNDAMPED:
             break
+        damping = max(damping / 8, 1e-8)
     square = count = 0.0
     sigma = np.sqrt(model.variance)
     for p in range(len(frame)):

@@ -25,7 +25,6 @@ from fringeforce.estimation.frame_model import (
     linearise,
     node_phase,
 )
-from fringeforce.estimation.phase.reflections import mirror_images
 
 Array = NDArray[np.float64]
 
@@ -39,9 +38,6 @@ WAVES = 60
 clear layer is thick they pass as noise, and no load makes them."""
 RANK = 1e-5
 """Share of the largest information below which a wave is absorbed by the unknowns."""
-TOUCH = 1.0
-"""How near a multiple of pi the phase must come for a stretch to be mirrored there [rad]: more than
-for a known model, for place and width bend it by that much."""
 SECOND_ORDER = 3
 """Rounds in which the variances of forces, places and widths settle."""
 
@@ -191,29 +187,6 @@ class Posterior:
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""
         return float(-top.loss / 2 - np.linalg.slogdet(about.hessian)[1] / 2)
-
-    def images(self, top: Top, about: Linearised, growth: float) -> list[Array]:
-        """Starts from which stretches of the phase are mirrored, the likeliest first."""
-        at, model = self.model.at, self.model
-        phase = self.phase(top)
-        rows = np.arange(at.visibility)
-        strength = model.amplitude.mean() * model.visibility / 2
-        spacing = len(model.amplitude) / len(phase)
-        information = (strength * np.sin(phase)) ** 2 + strength * np.sqrt(model.variance) / 16
-        changes, _ = mirror_images(
-            phase,
-            np.ascontiguousarray(about.columns[rows].T),
-            information / model.variance * spacing,
-            self.prior.precision[rows],
-            TOUCH,
-            growth,
-        )
-        found = []
-        for change in changes:
-            start = top.unknowns.copy()
-            start[rows] += change
-            found.append(self.drawn_in(start))
-        return found
 
     def drawn_in(self, unknowns: Array) -> Array:
         """A start with places and widths nearer to their means."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -267,9 +266,6 @@ class PosteriorReader(FrameReader):
         """Descend over mirror images of stretches of the phase, as long as they are better."""
         posterior, seen = met.posterior, [met.posterior.phase(top)]
 
-        def starts() -> Iterator[Array]:
-            yield from posterior.images(top, posterior.linearised(top), growth)
-
         again = posterior.climbed(posterior.drawn_in(top.unknowns), CAREFUL, (6, 15))
         met.add(again)
         if again.loss < top.loss - 1:
@@ -277,7 +273,7 @@ class PosteriorReader(FrameReader):
         for _ in range(ROUNDS):
             better = None
             count = 0
-            for start in starts():
+            for start in self._search.images(posterior, top, self._push(posterior), growth):
                 phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
                 if any(np.abs(phase - known).max() < SAME / 2 for known in seen):
                     continue
@@ -285,7 +281,10 @@ class PosteriorReader(FrameReader):
                 count += 1
                 if count > tries:
                     break
-                reached = posterior.climbed(start, CAREFUL, (6, 15))
+                reached = posterior.climbed(start, heats=(), steps=(0, 15))
+                if stop and reached.loss >= top.loss - 1:
+                    careful = posterior.climbed(posterior.drawn_in(start), CAREFUL, (6, 15))
+                    reached = min(reached, careful, key=lambda one: one.loss)
                 met.add(reached)
                 if reached.loss < top.loss - 1:
                     better = reached

@@ -21,10 +21,14 @@ from fringeforce.estimation.extremes import extremes, light_of_extremes
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.phase.branches import branches
 from fringeforce.estimation.phase.folding import block_edges, phase_pace
-from fringeforce.estimation.posterior import Top
+from fringeforce.estimation.phase.reflections import mirror_images
+from fringeforce.estimation.posterior import Posterior, Top
 
 Array = NDArray[np.float64]
 
+TOUCH = 1.0
+"""How near a multiple of pi the phase must come for a stretch to be mirrored there [rad]: more than
+for a known model, for place and width bend it by that much."""
 GATE = 5.0
 """Standard deviations within which a phase counts as predicted."""
 SHEAR = 0.6
@@ -37,6 +41,14 @@ LEVEL_ERROR = 0.01
 """Standard deviation of a block's normalised intensity by all that the extremes do not tell."""
 LARGE = 0.02
 """Change of a load's phase over the phase of all loads together from which a mode is large."""
+UNPUSHED = 1.8
+"""Standard deviation of normal forces over their size where no push is supposed."""
+FAINT = 0.03
+"""Share of the size of the loads below which a force does not tell its contact's place."""
+FARTHEST = 3.0
+"""Standard deviations within which a search starts."""
+NARROWEST = 0.1
+"""Share of the drawn width from which a search starts at least: at none it changes nothing."""
 LEAST = 0.3
 """Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
 
@@ -189,31 +201,42 @@ class PosteriorSearch:
         return under_push > LARGE * max(whole, 1e-12)
 
     @cached_property
-    def _columns(self) -> dict[str, Array]:
-        """Columns of the state at the pixels of one channel, per unit load where they scale."""
+    def _at_nodes(self) -> dict[str, Array]:
+        """Columns of the state at the nodes, shape (m, k) each, per unit load where they scale."""
         model, at = self.model, self.model.at
-        moments, reach = model.moments, model.reach
-        square = (model.width**2 + model.width_std**2) / (12 * reach**2)
+        moments, nodes = model.moments, len(model.fixed)
         parts = {"load": moments[:, :, 0].copy()}
         if moments.shape[2] > 2:
-            parts["load"] += square * moments[:, :, 2]
-            shift = 2 * (model.place / reach) ** 4
-            spread = (4 * model.width**2 * model.width_std**2 + 2 * model.width_std**4) / 144
+            mean, spread = self._squares
+            parts["load"] += mean * moments[:, :, 2]
             if at.width > at.place:
-                parts["shifted"] = moments[:, :, 1] * (model.place / reach)
-            parts["widened"] = moments[:, :, 2] * np.sqrt(shift + spread / reach**4)
-        parts["turned"] = model.influence[:, 0, :, 0].sum(axis=1)
+                parts["shifted"] = moments[:, :, 1] * (model.place / model.reach)
+            parts["widened"] = moments[:, :, 2] * spread
         if self._large.any():
             parts["apart"] = model.influence[self._large, 0]
+        parts["turned"] = model.influence[:, 0, :, 0].sum(axis=1)
         parts["fields"] = model.fields
         parts["fixed"] = model.fixed[None]
+        return {name: part.reshape(-1, nodes).T for name, part in parts.items()}
+
+    @cached_property
+    def _squares(self) -> tuple[float, float]:
+        """Mean and deviation of the second moment of a contact's traction about its tactel."""
+        model, square = self.model, self.model.reach**2
+        width, std = model.width**2, model.width_std**2
+        spread = 2 * model.place**4 + (4 * width * std + 2 * std**2) / 144
+        return (width + std) / 12 / square, np.sqrt(spread) / square
+
+    @cached_property
+    def _columns(self) -> dict[str, Array]:
+        """The same at the pixels of one channel."""
+        model = self.model
         pixels = len(model.amplitude) // len(model.bias)
         first, weights = model.first[:pixels], model.weights[:pixels]
-        nodes = np.concatenate([part.reshape(-1, len(model.fixed)) for part in parts.values()])
-        dense = sum(nodes[:, first + t] * weights[:, t] for t in range(4))
-        ends = np.cumsum([part.size // len(model.fixed) for part in parts.values()])
-        split = np.split(np.asarray(dense).T, ends[:-1], axis=1)
-        return dict(zip(parts, split, strict=True))
+        return {
+            name: np.asarray(sum(part[first + t] * weights[:, t, None] for t in range(4)))
+            for name, part in self._at_nodes.items()
+        }
 
     def pushing(self, pace: Array) -> float:
         """Mean normal force of contacts whose fringes run as fast as the frame's [N]."""
@@ -264,14 +287,8 @@ class PosteriorSearch:
             means = np.add.reduceat(values, edges[:-1], axis=0) / size[:, None]
             return np.broadcast_to(means[:, None], (*known.shape, means.shape[1]))[known]
 
-        tactels = columns["load"].shape[1] // 2
-        spread = np.tile([1 / effort.push if effort.push else 1.8, SHEAR], tactels) * push
-        moved = np.tile([1.0, SHEAR], tactels) * push
-        parts = [reduced(columns["load"]) * spread]
-        parts += [reduced(columns[key]) * moved for key in ("shifted", "widened") if key in columns]
-        if "apart" in columns:
-            parts.append(reduced(columns["apart"]) * np.tile(moved, np.count_nonzero(self._large)))
-        parts += [reduced(columns["turned"]) * push * ~self._large, reduced(columns["fields"])]
+        scale = self._scale(push, effort.push)
+        parts = [reduced(columns[name]) * size for name, size in scale.items()]
         dispersed = ratio[known][:, None]
         state = np.ascontiguousarray(np.concatenate(parts, axis=1) * dispersed)
         fixed = reduced(columns["fixed"])[:, 0] * ratio[known] + bias[known]
@@ -288,10 +305,19 @@ class PosteriorSearch:
             GATE,
             effort.cut,
         )
-        loads = means[:, : 2 * tactels] * spread
-        if effort.push:
-            loads[:, ::2] += push
-        return self._unknowns(means, loads, moved, light), scores, push
+        found = self._unknowns(means, scale, np.zeros(self.model.at.size), bool(effort.push) * push)
+        self.lit(found, light)
+        return found, scores, push
+
+    def _scale(self, push: float, pushing: float) -> dict[str, Array]:
+        """Standard deviations of the parts of the state, for loads of about this size [N]."""
+        tactels = len(self.model.moments)
+        moved = np.tile([1.0, SHEAR], tactels) * push
+        sizes = {"load": np.tile([1 / pushing if pushing else UNPUSHED, SHEAR], tactels) * push}
+        sizes |= {name: moved for name in ("shifted", "widened") if name in self._at_nodes}
+        if "apart" in self._at_nodes:
+            sizes["apart"] = np.tile(moved, np.count_nonzero(self._large))
+        return sizes | {"turned": push * ~self._large, "fields": np.ones(len(self.model.fields))}
 
     def _folded(
         self,
@@ -327,38 +353,96 @@ class PosteriorSearch:
             np.full(len(size), model.dispersion[channel]),
         )
 
-    def _unknowns(self, means: Array, loads: Array, moved: Array, light: Light) -> Array:
-        """Unknowns from states of the search."""
-        model, at, columns = self.model, self.model.at, self._columns
-        starts = np.zeros((len(means), at.size))
-        starts[:, : at.loads] = loads
-        forces, begin = loads.reshape(len(loads), -1, 2), at.loads
-        weight = np.square(forces).sum(axis=2) + (0.05 * moved[0]) ** 2
-        if "shifted" in columns:
-            shifted = (means[:, begin : begin + at.loads] * moved).reshape(forces.shape)
-            starts[:, at.place : at.width] = np.clip((forces * shifted).sum(axis=2) / weight, -3, 3)
-            begin += at.loads
-        if "widened" in columns:
-            widened = (means[:, begin : begin + at.loads] * moved).reshape(forces.shape)
-            begin += at.loads
-            if at.fields > at.width:
-                shift = 2 * model.place**4
-                spread = (4 * model.width**2 * model.width_std**2 + 2 * model.width_std**4) / 144
-                square = (forces * widened).sum(axis=2) / weight * np.sqrt(shift + spread)
-                square += (model.width**2 + model.width_std**2) / 12
-                wide = np.sqrt(12 * np.maximum(square, 0.0))
-                e = (wide - model.width) / model.width_std
-                starts[:, at.width : at.fields] = np.clip(e, -1.8, 2.5)
-        turning = len(model.influence)
-        for mode in np.flatnonzero(self._large):
-            turned = (means[:, begin : begin + at.loads] * moved).reshape(forces.shape)
-            begin += at.loads
-            e = (forces * turned).sum(axis=(1, 2)) / weight.sum(axis=1)
-            starts[:, at.modes + mode] += np.clip(e, -3, 3)
-        starts[:, at.modes : at.modes + turning] += means[:, begin : begin + turning]
-        starts[:, at.fields : at.modes] = means[:, begin + turning :]
-        self.lit(starts, light)
-        return starts
+    def _unknowns(
+        self, changes: Array, scale: dict[str, Array], about: Array, push: float
+    ) -> Array:
+        """Unknowns that differ from others by changes of the state, shape (k, size).
+
+        Force times place and force times squared width become place and width of each contact, as
+        its two forces tell them best.
+
+        Parameters
+        ----------
+        changes : ndarray, shape (k, states)
+            In standard deviations.
+        scale : mapping
+            Standard deviations of the parts of the state.
+        about : ndarray, shape (size,)
+            The others.
+        push : float
+            Normal force of all contacts beside them [N].
+        """
+        model, at = self.model, self.model.at
+        ends = np.cumsum([len(size) for size in scale.values()])[:-1]
+        split = dict(zip(scale, np.split(changes, ends, axis=1), strict=True))
+        parts = {name: part * scale[name] for name, part in split.items()}
+        found = np.tile(about, (len(changes), 1))
+        before = about[: at.loads].reshape(-1, 2)
+        forces = before + parts["load"].reshape(len(changes), len(before), 2) + [push, 0.0]
+        found[:, : at.loads] = forces.reshape(len(changes), at.loads)
+        weight = np.square(forces).sum(axis=2) + (FAINT * scale["load"].max()) ** 2
+        places = np.zeros(forces.shape[:2])
+        if "shifted" in parts:
+            moved = before * about[at.place : at.width, None]
+            moved = moved + parts["shifted"].reshape(forces.shape)
+            places = np.clip((forces * moved).sum(axis=2) / weight, -FARTHEST, FARTHEST)
+            found[:, at.place : at.width] = places
+        if at.fields > at.width:
+            mean, spread = self._squares
+            here = model.width + model.width_std * about[at.width : at.fields]
+            square = np.square(np.maximum(here, 0) / model.reach) / 12 - mean
+            if at.width > at.place:
+                square += np.square(model.place / model.reach * about[at.place : at.width])
+            moved = before * (square / spread)[:, None]
+            moved = moved + parts["widened"].reshape(forces.shape)
+            square = (forces * moved).sum(axis=2) / weight * spread + mean
+            square = square - np.square(model.place * places / model.reach)
+            wide = model.reach * np.sqrt(12 * np.maximum(square, 0.0))
+            wide = np.maximum(wide, NARROWEST * model.width)
+            e = (wide - model.width) / model.width_std
+            found[:, at.width : at.fields] = np.clip(e, -FARTHEST, FARTHEST)
+        for k, mode in enumerate(np.flatnonzero(self._large)):
+            moved = parts["apart"][:, k * at.loads : (k + 1) * at.loads].reshape(forces.shape)
+            e = (forces * moved).sum(axis=(1, 2)) / weight.sum(axis=1)
+            found[:, at.modes + mode] += np.clip(e, -FARTHEST, FARTHEST)
+        small = np.flatnonzero(~self._large)
+        found[:, at.modes + small] += split["turned"][:, small]
+        found[:, at.fields : at.modes] += parts["fields"]
+        return found
+
+    def images(self, posterior: Posterior, top: Top, push: float, growth: float) -> Array:
+        """Starts in which a stretch of a top's phase is mirrored, the likeliest first.
+
+        The change that follows a mirrored stretch best is found in the state of the search, in
+        which shifted and widened contacts are linear.
+
+        Parameters
+        ----------
+        posterior : Posterior
+            Of the frame.
+        top : Top
+            The explanation.
+        push : float
+            Size of the loads [N].
+        growth : float
+            Expected growth of the loss up to which images are of interest.
+
+        Returns
+        -------
+        ndarray, shape (k, size)
+            Unknowns to climb from.
+        """
+        model, phase = posterior.model, posterior.phase(top)
+        scale = self._scale(push, 0.0)
+        columns = np.concatenate(
+            [self._at_nodes[name] * size for name, size in scale.items()], axis=1
+        )
+        strength = model.amplitude.mean() * model.visibility / 2
+        seen = np.square(strength * np.sin(phase)) + strength * np.sqrt(model.variance) / 16
+        seen *= len(model.amplitude) / len(phase) / model.variance
+        known = np.ones(columns.shape[1])
+        changes, _ = mirror_images(phase, np.ascontiguousarray(columns), seen, known, TOUCH, growth)
+        return self._unknowns(changes, scale, top.unknowns, 0.0)
 
     def lit(self, starts: Array, light: Light) -> None:
         """Fill in the unknowns of the light."""
