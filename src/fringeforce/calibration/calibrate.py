@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.columns.fit import fit_columns
@@ -41,9 +42,6 @@ from fringeforce.calibration.result import built
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.models.strip import SensorModel
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 PARAMETERS = (
     "transducer.photoelastic.strain_optic_coefficient",

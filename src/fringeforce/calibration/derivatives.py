@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
-
-Array = NDArray[np.float64]
 
 EVERY = slice(None)
 """All pixels."""

@@ -8,12 +8,10 @@ each.  Entries are zero for the drawing.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
-
-Array = NDArray[np.float64]
 
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
 POSITIONS = "tactels.positions"

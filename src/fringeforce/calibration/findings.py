@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.calibration.measurements import Measurements
@@ -12,9 +12,6 @@ from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 EXPLAINED = 1.3
 """Reduced chi-square up to which frames count as explained."""

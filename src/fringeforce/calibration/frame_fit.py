@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration import checks
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.light.fixed_pattern_noise import eliminated
@@ -16,9 +16,6 @@ from fringeforce.calibration.normal_equations import NormalEquations, linearised
 from fringeforce.calibration.predictions import Predictions, frame_weights, predict
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 PRIOR = {"shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 """Standard deviations of camera and light before any frame is seen; light in units of A."""

@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.derivatives import Derivatives, matrix_changes
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.predictions import Predictions, frame_weights, predict
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fringeforce.calibration.columns.fit import ColumnFit
 from fringeforce.calibration.columns.modes import column_imaging
@@ -17,8 +16,6 @@ from fringeforce.calibration.light.references import pattern_freedom
 from fringeforce.calibration.measurements import SHIFT
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel, characterize
-
-Array = NDArray[np.float64]
 
 
 def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorModel:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
 from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.base.arrays import Array
 from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
 
-Array = NDArray[np.float64]
 SHADES = "··", "░░", "▒▒", "▓▓", "██"
 COLUMNS, ROWS = 24, 16
 """Most squares of the map along x and y."""

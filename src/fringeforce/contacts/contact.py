@@ -11,13 +11,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.force_estimate import ForceEstimate
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TOUCH, RELEASE = 9.0, 1.0
 """Deviations above which a normal force begins to be a touch, and below which it ends."""

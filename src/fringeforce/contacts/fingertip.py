@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from fringeforce.base.arrays import Array
 
 PERIODS, FORCES = {1: 4.0, 2: 6.0}, {1: 2.0, 2: 5.0}
 """After which the touch begins again [s], and its normal force [N], on a line and on a plane."""
@@ -11,7 +13,7 @@ PERIODS, FORCES = {1: 4.0, 2: 6.0}, {1: 2.0, 2: 5.0}
 
 def touch(
     t: ArrayLike, places: ArrayLike, force: float | None = None, friction: float = 0.3
-) -> NDArray[np.float64]:
+) -> Array:
     """Forces of a fingertip that presses, rolls, slides, and lets go, again and again.
 
     It presses left of the middle, rolls towards +y, which the contact follows while shear holds
@@ -52,7 +54,7 @@ def touch(
     return normal[:, :, None] * np.concatenate([np.ones((len(drag), 1)), drag], axis=1)[:, None]
 
 
-def _rise(phase: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
+def _rise(phase: Array, start: float, end: float) -> Array:
     """From 0 to 1 between two phases, without a corner."""
     u = np.clip((phase - start) / (end - start), 0, 1)
     return u * u * (3 - 2 * u)

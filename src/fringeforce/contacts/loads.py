@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 
 
-def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArray[np.float64]:
+def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> Array:
     """Forces from magnitudes and angles, as the paper states them.
 
     Parameters
@@ -43,7 +44,7 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArr
     return forces
 
 
-def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> NDArray[np.float64]:
+def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> Array:
     """Forces as floats of shape (..., tactels, components) [N].
 
     Raises

@@ -11,14 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import binary_dilation, label
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.contacts.force_estimate import ForceEstimate
 from fringeforce.design.pad import Pad
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TOUCH = 6.0
 """Deviations of a normal force beyond which a tactel is touched."""
@@ -77,7 +75,7 @@ class Patch(Wrench):
         [m^2].
     """
 
-    tactels: NDArray[np.intp]
+    tactels: Index
     centre: Array
     centre_covariance: Array
 
@@ -226,7 +224,7 @@ def _given_silence(reading: ForceEstimate, silent: Mask) -> tuple[Array, Array]:
     return forces, covariance
 
 
-def _patch(pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]) -> Patch:
+def _patch(pad: Pad, forces: Array, covariance: Array, tactels: Index) -> Patch:
     places, numbers = pad.tactels.places[tactels], 3 * tactels
     normal = forces[numbers]
     centre = normal @ places / normal.sum()
@@ -236,7 +234,7 @@ def _patch(pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]
 
 
 def _sums(
-    pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]
+    pad: Pad, forces: Array, covariance: Array, tactels: Index
 ) -> tuple[Array, Array, Array, Array]:
     """Force, its covariance, moment and its covariance of some tactels."""
     rows = resultant_matrix(pad.tactels.places[tactels]).reshape(6, -1)

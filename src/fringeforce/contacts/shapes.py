@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.indenters import Indenter
-from fringeforce.contacts.nodes import ORDER, Array, Nodes, Squares, disc, line
+from fringeforce.contacts.nodes import ORDER, Nodes, Squares, disc, line
 from fringeforce.design.pad import Pad
 
 

@@ -6,9 +6,9 @@ from functools import cached_property
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.fields import Count, Extent, Length, Place, Places
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
@@ -75,7 +75,7 @@ class Tactels(Part):
         return self
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Array:
         """Places of the tactels along x, shape (count,) [m]."""
         if self.placed is not None:
             return np.array(self.placed)
@@ -87,7 +87,7 @@ class Tactels(Part):
         return self.count
 
     @property
-    def places(self) -> NDArray[np.float64]:
+    def places(self) -> Array:
         """Places of the tactels along x, shape (total, 1) [m]."""
         return self.positions[:, None]
 
@@ -159,7 +159,7 @@ class Sensor(Design):
         return camera
 
     @cached_property
-    def pixel_positions(self) -> NDArray[np.float64]:
+    def pixel_positions(self) -> Array:
         """Centres of the pixels along x, shape (pixels,) [m]."""
         n = self.camera.pixels
         return ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length

@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_interp_spline
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
-
-Array = NDArray[np.float64]
 
 DEGREE = 5
 """Of the spline over the places of line loads."""

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from fringeforce.reproduction.example import Example
 from fringeforce.studies.limits import PAPER_START, SIGN_BY_CONTACT, border_influence, edge_limit
@@ -14,7 +13,6 @@ from fringeforce.studies.loads import ANGLE, uniform_load
 from fringeforce.studies.monte_carlo import paper_judge, reader_judge, share_right, shares_right
 from fringeforce.studies.range import CASES, newtons, steepest_angle
 
-Array = NDArray[np.float64]
 LOADS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Uniform loads at random angles that both ways of reading are tried on [N]."""
 DRAWS = 20

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.contacts.loads import polar
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
@@ -20,7 +20,6 @@ from fringeforce.optics.photoelasticity import (
 )
 from fringeforce.studies.range import CASES
 
-Array = NDArray[np.float64]
 DEPTHS = (0.5e-3, 1.5e-3, 2.5e-3)
 LOAD, ANGLE = 1.0, 10.0
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reproduction.example import ANGLE, LOAD, Example
-
-Array = NDArray[np.float64]
 
 PAPER_MAGNITUDES = (0.976, 1.02, 1.05, 0.97, 0.963, 0.98, 0.973, 0.967, 0.953, 0.943, 1.056)
 PAPER_ANGLES = (10.6, 9.7, 9.8, 10.4, 9.5, 10.5, 10.4, 10.3, 10.2, 10.7, 9.7)

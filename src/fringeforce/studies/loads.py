@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array
 
 ANGLE = 20.0
 """Largest angle of a force from the surface normal [degrees]."""

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.progress import Progress
 from fringeforce.contacts.loads import polar
 from fringeforce.design.strip import Sensor
@@ -16,8 +16,6 @@ from fringeforce.mechanics.solid.strip import STRIP
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.strip_width import POINTS, StripWidth, strip_width
 from fringeforce.reading.reader import Reader
-
-Array = NDArray[np.float64]
 
 LINES = (0.1, 0.25, 0.5, 1.0)
 """Widths of the camera's line, of the strip's."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
@@ -22,8 +22,6 @@ from fringeforce.studies.result_store import Outcome, ResultStore, open_store, r
 from fringeforce.studies.sampling import Axis, changes
 from fringeforce.studies.study_file import LARGER_IS_BETTER, DesignSearch, StudyFile
 from fringeforce.studies.sweep import Columns, Sweep, meets, prepared, start
-
-Array = NDArray[np.float64]
 
 CROWD = 8
 """Designs in a generation for each varied value."""

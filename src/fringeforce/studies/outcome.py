@@ -12,6 +12,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
+from fringeforce.base.arrays import Array, Index
 from fringeforce.studies.optimise import Optimum
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
@@ -164,13 +165,13 @@ def _scaled(axis: XAxis | YAxis, logarithmic: bool) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _edges(one: Axis) -> NDArray[np.float64]:
+def _edges(one: Axis) -> Array:
     factor = FACTORS[one.unit][0]
     space = np.geomspace if one.logarithmic else np.linspace
     return space(one.low * factor, one.high * factor, BINS + 1)
 
 
-def _sweep_words(sweep: Sweep, front: NDArray[np.intp]) -> str:
+def _sweep_words(sweep: Sweep, front: Index) -> str:
     count = len(sweep.columns["state"]) - 1
     fine = np.flatnonzero(sweep.feasible)
     words = [

@@ -6,16 +6,15 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
 from fringeforce.design.units import EXAMPLES, parse_quantity
 from fringeforce.studies.study_file import Parameter, Sampling
 
-Array = NDArray[np.float64]
 Value = float | int | str
 LARGEST_GRID = 1_000_000
 

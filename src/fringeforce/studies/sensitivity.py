@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 from scipy.stats import sobol_indices, uniform
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.design_entries import design_value
@@ -24,8 +24,6 @@ from fringeforce.studies.evaluation import Candidate, Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
 from fringeforce.studies.study_result import StudyResult
-
-Array = NDArray[np.float64]
 
 TOLERANCES: Mapping[str, float] = {
     "transducer.compliant.thickness": 0.05,

@@ -6,8 +6,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import characterize
 from fringeforce.reading.reading import Status
@@ -17,7 +17,6 @@ from fringeforce.studies.loads import load_maps
 from fringeforce.studies.monte_carlo import DEVIATIONS
 from fringeforce.studies.performance import uncertainties
 
-Array = NDArray[np.float64]
 BATCH = 50
 
 
@@ -91,7 +90,7 @@ def verified(
 
 def _read_all(
     pool: Executor, sensor: Sensor, loads: Array, seed: np.random.SeedSequence
-) -> tuple[Array, NDArray[np.bool_]]:
+) -> tuple[Array, Mask]:
     """Errors (k, n, 2) [N] and whether each frame was read right, (k,)."""
     cuts = range(0, len(loads), BATCH)
     seeds = seed.spawn(len(cuts))
@@ -102,7 +101,7 @@ def _read_all(
     return np.concatenate(errors), np.concatenate(right)
 
 
-def _read_batch(batch: _Batch) -> tuple[Array, NDArray[np.bool_]]:
+def _read_batch(batch: _Batch) -> tuple[Array, Mask]:
     model = characterize(batch.sensor)
     reader, rng = SingleFrameReader(model), np.random.default_rng(batch.seed)
     readings = [reader.read(model.expose(load, rng=rng)) for load in batch.loads]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.progress import Progress
 from fringeforce.contacts.loads import polar
 from fringeforce.design.strip import Sensor
@@ -18,8 +18,6 @@ from fringeforce.models.strip_width import strip_width
 from fringeforce.studies.execution import gathered
 from fringeforce.studies.one_phase import OnePhase, one_phase
 from fringeforce.studies.study_result import StudyResult
-
-Array = NDArray[np.float64]
 
 WIDTHS = (0.015, 0.05, 0.15, 0.4, 1.0, 2.5, 7.0, 20.0, 50.0)
 """Widths to look at, in thicknesses of the strip; the design's own comes between."""

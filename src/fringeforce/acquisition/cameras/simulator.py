@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Block, Settings
 from fringeforce.acquisition.cameras.interruptible import Interruptible
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.fingertip import PERIODS, touch
 from fringeforce.models.pad import PadModel
@@ -98,7 +99,7 @@ class SimulatedCamera(Interruptible):
             self._next = first + size
             yield Block(self.lines[self._shown(numbers)], self._due(numbers), dropped, first)
 
-    def true_forces(self, numbers: NDArray[np.integer]) -> NDArray[np.float64]:
+    def true_forces(self, numbers: NDArray[np.integer]) -> Array:
         """Forces behind frames of given running numbers, as the script gives them [N]."""
         return self.forces[self._shown(numbers)]
 

@@ -12,15 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.design.strip import Sensor
-
-Array = NDArray[np.float64]
 
 DEGREE = 3
 PER_DEPTH = 4

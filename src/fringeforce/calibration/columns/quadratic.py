@@ -10,16 +10,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.columns.prior import Shapes
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise, eliminated
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

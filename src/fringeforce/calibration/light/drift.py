@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.predictions import (
@@ -14,8 +14,6 @@ from fringeforce.calibration.predictions import (
     illumination_information,
     predict,
 )
-
-Array = NDArray[np.float64]
 
 DETECTED = 4.0
 """Standard deviations of chance that a scatter must exceed noise by to be called a drift."""

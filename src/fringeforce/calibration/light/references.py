@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.frame_fit import FrameFit
@@ -23,9 +24,6 @@ from fringeforce.calibration.normal_equations import NormalEquations, linearised
 from fringeforce.calibration.predictions import predict
 from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import noise_variance
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 CLIPPED = 0.01
 """Share of grey levels at full scale beyond which a reference says nothing of the light."""

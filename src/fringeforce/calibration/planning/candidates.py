@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.models.strip import SensorModel
-
-Array = NDArray[np.float64]
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Parts of the largest force that presses are tried with."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.calibrate import LIGHTS, PARAMETERS
 from fringeforce.calibration.design_entries import (
@@ -27,8 +27,6 @@ from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
 from fringeforce.design.strip import Sensor
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 0.1
 """Standard deviation of entries that a drawing is trusted to when the truth is imagined."""
@@ -61,7 +59,7 @@ class Knowledge:
     jacobian: DesignJacobian
     unknowns: Unknowns
     root: Array
-    used: NDArray[np.bool_]
+    used: Mask
     light_variance: float = 0.0
 
     @property

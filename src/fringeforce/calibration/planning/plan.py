@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.findings import named
 from fringeforce.calibration.measurements import Unknowns
@@ -24,8 +25,6 @@ from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import covariance, systematic_errors
 from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.models.strip import SensorModel
-
-Array = NDArray[np.float64]
 
 TYPICAL = 24
 """Typical loads over which the error of readings is averaged."""

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.contacts.nodes import Squares, disc
 from fringeforce.design.pad import PadTactels
 
-Array = NDArray[np.float64]
 MARGIN = 1.5
 """Pitches around a contact in which its reading may be found."""
 
@@ -66,7 +65,7 @@ def tactel_forces(tactels: PadTactels, contacts: Sequence[Contact]) -> Array:
     return forces
 
 
-def groups(tactels: PadTactels, contacts: Sequence[Contact]) -> NDArray[np.bool_]:
+def groups(tactels: PadTactels, contacts: Sequence[Contact]) -> Mask:
     """Which tactels belong to which contact, shape (k, n): near it, and nearer than to others."""
     if not contacts:
         return np.zeros((0, tactels.total), dtype=bool)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.contacts.resultant import resultant_matrix
 
-Array = NDArray[np.float64]
 QUANTITIES = ("normal", "shear_x", "shear_y", "twist", "centre_x", "centre_y")
 """Force along -z, x and y [N], moment about the pad's centre [N m], centre of pressure [m]."""
 
 
 def resultant(
-    places: Array, forces: Array, members: NDArray[np.bool_], covariance: Array | None = None
+    places: Array, forces: Array, members: Mask, covariance: Array | None = None
 ) -> tuple[Array, Array]:
     """Resultant of some tactels, and its standard deviations.
 

@@ -7,8 +7,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.explorer.pads.contacts import Contact
 from fringeforce.explorer.pads.protocol import (
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from fringeforce.models.pad import PadModel
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading
-
-Array = NDArray[np.float64]
 
 
 def solve(pad: Pad, known: bytes | None, folder: str) -> Solved:

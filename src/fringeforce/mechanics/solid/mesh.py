@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.mechanics.mesh import Progression, cut, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

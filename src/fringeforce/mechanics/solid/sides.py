@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
@@ -22,8 +22,6 @@ from fringeforce.mechanics.solid.elasticity import Loads, SymmetricPart, symmetr
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.influence import patch_loads, stresses_of
 from fringeforce.mechanics.solid.mesh import BoxMesh
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
