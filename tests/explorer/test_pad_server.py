@@ -9,8 +9,9 @@ from small_pad import small_pad
 from starlette.testclient import TestClient
 
 import fringeforce as ff
-from fringeforce.explorer.pads.contacts import Contact, tactel_forces
+from fringeforce.explorer.pads.fingers import tactel_forces
 from fringeforce.explorer.pads.pictures import COARSE, FINE, coarse
+from fringeforce.explorer.pads.protocol import Finger
 from fringeforce.explorer.pads.sketch import Sketch
 from fringeforce.explorer.pads.solution import facts, solved
 from fringeforce.explorer.protocol import decoded, encoded
@@ -56,7 +57,7 @@ def ask(client: TestClient) -> Iterator[Ask]:
 
 
 def truth(model: PadModel, *contacts: dict[str, float]) -> np.ndarray:
-    return tactel_forces(model.sensor.tactels, [Contact(**contact) for contact in contacts])
+    return tactel_forces(model.sensor.tactels, [Finger(**contact) for contact in contacts])
 
 
 def pressed(ask: Ask, view: str, fine: bool = True, seed: int = 0) -> dict[str, np.ndarray]:

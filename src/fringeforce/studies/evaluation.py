@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fringeforce.base.progress import Progress
+from fringeforce.base.progress import Progress, counted
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import coarse_model, performance
@@ -99,13 +99,8 @@ def evaluate_missing(
             if states[place] == OPEN:
                 yield place, Candidate(setting, changes)
 
-    known = int((states != OPEN).sum())
-    if progress:
-        progress("designs", known, len(states))
-    for place, outcome in completed(pool, evaluate, tasks()):
+    outcomes, known = completed(pool, evaluate, tasks()), int((states != OPEN).sum())
+    for place, outcome in counted(outcomes, progress, "designs", len(states), known):
         store.record(place, candidates[place - first], outcome)
-        known += 1
-        if progress:
-            progress("designs", known, len(states))
     found = [store.outcome(place) for place in places]
     return [outcome for outcome in found if outcome is not None]

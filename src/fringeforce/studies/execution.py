@@ -7,11 +7,12 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any, TypeVar
 
 from fringeforce.base.child_process import end_with_parent
 from fringeforce.base.errors import InputError
-from fringeforce.base.progress import Progress
+from fringeforce.base.progress import Progress, counted
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -116,18 +117,12 @@ def completed(
     """
     remaining = iter(tasks)
     running: dict[Future[Result], int] = {}
-    exhausted = False
     while True:
-        while not exhausted and len(running) < AHEAD:
-            following = next(remaining, None)
-            if following is None:
-                exhausted = True
-            else:
-                number, task = following
-                future = pool.submit(function, task)
-                running[future] = number
-                if future.done():
-                    break  # what is finished is handed over before the next begins
+        for number, task in islice(remaining, AHEAD - len(running)):
+            future = pool.submit(function, task)
+            running[future] = number
+            if future.done():
+                break  # what is finished is handed over before the next begins
         if not running:
             return
         finished, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -155,9 +150,6 @@ def gathered(
     progress : callable, optional
         Told the words, the calls done and their count.
     """
-    found: dict[int, Result] = {}
-    for number, result in completed(pool, function, enumerate(tasks)):
-        found[number] = result
-        if progress:
-            progress(words, len(found), len(tasks))
+    results = completed(pool, function, enumerate(tasks))
+    found = dict(counted(results, progress, words, len(tasks)))
     return [found[number] for number in range(len(tasks))]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fringeforce.base.arrays import Array
-from fringeforce.base.progress import Progress
+from fringeforce.base.progress import Progress, counted
 from fringeforce.contacts.loads import polar
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.solid.mesh import Grading
@@ -64,7 +64,7 @@ def one_phase(
     seed : int
         Seed of the noise, the same for all.
     progress : callable, optional
-        Called with words, cases known and their count.
+        Called with words, lines done and their count.
     shares : tuple of float
         Widths of the line over that of the strip.
     loads : tuple of float
@@ -73,8 +73,8 @@ def one_phase(
         Sizes of the elements.
     """
     found = []
-    cases = len(shares) * len(loads)
-    for width, seen in _lines(sensor, shares, mesh):
+    lines = _lines(sensor, shares, mesh)
+    for width, seen in counted(lines, progress, "lines of the camera", len(shares)):
         model = SensorModel(seen.sensor, seen.breaks, seen.psi)
         reader = Reader(model)
         for load in loads:
@@ -88,8 +88,6 @@ def one_phase(
                 for group in frames
             )
             found.append(OnePhase(width, load, contrast(seen, forces), error, noise))
-            if progress:
-                progress("lines of the camera", len(found), cases)
     return sorted(found, key=lambda one: (one.load, one.line))
 
 

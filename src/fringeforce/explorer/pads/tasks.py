@@ -10,7 +10,6 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.explorer.pads.contacts import Contact
 from fringeforce.explorer.pads.protocol import (
     PadDownloadRequest,
     PressedRequest,
@@ -81,16 +80,17 @@ def slices(path: str, wish: SlicesRequest) -> Answer:
 
 def read(path: str, wish: PressedRequest) -> Answer:
     """Expose one noisy frame, read it, and sum up what was read and what is true."""
-    from fringeforce.explorer.pads.contacts import groups
-    from fringeforce.explorer.pads.resultants import resultant
+    from fringeforce.contacts.resultant import resultant
+    from fringeforce.explorer.pads.fingers import SHOWN, groups
 
     tactels = model_of(path).sensor.tactels
     forces, reading = _read(path, wish)
-    members = np.vstack([np.ones((1, tactels.total), dtype=bool), groups(tactels, _contacts(wish))])
-    places, rows = tactels.places, []
+    members = [np.arange(tactels.total), *map(np.flatnonzero, groups(tactels, wish.contacts))]
+    rows = []
     for group in members:
-        truth, _ = resultant(places, forces, group)
-        rows.append([truth, *resultant(places, reading.forces, group, reading.covariance)])
+        truth = resultant(tactels.places, forces, group)
+        found = resultant(tactels.places, reading.forces, group, reading.covariance)
+        rows.append([one[SHOWN] for one in (truth.values, found.values, found.std)])
     facts = verdict(reading.status, reading.advice, reading.chi2)
     return facts, {"forces": reading.forces, "std": reading.std, "sums": np.array(rows)}
 
@@ -101,14 +101,10 @@ def file(path: str, wish: PadDownloadRequest) -> Answer:
     return download(wish.kind, model, _forces(model, wish), lambda: _read(path, wish)[1])
 
 
-def _contacts(wish: PressedRequest) -> list[Contact]:
-    return [one.contact for one in wish.contacts]
-
-
 def _forces(model: PadModel, wish: PressedRequest) -> Array:
-    from fringeforce.explorer.pads.contacts import tactel_forces
+    from fringeforce.explorer.pads.fingers import tactel_forces
 
-    return tactel_forces(model.sensor.tactels, _contacts(wish))
+    return tactel_forces(model.sensor.tactels, wish.contacts)
 
 
 def _read(path: str, wish: PressedRequest) -> tuple[Array, Reading]:

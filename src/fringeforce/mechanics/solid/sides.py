@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.errors import InputError
-from fringeforce.base.progress import Progress
+from fringeforce.base.progress import Progress, counted
 from fringeforce.mechanics.mesh import Progression, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.elasticity import Loads, SymmetricPart, symmetric_parts
@@ -150,9 +150,6 @@ def _changes(
     rollers = replace(block, sides="roller", across=None)
     solutions = (symmetric_parts(b, loads, mesh) for b in (block, rollers))
     count = 2 * len(loads.parities_across)
-    for done, (own, slid) in enumerate(zip(*solutions, strict=True)):
-        if progress:
-            progress("what the sides change", done, count)
+    both = zip(*solutions, strict=True)
+    for own, slid in counted(both, progress, "what the sides change", count):
         yield SymmetricPart(own.mirrors, own.coefficients - slid.coefficients)
-    if progress:
-        progress("what the sides change", count, count)
