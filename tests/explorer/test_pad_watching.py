@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 
 from fringeforce.acquisition.cameras.camera import Settings
 from fringeforce.acquisition.cameras.simulator import SimulatedCamera
-from fringeforce.contacts.fingertip import touch
+from fringeforce.contacts.fingertip import fingertip_forces
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.pads.solution import solved
 from fringeforce.explorer.protocol import decoded, encoded
@@ -36,7 +36,7 @@ def simulated(model: PadModel) -> SimulatedCamera:
     places = model.sensor.tactels.places
 
     def sliding(times: np.ndarray) -> np.ndarray:
-        return touch(3 + np.minimum(times, 2 - times), places)
+        return fingertip_forces(3 + np.minimum(times, 2 - times), places)
 
     return SimulatedCamera(model, Settings(20), script=sliding, period=2.0)
 

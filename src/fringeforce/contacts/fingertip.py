@@ -11,7 +11,7 @@ PERIODS, FORCES = {1: 4.0, 2: 6.0}, {1: 2.0, 2: 5.0}
 """After which the touch begins again [s], and its normal force [N], on a line and on a plane."""
 
 
-def touch(
+def fingertip_forces(
     t: ArrayLike, places: ArrayLike, force: float | None = None, friction: float = 0.3
 ) -> Array:
     """Forces of a fingertip that presses, rolls, slides, and lets go, again and again.

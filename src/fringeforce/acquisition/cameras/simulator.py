@@ -15,7 +15,7 @@ from fringeforce.acquisition.cameras.camera import Block, Settings
 from fringeforce.acquisition.cameras.interruptible import Interruptible
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.fingertip import PERIODS, touch
+from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
@@ -74,7 +74,7 @@ class SimulatedCamera(Interruptible):
         count = min(most, self._per_loop)
         times = np.arange(count) * (period / count)
         if script is None:
-            script = partial(touch, places=model.sensor.tactels.places)
+            script = partial(fingertip_forces, places=model.sensor.tactels.places)
         self.forces, noise = script(times), np.random.default_rng(rng)
         # one by one, for intensities of images take eight times their room
         self.lines: NDArray[Any] = np.stack([model.expose(load, noise) for load in self.forces])
