@@ -229,7 +229,7 @@ def pattern_response(
         return np.zeros((2, modes.shape[1], len(coupling)))
     pulled = np.swapaxes(coupling, 1, 2) @ modes
     if columns is not None:
-        by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)[:, pixels]
+        by_matrix = normal.by_matrix(normal.jacobian.lit)[:, pixels]
         pulled += np.einsum("apj,kpj->pak", by_matrix, columns, optimize=True)
     follow = -np.linalg.solve(measured.pattern.information(normal.pixels)[pixels], pulled)
     return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)
