@@ -119,20 +119,21 @@ def write(
     """Write an array with its unit, its meaning and the names of its dimensions."""
     data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
     compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
-    dataset = file.create_dataset(name, data=data, **compress)
-    describe(dataset, meaning, unit)
-    if dimensions == (name,):
-        dataset.make_scale(name)
-        return
-    for axis, dimension in enumerate(dimensions):
-        dataset.dims[axis].attach_scale(file[dimension])
+    describe(file.create_dataset(name, data=data, **compress), dimensions, unit, meaning)
 
 
-def describe(dataset: h5py.Dataset, meaning: str, unit: str | None) -> None:
-    """Write what an array means, and its unit if it has one."""
+def describe(
+    dataset: h5py.Dataset, dimensions: tuple[str, ...], unit: str | None, meaning: str
+) -> None:
+    """Write the names of an array's dimensions, its unit if it has one, and its meaning."""
     dataset.attrs["long_name"] = meaning
     if unit:
         dataset.attrs["units"] = unit
+    if dataset.name == f"/{dimensions[0]}":
+        dataset.make_scale(dimensions[0])
+        return
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(dataset.file[dimension])
 
 
 def write_frames(
@@ -179,11 +180,16 @@ def write_forces(file: h5py.File, forces: ArrayLike, components: tuple[str, ...]
     write(file, "forces", loads, ("frame", *FORCE_AXES), "N", "applied forces")
 
 
+def dataset(file: h5py.File, name: str) -> h5py.Dataset:
+    """The dataset of a name."""
+    found = file[name]
+    assert isinstance(found, h5py.Dataset)
+    return found
+
+
 def read(file: h5py.File, name: str) -> NDArray[Any]:
     """Read an array."""
-    dataset = file[name]
-    assert isinstance(dataset, h5py.Dataset)
-    return dataset[()]
+    return dataset(file, name)[()]
 
 
 def read_by_tactel(file: h5py.File, name: str) -> NDArray[Any]:
