@@ -31,6 +31,24 @@ LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
 @contextmanager
+def writing(path: PathLike) -> Iterator[None]:
+    """Say what cannot be written and why, where the system has refused.
+
+    Raises
+    ------
+    FileFormatError
+        In place of the system's own error.
+    """
+    try:
+        yield
+    except FringeforceError:
+        raise
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else error
+        raise FileFormatError(f"{path} cannot be written: {reason}.") from None
+
+
+@contextmanager
 def whole_file(path: PathLike) -> Iterator[Path]:
     """Where to write a file that takes its name only once it is complete.
 
@@ -42,16 +60,11 @@ def whole_file(path: PathLike) -> Iterator[Path]:
     target = Path(path)
     if not target.parent.is_dir():
         raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
-    try:
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as folder:
-            unfinished = Path(folder) / target.name
-            yield unfinished
-            os.replace(unfinished, target)
-    except FringeforceError:
-        raise
-    except OSError as error:
-        reason = error.strerror or error
-        raise FileFormatError(f"{target} cannot be written: {reason}.") from None
+    hidden = f".{target.name}."
+    with writing(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=hidden) as folder:
+        unfinished = Path(folder) / target.name
+        yield unfinished
+        os.replace(unfinished, target)
 
 
 @contextmanager

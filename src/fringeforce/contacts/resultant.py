@@ -233,8 +233,8 @@ def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
     deviation = np.sqrt(np.diag(covariance)).reshape(forces.shape)
     touched = ~silent & (forces[:, 0] > TOUCH * deviation[:, 0])
     labels = np.empty(grid, dtype=int)
-    count = label(touched.reshape(grid), structure=around, output=labels)
-    members = [np.flatnonzero(labels.ravel() == one + 1) for one in range(int(count))]
+    label(touched.reshape(grid), structure=around, output=labels)
+    members = [np.flatnonzero(labels.ravel() == one) for one in range(1, labels.max() + 1)]
     patches = [resultant(places, forces, tactels, covariance) for tactels in members]
     patches.sort(key=lambda patch: -patch.force[0])
     total = resultant(places, forces, np.arange(len(places)), covariance)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import TypeAdapter
 
@@ -23,7 +23,7 @@ from fringeforce.explorer.protocol import (
 )
 
 if TYPE_CHECKING:
-    from fringeforce.explorer.live import Display
+    pass
 
 
 class Process(Enum):
@@ -67,12 +67,12 @@ class Page:
         What it may ask.
     questions : mapping
         Questions about designs, by the type of the request.
-    solve : callable
-        Characterises a design.
+    solution : str
+        Module of what the page needs to know of a design.
     remembered : int
         Number of designs whose solutions are kept: undo and comparisons come at once.
-    display : callable
-        From a model to what pages see of its running camera.
+    display : str
+        Module and class, joined by a colon, of what pages see of a running camera.
     warm : callable
         What is asked of the first design so that libraries are loaded before anybody waits.
     first : sequence of request
@@ -85,24 +85,12 @@ class Page:
     shipped: Callable[[], Collection[str]]
     understood: TypeAdapter[Request]
     questions: Mapping[type[AboutDesign], Question]
-    solve: Callable[..., tasks.Solved]
+    solution: str
     remembered: int
-    display: Callable[[Any], Display]
+    display: str
     warm: Callable[[tasks.Solved], Sequence[AboutDesign]]
     first: Sequence[AboutDesign] = ()
     prepare: Callable[[], object] | None = None
-
-
-def _strip_display(model: Any) -> Display:
-    from fringeforce.explorer.strip_live import StripDisplay
-
-    return StripDisplay(model)
-
-
-def _pad_display(model: Any) -> Display:
-    from fringeforce.explorer.pads.live import PadDisplay
-
-    return PadDisplay(model)
 
 
 def _strip_warm(solved: tasks.Solved) -> Sequence[AboutDesign]:
@@ -122,9 +110,9 @@ STRIP_PAGE = Page(
         ReadRequest: Question("reading", tasks.read),
         DownloadRequest: Question("file", tasks.file),
     },
-    solve=tasks.solve,
+    solution="fringeforce.explorer.solution",
     remembered=6,
-    display=_strip_display,
+    display="fringeforce.explorer.strip_live:StripDisplay",
     warm=_strip_warm,
 )
 PAD_PAGE = Page(
@@ -137,9 +125,9 @@ PAD_PAGE = Page(
         pads.PadReadRequest: Question("reading", pad_tasks.read, Process.READINGS),
         pads.PadDownloadRequest: Question("file", pad_tasks.file, Process.READINGS),
     },
-    solve=pad_tasks.solve,
+    solution="fringeforce.explorer.pads.solution",
     remembered=4,
-    display=_pad_display,
+    display="fringeforce.explorer.pads.live:PadDisplay",
     warm=lambda _: (pads.PadReadRequest(type="read", id=0, design=0, contacts=[]),),
     first=(pads.PressRequest(type="press", id=0, design=0, contacts=[], fine=False),),
     prepare=pad_tasks.prepare,

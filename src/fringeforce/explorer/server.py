@@ -7,6 +7,7 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing, suppress
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 import uvicorn
@@ -66,7 +67,8 @@ def application(
                 # only a camera brings a reader's libraries into this process
                 from fringeforce.explorer.live import Live
 
-                live = Live(page.display(model_of(solved.model)), camera)
+                display = resolve_name(page.display)(model_of(solved.model))
+                live = Live(display, camera)
             warming = asyncio.ensure_future(workers.warm(solved))
             ready()
             yield

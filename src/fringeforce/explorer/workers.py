@@ -21,7 +21,7 @@ from typing import Any
 
 from fringeforce.explorer.page import Page, Process
 from fringeforce.explorer.protocol import AboutDesign
-from fringeforce.explorer.tasks import Answer, Solved
+from fringeforce.explorer.tasks import Answer, Solved, solve
 
 
 class Worker:
@@ -124,7 +124,8 @@ class Workers:
         key = f"{sensor.model_dump_json()} {model is not None}"
         if key not in self._known:
             designs = self._workers[Process.DESIGNS]
-            solved = await designs.run(self._page.solve, sensor, model, self._folder.name)
+            task = self._page.solution, sensor, model, self._folder.name
+            solved = await designs.run(solve, *task)
             # a page may still ask about a design that is no longer remembered
             weakref.finalize(solved, Path(solved.model).unlink, missing_ok=True)
             self._known[key] = solved

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.storage import writing
 from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
@@ -43,7 +43,7 @@ def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path)
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the picture cannot be written.
     """
     draw_one, draw_many, size = _DRAWN[sensor.kind]
@@ -95,7 +95,7 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the picture cannot be written.
     """
     found = model.calibration
@@ -114,7 +114,7 @@ def draw_plan(ratio: ArrayLike, path: Path) -> None:
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the picture cannot be written.
     """
     excess = np.asarray(ratio)[1:] - 1
@@ -128,7 +128,5 @@ def _picture(path: Path, width: float = 8.0, height: float = 3.6) -> Iterator[Ax
     """Axes of a picture that is written at the end; its size is in inches."""
     with figure(width, height) as (canvas, ax):
         yield ax
-        try:
+        with writing(path):
             canvas.savefig(path)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written: {error.strerror}.") from None

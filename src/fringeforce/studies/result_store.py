@@ -18,8 +18,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.base.errors import FileFormatError, InputError
-from fringeforce.base.storage import dataset, describe, existing_file, new_file
+from fringeforce.base.errors import InputError
+from fringeforce.base.storage import dataset, describe, existing_file, new_file, writing
 from fringeforce.studies.performance import NAMES, UNITS, Performance
 from fringeforce.studies.sampling import Axis, Value
 
@@ -51,6 +51,7 @@ class ResultStore:
 
     def record(self, number: int, changes: Mapping[str, Value], outcome: Outcome) -> None:
         """Write one design's values and what came of it; its state comes last."""
+        found: dict[str, Any]
         if isinstance(outcome, str):
             state, found = FAILED, {"error": _clipped(outcome, ERROR_BYTES)}
         else:
@@ -105,10 +106,8 @@ def open_store(
                 f"{place} holds the results of another study, or of this one before a change; "
                 "write to another file, or remove that one."
             )
-    try:
+    with writing(place):
         file = h5py.File(place, "r+")
-    except OSError as error:
-        raise FileFormatError(f"{place} cannot be written to: {error}.") from None
     with file:
         yield ResultStore(file, axes)
 

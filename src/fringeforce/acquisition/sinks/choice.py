@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from pkgutil import resolve_name
 
 from fringeforce.acquisition.sinks.serving import LOOPBACK
 from fringeforce.acquisition.sinks.sink import Sink
@@ -15,11 +15,11 @@ KINDS = (
     "rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT or lsl:NAME"
 )
 OF_SENSORS = {
-    "csv": ("csv_file", "CsvSink"),
-    "mcap": ("foxglove", "McapSink"),
-    "rosbag": ("rosbag", "RosbagSink"),
-    "ros": ("ros", "RosSink"),
-    "lsl": ("lsl", "LslSink"),
+    "csv": "csv_file:CsvSink",
+    "mcap": "foxglove:McapSink",
+    "rosbag": "rosbag:RosbagSink",
+    "ros": "ros:RosSink",
+    "lsl": "lsl:LslSink",
 }
 """Modules and classes of the kinds that need a name or path, and the design of the sensor."""
 
@@ -80,7 +80,5 @@ def open_sink(
 
         return FoxgloveSink(model.sensor, target, bind)
     if kind in OF_SENSORS:
-        module, name = OF_SENSORS[kind]
-        sink = getattr(import_module(f"fringeforce.acquisition.sinks.{module}"), name)
-        return sink(rest, model.sensor)
+        return resolve_name(f"fringeforce.acquisition.sinks.{OF_SENSORS[kind]}")(rest, model.sensor)
     raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.base.errors import FileFormatError
-from fringeforce.base.storage import FORCE_AXES, dataset, describe, stamp, write
+from fringeforce.base.storage import FORCE_AXES, dataset, describe, stamp, write, writing
 from fringeforce.io.frames import FRAMES, pixel_axes
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -57,11 +56,8 @@ class Hdf5Sink(Sink):
         frames: bool = False,
     ) -> None:
         self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
-        try:
+        with writing(path):
             self._file = h5py.File(path, "w", libver="latest", track_order=True)
-        except OSError as error:
-            reason = os.strerror(error.errno) if error.errno else str(error)
-            raise FileFormatError(f"{path} cannot be written: {reason}.") from None
         self._frames = frames
         self._count = 0
         self._describe(model)

@@ -78,6 +78,11 @@ def facts(model: PadModel) -> Mapping[str, Any]:
     }
 
 
+def blocks(model: PadModel) -> Mapping[str, Any]:
+    """Numbers that the page is told before anything touches the pad: none."""
+    return {}
+
+
 def figures(model: PadModel) -> list[Figure]:
     """Figures of a pad under a fingertip, in the order of a designer's questions."""
     pad = model.sensor

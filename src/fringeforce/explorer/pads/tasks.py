@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -16,23 +15,14 @@ from fringeforce.explorer.pads.protocol import (
     PressRequest,
     SlicesRequest,
 )
-from fringeforce.explorer.tasks import Answer, Solved, download, model_of, stored
+from fringeforce.explorer.tasks import Answer, download, model_of
 from fringeforce.explorer.values import verdict
 
 if TYPE_CHECKING:
-    from fringeforce.design.pad import Pad
     from fringeforce.explorer.pads.sketch import Sketch
     from fringeforce.models.pad import PadModel
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading
-
-
-def solve(pad: Pad, known: bytes | None, folder: str) -> Solved:
-    """Characterise a pad; parameters as of `fringeforce.explorer.tasks.solve`."""
-    from fringeforce.explorer.pads.solution import facts, solved
-
-    model = solved(pad, None if known is None else pickle.loads(known))
-    return Solved(stored(model, folder), facts(model), {})
 
 
 def prepare() -> None:
