@@ -102,7 +102,7 @@ def run_dataset(
     made, known = 0, study.number - sum(shard.count for shard in missing)
     if progress:
         progress("images", known, study.number)
-    for number, files in completed(pool, packed, enumerate(missing)):
+    for number, files in completed(pool, packed, enumerate(zip(missing, strict=True))):
         with writing(folder):
             _keep(folder, missing[number].name, files)
         made += missing[number].count

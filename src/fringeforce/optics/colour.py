@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array
+from fringeforce.optics import camera
 
 _TO_RGB = np.array(
     [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
@@ -66,10 +67,4 @@ def tristimulus(wavelength: float) -> Array:
     )
 
 
-def _encoding(levels: int) -> NDArray[np.uint8]:
-    linear = np.linspace(0, 1, levels)
-    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
-
-
-_ENCODED = _encoding(16384)
+_ENCODED = np.round(255 * camera.encoded(np.linspace(0, 1, 16384), "sRGB")).astype(np.uint8)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
@@ -16,14 +17,7 @@ from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import SensorModel
-from fringeforce.plotting.axes import (
-    figure,
-    force_history,
-    forces,
-    pad_forces,
-    residuals,
-    resultants,
-)
+from fringeforce.plotting.axes import figure, forces, history, pad_forces, residuals
 from fringeforce.reading.reading import Reading
 
 
@@ -59,7 +53,11 @@ def _strip_forces(ax: Axes, _: Sensor, reading: Reading) -> None:
 
 
 def _strip_history(ax: Axes, _: Sensor, readings: Sequence[Reading]) -> None:
-    force_history(ax, np.array([reading.forces[:, 0] for reading in readings]))
+    normal = np.array([reading.forces[:, 0] for reading in readings])
+    count = normal.shape[1]
+    ax.set_prop_cycle(color=mpl.colormaps["viridis"](np.linspace(0, 0.9, count)))
+    shown = {1: "tactel 1", count: f"tactel {count}"}
+    history(ax, normal, [shown.get(k + 1, "_") for k in range(count)], "normal force [N]")
 
 
 def _pad_forces(ax: Axes, pad: Pad, reading: Reading) -> None:
@@ -69,7 +67,7 @@ def _pad_forces(ax: Axes, pad: Pad, reading: Reading) -> None:
 def _pad_history(ax: Axes, pad: Pad, readings: Sequence[Reading]) -> None:
     nothing = np.full(3, np.nan)
     sums = [touch(pad, r).total.force if np.isfinite(r.forces).all() else nothing for r in readings]
-    resultants(ax, sums)
+    history(ax, np.array(sums), ("normal", "along x", "along y"), "force on all tactels [N]")
 
 
 _DRAWN: Mapping[str, Any] = {

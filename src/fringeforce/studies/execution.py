@@ -12,10 +12,11 @@ from typing import Any, TypeVar
 
 from fringeforce.base.child_process import end_with_parent
 from fringeforce.base.errors import InputError
+from fringeforce.base.optional_libraries import extra
 from fringeforce.base.progress import Progress, counted
 
-Task = TypeVar("Task")
 Result = TypeVar("Result")
+Arguments = tuple[Any, ...]
 
 AHEAD = 128
 """Calls that are handed over before the first one is back."""
@@ -67,14 +68,9 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
 
 @contextmanager
 def _cluster(address: str) -> Iterator[Executor]:
+    distributed: Any = extra("distributed", "cluster")
     try:
-        from distributed import Client
-    except ImportError:
-        raise InputError(
-            "A scheduler needs Dask; install it with  pip install 'fringeforce[cluster]'."
-        ) from None
-    try:
-        client = Client(address, timeout=10)
+        client = distributed.Client(address, timeout=10)
     except (OSError, ValueError) as error:
         raise InputError(f"No scheduler answers at {address!r}: {error}.") from None
     with client, client.get_executor() as pool:
@@ -97,7 +93,7 @@ def _one_thread_each() -> Iterator[None]:
 
 
 def completed(
-    pool: Executor, function: Callable[[Task], Result], tasks: Iterable[tuple[int, Task]]
+    pool: Executor, function: Callable[..., Result], tasks: Iterable[tuple[int, Arguments]]
 ) -> Iterator[tuple[int, Result]]:
     """Results of numbered calls as they come, in any order.
 
@@ -106,20 +102,20 @@ def completed(
     pool : Executor
         Where the calls run.
     function : callable
-        Function of one task; both must travel to other processes.
-    tasks : iterable of (int, task)
-        Numbered tasks.
+        What is called; it and its arguments must travel to other processes.
+    tasks : iterable of (int, tuple)
+        Numbers of the calls, and their arguments.
 
     Yields
     ------
     (int, result)
-        The number of a task and what came of it.
+        The number of a call and what came of it.
     """
     remaining = iter(tasks)
     running: dict[Future[Result], int] = {}
     while True:
         for number, task in islice(remaining, AHEAD - len(running)):
-            future = pool.submit(function, task)
+            future = pool.submit(function, *task)
             running[future] = number
             if future.done():
                 break  # what is finished is handed over before the next begins
@@ -132,21 +128,21 @@ def completed(
 
 def gathered(
     pool: Executor,
-    function: Callable[[Task], Result],
-    tasks: Sequence[Task],
+    function: Callable[..., Result],
+    tasks: Sequence[Arguments],
     words: str = "",
     progress: Progress | None = None,
 ) -> list[Result]:
-    """Results of all calls, in the order of their tasks.
+    """Results of all calls, in their order.
 
     Parameters
     ----------
     pool, function
         As in `completed`.
-    tasks : sequence
+    tasks : sequence of tuple
         What to call the function with.
     words : str
-        What the tasks are, for the progress.
+        What the calls are, for the progress.
     progress : callable, optional
         Told the words, the calls done and their count.
     """

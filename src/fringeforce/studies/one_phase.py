@@ -23,6 +23,8 @@ LOADS = (0.25, 1.0, 3.0)
 """Force on every tactel [N], at ANGLE."""
 ANGLE = 10.0
 FRAMES = 3
+NARROW = {"line_position": None, "line_width": None}
+"""A camera whose line is narrow and lies in the middle."""
 
 
 @dataclass(frozen=True)
@@ -103,9 +105,7 @@ def _lines(
     """What lines of several widths see, from one solution."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     widths = np.array(shares) * sensor.transducer.width
-    solid = sensor.replace(
-        transducer={"plane": "3d"}, camera={"line_position": None, "line_width": None}
-    )
+    solid = sensor.replace(transducer={"plane": "3d"}, camera=NARROW)
     y = np.concatenate([width / 2 * nodes for width in widths])
     every = strip_width(solid, mesh, places=(y, np.ones_like(y)))
     for i, width in enumerate(widths):

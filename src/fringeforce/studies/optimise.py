@@ -96,7 +96,7 @@ def optimise(
         evaluate = _generation(pool, store, axes, setting, limits, study.search, progress)
         # SciPy's own types forget the array and the map that its documentation allows
         options: dict[str, Any] = {
-            "init": _first_generation(crowd, len(axes), seed),
+            "init": qmc.LatinHypercube(len(axes), rng=np.random.default_rng(seed)).random(crowd),
             "workers": evaluate,
         }
         differential_evolution(
@@ -134,10 +134,6 @@ def _shape(search: DesignSearch, dimensions: int) -> tuple[int, int]:
             f"give {2 * crowd} or more."
         )
     return crowd, generations
-
-
-def _first_generation(crowd: int, dimensions: int, seed: np.random.SeedSequence) -> Array:
-    return qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(crowd)
 
 
 def _generation(

@@ -20,7 +20,7 @@ from fringeforce.contacts.loads import polar
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import fisher_information
 from fringeforce.models.strip import SensorModel
-from fringeforce.studies.evaluation import Candidate, Setting, evaluate
+from fringeforce.studies.evaluation import Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
 from fringeforce.studies.study_result import StudyResult
@@ -148,9 +148,7 @@ def sensitivity_study(
     def outputs(points: Array) -> Array:
         nonlocal known
         values = np.full((len(points), len(OUTPUTS)), np.nan)
-        tasks = (
-            (i, Candidate(setting, _values(sensor, paths, row))) for i, row in enumerate(points)
-        )
+        tasks = ((i, (setting, _values(sensor, paths, row))) for i, row in enumerate(points))
         for i, outcome in completed(pool, evaluate, tasks):
             if isinstance(outcome, str):
                 raise InputError(f"A design within the tolerances cannot be computed: {outcome}")

@@ -44,13 +44,6 @@ class Verified:
     elsewhere: float
 
 
-@dataclass(frozen=True)
-class _Batch:
-    sensor: Sensor
-    loads: Array
-    seed: np.random.SeedSequence
-
-
 def verified(
     sensor: Sensor,
     working_load: float,
@@ -95,17 +88,17 @@ def _read_all(
     cuts = range(0, len(loads), BATCH)
     seeds = seed.spawn(len(cuts))
     batches = [
-        _Batch(sensor, loads[cut : cut + BATCH], one) for cut, one in zip(cuts, seeds, strict=True)
+        (sensor, loads[cut : cut + BATCH], one) for cut, one in zip(cuts, seeds, strict=True)
     ]
     errors, right = zip(*gathered(pool, _read_batch, batches), strict=True)
     return np.concatenate(errors), np.concatenate(right)
 
 
-def _read_batch(batch: _Batch) -> tuple[Array, Mask]:
-    model = characterize(batch.sensor)
-    reader, rng = SingleFrameReader(model), np.random.default_rng(batch.seed)
-    readings = [reader.read(model.expose(load, rng=rng)) for load in batch.loads]
-    errors = np.array([reading.forces for reading in readings]) - batch.loads
+def _read_batch(sensor: Sensor, loads: Array, seed: np.random.SeedSequence) -> tuple[Array, Mask]:
+    model = characterize(sensor)
+    reader, rng = SingleFrameReader(model), np.random.default_rng(seed)
+    readings = [reader.read(model.expose(load, rng=rng)) for load in loads]
+    errors = np.array([reading.forces for reading in readings]) - loads
     std = np.array([reading.std for reading in readings])
     sound = np.array([reading.status is Status.OK for reading in readings])
     return errors, sound & (np.abs(errors) < DEVIATIONS * std).all(axis=(1, 2))

@@ -16,7 +16,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import characterize
 from fringeforce.models.strip_width import strip_width
 from fringeforce.studies.execution import gathered
-from fringeforce.studies.one_phase import OnePhase, one_phase
+from fringeforce.studies.one_phase import NARROW, OnePhase, one_phase
 from fringeforce.studies.study_result import StudyResult
 
 WIDTHS = (0.015, 0.05, 0.15, 0.4, 1.0, 2.5, 7.0, 20.0, 50.0)
@@ -50,14 +50,10 @@ class AtWidth:
     turned: float
 
 
-def at_width(task: tuple[Sensor, float]) -> AtWidth:
+def at_width(sensor: Sensor, width: float) -> AtWidth:
     """Solve one width, the call that travels to the workers."""
-    sensor, width = task
     own = sensor.transducer.width
-    wide = sensor.replace(
-        transducer={"width": width, "plane": "3d"},
-        camera={"line_position": None, "line_width": None},
-    )
+    wide = sensor.replace(transducer={"width": width, "plane": "3d"}, camera=NARROW)
     y = np.array(PLACES) * width / 2
     found = strip_width(wide, places=(y, np.full(len(y), 1 / len(y))))
     forces = polar(LOAD, ANGLE, sensor.tactels.count) * width / own
@@ -73,13 +69,10 @@ def samples(sensor: Sensor) -> Array:
 def plane_phases(sensor: Sensor) -> dict[str, Array]:
     """Phases of plane stress and plane strain, shape (SAMPLES,) [rad]."""
     forces, x = polar(LOAD, ANGLE, sensor.tactels.count), samples(sensor)
-    lineless = {"camera": {"line_position": None, "line_width": None}}
-    return {
-        plane: characterize(sensor.replace(transducer={"plane": plane}, **lineless)).phase(
-            forces, x
-        )
-        for plane in PLANES
+    variants = {
+        plane: sensor.replace(transducer={"plane": plane}, camera=NARROW) for plane in PLANES
     }
+    return {plane: characterize(variant).phase(forces, x) for plane, variant in variants.items()}
 
 
 def deviations(found: Sequence[AtWidth], planes: dict[str, Array]) -> dict[str, Array]:

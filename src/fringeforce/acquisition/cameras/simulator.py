@@ -11,8 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.acquisition.cameras.camera import Block, Settings
-from fringeforce.acquisition.cameras.interruptible import Interruptible
+from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.fingertip import PERIODS, fingertip_forces

@@ -8,8 +8,8 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.columns.fit import ColumnFit
-from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.light.modes import fitted_imaging
+from fringeforce.calibration.normal_equations import EVERY
 from fringeforce.estimation.bounds import covariance
 from fringeforce.models.imaging import Imaging
 

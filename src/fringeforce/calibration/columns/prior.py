@@ -55,7 +55,7 @@ class ColumnCorrection(LinearMap):
     @property
     def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Shapes of the coefficients and of the columns."""
-        (m, doubled), (_, k) = self.sizes.shape, np.shape(self.splines)
+        (m, doubled), k = self.sizes.shape, self.splines.shape[1]  # pyright: ignore[reportOptionalSubscript]
         return (doubled, k), (m, doubled // 2)
 
     def forward(self, values: Array) -> Array:

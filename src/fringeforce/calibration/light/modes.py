@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.calibration.derivatives import EVERY, matrix_changes
 from fringeforce.calibration.frame_fit import FrameFit
 from fringeforce.calibration.light.references import pattern_response, pattern_variance
 from fringeforce.calibration.measurements import Measurements
+from fringeforce.calibration.normal_equations import EVERY, matrix_changes
 from fringeforce.models.imaging import Imaging
 
 

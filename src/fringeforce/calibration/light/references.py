@@ -16,11 +16,10 @@ from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.frame_fit import FrameFit
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
 from fringeforce.calibration.measurements import Measurements, Unknowns
-from fringeforce.calibration.normal_equations import NormalEquations, linearised
+from fringeforce.calibration.normal_equations import EVERY, NormalEquations, linearised
 from fringeforce.calibration.predictions import predict
 from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import noise_variance
