@@ -121,7 +121,7 @@ def plan_presses(
     """
     if not (isinstance(presses, int | np.integer) and 1 <= presses <= MOST):
         raise InputError(f"presses = {presses}: must be a whole number from 1 to {MOST}.")
-    problem = _planning_problem(source, parameters, limits or Limits(), typical)
+    problem = planning_problem(source, parameters, limits or Limits(), typical)
     return problem.best(int(presses))
 
 
@@ -147,7 +147,7 @@ def assess_presses(
     >>> ff.assess_presses(ff.load_sensor("saad"), presses).ratio.shape
     (3,)
     """
-    problem = _planning_problem(source, parameters, limits or Limits(), typical)
+    problem = planning_problem(source, parameters, limits or Limits(), typical)
     loads = _checked(forces, problem.known.sensor)
     return problem.plan(loads, problem.experiments(loads), list(range(len(loads))))
 
@@ -165,7 +165,7 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     loads = np.asarray(forces, dtype=float)
     strongest = float(np.hypot(loads[..., 0], loads[..., 1]).max())
     try:
-        plan = _planning_problem(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
+        plan = planning_problem(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
     except InputError as reason:
         return f"No press is proposed: {reason}"
     before, after = plan.ratio[0], plan.ratio[-1]
@@ -177,7 +177,21 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class _PlanningProblem:
+class PlanningProblem:
+    """What is known of a sensor, what can be pressed, and what it is to read.
+
+    Attributes
+    ----------
+    known : Knowledge
+        Estimate and covariance of all unknowns.
+    limits : Limits
+        What can be applied.
+    typical : ndarray, shape (j, n, 2)
+        Loads that the sensor is to read [N].
+    pairs : int
+        Pairs of imagined designs over which a plan is averaged, beside the estimate.
+    """
+
     known: Knowledge
     limits: Limits
     typical: Array
@@ -240,19 +254,20 @@ class _PlanningProblem:
         return Plan(loads, self.known.names, self.known.values, covariance, ratio)
 
 
-def _planning_problem(
+def planning_problem(
     source: Sensor | SensorModel,
     parameters: Sequence[str] | None,
     limits: Limits,
     typical: ArrayLike | None,
     pairs: int = PAIRS,
-) -> _PlanningProblem:
+) -> PlanningProblem:
+    """What is to be planned; parameters as in `plan_presses` and `PlanningProblem`."""
     known = knowledge(source, parameters)
     if typical is None:
         loads = typical_loads(known.jacobian.model, limits, TYPICAL)
     else:
         loads = _checked(typical, known.sensor)
-    return _PlanningProblem(known, limits, loads, pairs)
+    return PlanningProblem(known, limits, loads, pairs)
 
 
 def _checked(forces: ArrayLike, sensor: Sensor) -> Array:
