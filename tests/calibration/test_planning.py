@@ -258,9 +258,9 @@ def test_a_calibration_says_what_to_press_next_or_that_it_is_enough(timid, small
         ),
         calibration=replace(model.calibration, covariance=model.calibration.covariance / 1e4),
     )
-    assert "more presses gain less than" in next_presses(sure, forces)
+    assert "more loads gain less than" in next_presses(sure, forces)
     for impossible in (0.0 * forces, 400.0 * forces):
-        assert "No press is proposed" in next_presses(model, impossible)
+        assert "No load is proposed" in next_presses(model, impossible)
 
 
 @pytest.mark.parametrize(

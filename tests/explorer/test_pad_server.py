@@ -16,7 +16,7 @@ from fringeforce.explorer.pads.sketch import Sketch
 from fringeforce.explorer.pads.solution import facts, solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 from fringeforce.io.tables import load_forces
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.optics.colour import encoded as screen
@@ -38,7 +38,7 @@ def model() -> PadModel:
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[TestClient]:
-    with TestClient(application(Start(small_pad()), TOKEN), base_url=HOST) as found:
+    with TestClient(application(FirstDesign(small_pad()), TOKEN), base_url=HOST) as found:
         yield found
 
 

@@ -21,7 +21,7 @@ from fringeforce.explorer.live import Source
 from fringeforce.explorer.pads.solution import solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 from fringeforce.models.pad import PadModel
 
 pytestmark = pytest.mark.slow
@@ -56,7 +56,7 @@ def looking(client: TestClient) -> Iterator[Any]:
 
 def test_a_page_sees_the_pad_as_it_is() -> None:
     camera = simulated(solved(small_pad()))
-    app = application(Start(small_pad()), TOKEN, camera=Source(simulated))
+    app = application(FirstDesign(small_pad()), TOKEN, camera=Source(simulated))
     found: list[Message] = []
     with TestClient(app, base_url=HOST) as client, looking(client) as look:
         deadline, count = time.monotonic() + 100, 0

@@ -70,7 +70,7 @@ def calibrate(
 
     Estimated together: the chosen design values, the camera's shift and scale along the strip, and
     a smooth amplitude and offset of the light.  If the light drifts, every frame gets a gain and an
-    offset of its own, and readings allow for the like.  Dead pixels and wrong presses are found,
+    offset of its own, and readings allow for the like.  Dead pixels and wrong loads are found,
     left out and named in the result's `calibration`; its `imaging` carries the covariance, which
     readings add to their own.
 

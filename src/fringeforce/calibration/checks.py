@@ -1,4 +1,4 @@
-"""What can be wrong with frames and loads from a bench, and which pixels and presses are wrong."""
+"""What can be wrong with frames and loads from a bench, and which pixels and loads are wrong."""
 
 from __future__ import annotations
 

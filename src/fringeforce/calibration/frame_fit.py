@@ -21,9 +21,9 @@ PRIOR = {"shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 """Standard deviations of camera and light before any frame is seen; light in units of A."""
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
-FAR = 0.15
+LINEAR_REACH = 0.15
 """Change of a design's entry up to which a linearization is followed."""
-SETTLED = 1e-4
+SMALLEST_GAIN = 1e-4
 """Gain of twice the log-likelihood below which a step is the last: a hundredth of a deviation."""
 
 
@@ -131,7 +131,7 @@ def levenberg_marquardt(
 ) -> FrameFit:
     """Minimise the frames' loss with the matrix linear in the design; see `minimise`.
 
-    Frames that fit much worse than most lose weight in every step, so that a wrong press cannot
+    Frames that fit much worse than most lose weight in every step, so that a wrong load cannot
     pull the others along.
 
     Parameters
@@ -160,7 +160,7 @@ def levenberg_marquardt(
 
         def ahead(step: Array) -> tuple[Unknowns, float]:
             reach = np.abs((here.design + step[: len(here.design)]) - jacobian.centre)
-            there = here.moved(step * (FAR / reach.max(initial=FAR)))
+            there = here.moved(step * (LINEAR_REACH / reach.max(initial=LINEAR_REACH)))
             return there, loss(there, predict(measured, there, jacobian, weight))
 
         gradient = normal.gradient + prior * (here.flat - origin)
@@ -169,9 +169,9 @@ def levenberg_marquardt(
         )
 
     def within(place: Unknowns) -> bool:
-        return bool(np.abs(place.design - jacobian.centre).max(initial=0.0) <= 0.99 * FAR)
+        return bool(np.abs(place.design - jacobian.centre).max(initial=0.0) <= 0.99 * LINEAR_REACH)
 
-    at = minimise(at, expand, steps, Stop(near=SETTLED), within).place
+    at = minimise(at, expand, steps, Stop(near=SMALLEST_GAIN), within).place
     weight = pixel_weight(measured, at, sound)
     normal = linearised(measured, at, jacobian, weight)
     return FrameFit(at, _covariance(measured, normal, prior), jacobian, normal)

@@ -24,7 +24,7 @@ def fingertip_forces(
     t : array_like, shape (k,)
         Times [s]; it repeats after `PERIODS`.
     places : array_like, shape (n,) or (n, 1), or (n, 2) of a pad
-        Of the tactels [m].
+        Places of the tactels [m].
     force : float, optional
         Sum of the normal forces while it presses [N]; `FORCES` if not given.
     friction : float

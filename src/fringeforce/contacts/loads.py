@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 
+PAPER_LOAD, PAPER_ANGLE = 1.0, 10.0
+"""The paper's example: force on every tactel [N], and its angle from the normal [degrees]."""
+
 
 def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> Array:
     """Forces from magnitudes and angles, as the paper states them.
@@ -42,6 +45,11 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> Array
     if n not in (None, forces.shape[-2]):
         raise InputError(f"n = {n}, but magnitude and angle are given for {forces.shape[-2]}.")
     return forces
+
+
+def paper_load(n: int) -> Array:
+    """The load of the paper's example on n tactels, shape (n, 2) [N]."""
+    return polar(PAPER_LOAD, PAPER_ANGLE, n)
 
 
 def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> Array:

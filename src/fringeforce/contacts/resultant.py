@@ -19,7 +19,7 @@ from fringeforce.contacts.force_estimate import ForceEstimate
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
-TOUCH = 6.0
+TOUCHED = 6.0
 """Deviations of a normal force beyond which a tactel is touched."""
 CONTRADICTED = 6.0
 """Standard deviations by which silence may be too loud to be believed."""
@@ -122,7 +122,7 @@ def resultant_matrix(places: ArrayLike) -> Array:
     Parameters
     ----------
     places : array_like, shape (n, 1), or (n, 2) of a pad
-        Of the tactels, along x and y [m].
+        Places of the tactels, along x and y [m].
 
     Returns
     -------
@@ -150,7 +150,7 @@ def wrenches(forces: Array, places: ArrayLike) -> tuple[Array, Array]:
     forces : ndarray, shape (k, n, components)
         Forces of the tactels [N].
     places : array_like, shape (n, dimensions)
-        Of the tactels [m].
+        Places of the tactels [m].
 
     Returns
     -------
@@ -171,7 +171,7 @@ def resultant(
     Parameters
     ----------
     places : ndarray, shape (n, dimensions)
-        Of all tactels [m].
+        Places of all tactels [m].
     forces : ndarray, shape (n, components)
         Forces of all tactels [N].
     tactels : ndarray of int
@@ -231,7 +231,7 @@ def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
     silent = _silent(reading, grid, around)
     forces, covariance = _given_silence(reading, silent)
     deviation = np.sqrt(np.diag(covariance)).reshape(forces.shape)
-    touched = ~silent & (forces[:, 0] > TOUCH * deviation[:, 0])
+    touched = ~silent & (forces[:, 0] > TOUCHED * deviation[:, 0])
     labels = np.empty(grid, dtype=int)
     label(touched.reshape(grid), structure=around, output=labels)
     members = [np.flatnonzero(labels.ravel() == one) for one in range(1, labels.max() + 1)]
@@ -243,7 +243,7 @@ def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
 
 def _silent(reading: ForceEstimate, grid: Index, around: Mask) -> Mask:
     """Tactels away from all that are touched, if the reading agrees that they carry nothing."""
-    touched = (np.abs(reading.forces) / reading.std).max(axis=1) > TOUCH
+    touched = (np.abs(reading.forces) / reading.std).max(axis=1) > TOUCHED
     far = ~np.asarray(binary_dilation(touched.reshape(grid), around), dtype=bool).ravel()
     rest = np.repeat(far, reading.forces.shape[1])
     if not rest.any():

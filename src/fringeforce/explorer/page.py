@@ -35,7 +35,7 @@ class Process(Enum):
 
 
 @dataclass(frozen=True)
-class Question:
+class DesignQuestion:
     """How a question about a design is answered.
 
     Attributes
@@ -84,7 +84,7 @@ class Page:
     file: str
     shipped: Callable[[], Collection[str]]
     understood: TypeAdapter[Request]
-    questions: Mapping[type[AboutDesign], Question]
+    questions: Mapping[type[AboutDesign], DesignQuestion]
     solution: str
     remembered: int
     display: str
@@ -106,9 +106,9 @@ STRIP_PAGE = Page(
     shipped=shipped_designs,
     understood=STRIP,
     questions={
-        InsideRequest: Question("inside", tasks.inside, Process.DESIGNS),
-        ReadRequest: Question("reading", tasks.read),
-        DownloadRequest: Question("file", tasks.file),
+        InsideRequest: DesignQuestion("inside", tasks.inside, Process.DESIGNS),
+        ReadRequest: DesignQuestion("reading", tasks.read),
+        DownloadRequest: DesignQuestion("file", tasks.file),
     },
     solution="fringeforce.explorer.solution",
     remembered=6,
@@ -120,10 +120,10 @@ PAD_PAGE = Page(
     shipped=shipped_pads,
     understood=pads.PAD,
     questions={
-        pads.PressRequest: Question("picture", pad_tasks.press),
-        pads.SlicesRequest: Question("slices", pad_tasks.slices),
-        pads.PadReadRequest: Question("reading", pad_tasks.read, Process.READINGS),
-        pads.PadDownloadRequest: Question("file", pad_tasks.file, Process.READINGS),
+        pads.PressRequest: DesignQuestion("picture", pad_tasks.press),
+        pads.SlicesRequest: DesignQuestion("slices", pad_tasks.slices),
+        pads.PadReadRequest: DesignQuestion("reading", pad_tasks.read, Process.READINGS),
+        pads.PadDownloadRequest: DesignQuestion("file", pad_tasks.file, Process.READINGS),
     },
     solution="fringeforce.explorer.pads.solution",
     remembered=4,

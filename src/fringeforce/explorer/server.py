@@ -22,7 +22,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.explorer.page import PAGES
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
-from fringeforce.explorer.session import Session, Start
+from fringeforce.explorer.session import FirstDesign, Session
 from fringeforce.explorer.tasks import model_of
 from fringeforce.explorer.workers import Workers
 
@@ -35,7 +35,7 @@ MOST_PAGES = 8
 
 
 def application(
-    start: Start,
+    start: FirstDesign,
     token: str,
     ready: Callable[[], object] = bool,
     camera: Source | None = None,
@@ -44,7 +44,7 @@ def application(
 
     Parameters
     ----------
-    start : Start
+    start : FirstDesign
         What pages show first.
     token : str
         First part of every path; whoever does not know it gets nothing.
@@ -114,7 +114,7 @@ def application(
 
 
 def serve(
-    start: Start,
+    start: FirstDesign,
     token: str,
     bind: str,
     port: int,
@@ -125,7 +125,7 @@ def serve(
 
     Parameters
     ----------
-    start : Start
+    start : FirstDesign
         What pages show first.
     token : str
         First part of every path.

@@ -61,7 +61,7 @@ def save_frames(
     Parameters
     ----------
     path : path
-        Of the HDF5 file.
+        Path of the HDF5 file.
     frames : array_like, shape (k, ...) as frames
         Grey levels.
     positions : ndarray, shape (n_pixels,), or pair of ndarray

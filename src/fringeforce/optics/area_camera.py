@@ -92,7 +92,7 @@ class Lens(LinearMap):
 
     @property
     def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Those of an image, twice."""
+        """Shape of an image, twice."""
         image = len(self.rows), len(self.columns)
         return image, image
 

@@ -24,7 +24,7 @@ from fringeforce.reading.reading import Reading
 def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path) -> None:
     """Write a picture of one reading's forces, or of those of many.
 
-    Those of many are the normal forces of a strip, and the sums of all forces of a pad.
+    Of many readings the normal forces of a strip are drawn, and the sums of all forces of a pad.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path)
     readings : sequence of Reading
         One for each frame.
     path : Path
-        Of the picture.
+        Path of the picture.
 
     Raises
     ------
@@ -103,12 +103,12 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
 
 
 def draw_plan(ratio: ArrayLike, path: Path) -> None:
-    """Write a picture of what calibration errors add to readings, over the number of presses.
+    """Write a picture of what calibration errors add to readings, over the number of loads.
 
     Parameters
     ----------
     ratio : array_like, shape (k + 1,)
-        Error of readings over that of a perfectly known sensor, from no press on.
+        Error of readings over that of a perfectly known sensor, from no calibration load on.
 
     Raises
     ------
@@ -118,7 +118,9 @@ def draw_plan(ratio: ArrayLike, path: Path) -> None:
     excess = np.asarray(ratio)[1:] - 1
     with _picture(path) as ax:
         ax.semilogy(1 + np.arange(len(excess)), 100 * excess, "o-", markersize=4)
-        ax.set(xlabel="presses", ylabel="readings err more than\nwith a known sensor by [%]")
+        ax.set(
+            xlabel="calibration loads", ylabel="readings err more than\nwith a known sensor by [%]"
+        )
 
 
 @contextmanager

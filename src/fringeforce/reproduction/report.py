@@ -10,7 +10,7 @@ from pathlib import Path
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
 from fringeforce.plotting import axes as plot
-from fringeforce.reproduction.example import Example
+from fringeforce.reproduction.example import PaperExample
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.findings import statements
 from fringeforce.reproduction.recovery import PAPER_ANGLES, PAPER_MAGNITUDES, Recovery, recovered
@@ -44,7 +44,7 @@ def reproduce(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be made a folder: {error.strerror}.") from None
-    example = Example(sensor)
+    example = PaperExample(sensor)
     recovery = recovered(example)
     figures = []
     for number, (name, draw, size, title, text) in enumerate(FIGURES, start=1):

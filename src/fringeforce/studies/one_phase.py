@@ -9,7 +9,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.progress import Progress, counted
-from fringeforce.contacts.loads import polar
+from fringeforce.contacts.loads import PAPER_ANGLE, polar
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
@@ -20,8 +20,7 @@ from fringeforce.reading.reader import Reader
 LINES = (0.1, 0.25, 0.5, 1.0)
 """Widths of the camera's line, of the strip's."""
 LOADS = (0.25, 1.0, 3.0)
-"""Force on every tactel [N], at ANGLE."""
-ANGLE = 10.0
+"""Force on every tactel [N], at the angle of the paper's example."""
 FRAMES = 3
 NARROW = {"line_position": None, "line_width": None}
 """A camera whose line is narrow and lies in the middle."""
@@ -80,7 +79,7 @@ def one_phase(
         model = SensorModel(seen.sensor, seen.breaks, seen.psi)
         reader = Reader(model)
         for load in loads:
-            forces = polar(load, ANGLE, sensor.tactels.count)
+            forces = polar(load, PAPER_ANGLE, sensor.tactels.count)
             frames = [
                 [source.expose(forces, rng=seed + k) for k in range(FRAMES)]
                 for source in (seen, model)

@@ -30,7 +30,7 @@ INFEASIBLE, FAILED = 1e6, 1e12
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class BestDesign:
     """The best design that was found.
 
     Attributes
@@ -58,7 +58,7 @@ def optimise(
     path: str | os.PathLike[str],
     pool: Executor,
     progress: Progress | None = None,
-) -> Optimum:
+) -> BestDesign:
     """Find the best design by differential evolution (Storn and Price, J. Glob. Optim. 11, 1997).
 
     Every generation is evaluated at once on the executor.  A design that exceeds limits loses to
@@ -160,7 +160,7 @@ def _generation(
 
 def _best(
     study: StudyFile, sensor: Sensor, columns: Columns, axes: list[Axis], before: Outcome
-) -> Optimum:
+) -> BestDesign:
     assert study.search is not None
     sweep = Sweep(axes, columns, meets(columns, study.constraints.limits()))
     tried = np.flatnonzero(sweep.feasible)
@@ -178,4 +178,4 @@ def _best(
         value = columns[one.path][best]
         found[one.path] = str(value) if one.text else int(value) if one.whole else float(value)
     reached = Performance(**{name: float(columns[name][best]) for name in NAMES})
-    return Optimum(sensor.replace(**found), reached, before, sweep, best)
+    return BestDesign(sensor.replace(**found), reached, before, sweep, best)

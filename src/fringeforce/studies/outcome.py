@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.studies.optimise import Optimum
+from fringeforce.studies.optimise import BestDesign
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
 from fringeforce.studies.study_result import StudyResult
@@ -43,12 +43,12 @@ def sweep_result(sweep: Sweep, name: str) -> StudyResult:
     )
 
 
-def optimum_result(optimum: Optimum, verified: Sequence[Verified], name: str) -> StudyResult:
+def optimum_result(optimum: BestDesign, verified: Sequence[Verified], name: str) -> StudyResult:
     """The design found beside the one it started from.
 
     Parameters
     ----------
-    optimum : Optimum
+    optimum : BestDesign
         What was found.
     verified : sequence of Verified
         Noisy frames of the design it started from and of the one found.
@@ -207,7 +207,7 @@ def _rank_correlation(one: NDArray[Any], other: NDArray[Any]) -> float:
     return float(found.statistic)
 
 
-def _optimum_words(optimum: Optimum, before: Verified, after: Verified) -> str:
+def _optimum_words(optimum: BestDesign, before: Verified, after: Verified) -> str:
     gain = optimum.before.worst_uncertainty / optimum.performance.worst_uncertainty
     thickness = optimum.performance.thickness * 1e3, optimum.before.thickness * 1e3
     return (

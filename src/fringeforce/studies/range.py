@@ -22,7 +22,7 @@ from fringeforce.studies.limits import (
     nyquist_limit,
     strain_limit,
 )
-from fringeforce.studies.loads import ANGLE, scattered_load, uniform_load
+from fringeforce.studies.loads import LARGEST_ANGLE, scattered_load, uniform_load
 from fringeforce.studies.monte_carlo import bracket, reader_judge, reading_limit
 from fringeforce.studies.study_result import StudyResult
 
@@ -141,7 +141,8 @@ def _words(roller: SensorModel, found: dict[tuple[str, str], RangeLimits]) -> st
         f"rad per newton of tangential force on every tactel at the left border. A uniform load "
         f"steeper than {max(angle, 0):.1f} degrees turns a border's phase above zero however small "
         f"the load, so [-pi, 0] is guaranteed up to {newtons(two.paper_start)} for angles up to "
-        f"{ANGLE:g} degrees, and up to {newtons(two.sign_by_contact)} where contact tells the sign."
+        f"{LARGEST_ANGLE:g} degrees, and up to {newtons(two.sign_by_contact)} where contact tells "
+        "the sign."
     )
     readers = {edges: min(found[edges, loads].reader for loads in SETS) for edges in CASES}
     strain = min(one.strain, two.strain)

@@ -1,4 +1,4 @@
-"""What is known of a sensor before the next press: from its drawing, or from a calibration."""
+"""What is known of a sensor before the next load: from its drawing, or from a calibration."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Knowledge:
 
     @property
     def sensor(self) -> Sensor:
-        """As drawn, or as calibrated."""
+        """The sensor, as drawn or as calibrated."""
         return self.measured.sensor
 
     @property
@@ -86,8 +86,8 @@ class Knowledge:
         design = np.where(places, 1.0, np.abs(self.values[:-2]))
         return np.concatenate([design, [1.0, 1.0]]) * _units(self.sensor, self.paths)
 
-    def presses(self, loads: Array, truth: Unknowns) -> Measurements:
-        """Presses of loads (F, n, 2) and the frames that are expected of them."""
+    def expected(self, loads: Array, truth: Unknowns) -> Measurements:
+        """Calibration loads (F, n, 2) and the frames that are expected of them."""
         flat, turned, averaged = loads.reshape(len(loads), -1), np.zeros(1), np.ones(1)
         matrix = self.jacobian.matrix(truth.design, truth.positions(self.sensor))
         levels = truth.response(self.measured).level(flat @ matrix.T)

@@ -6,7 +6,7 @@ import numpy as np
 
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.contacts.resultant import resultant
-from fringeforce.explorer.live import Follower, Glimpse
+from fringeforce.explorer.live import ContactFollower, Glimpse
 from fringeforce.explorer.pads.fingers import SHOWN
 from fringeforce.explorer.pads.pictures import camera_picture
 from fringeforce.models.pad import PadModel
@@ -33,6 +33,6 @@ class PadDisplay:
         image = camera_picture(self.model, "camera-0", readings.lines[-1])
         return Glimpse({"shape": image.shape}, {"image": image, "sums": sums.values[SHOWN]})
 
-    def follower(self) -> Follower:
+    def follower(self) -> ContactFollower:
         """Nothing is remembered from one image to the next."""
         return lambda glimpse, friction: {}
