@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.errors import FileFormatError, FringeforceError, InputError
+from fringeforce.base.errors import FileFormatError, FringeforceError
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
@@ -98,13 +98,11 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
                     f"{FORMAT_VERSION}. Update fringeforce."
                 )
             yield file
-    except FileFormatError:
+    except FringeforceError:
         raise
     except FileNotFoundError:
         raise FileFormatError(f"There is no file {path}.") from None
     except (OSError, KeyError, ValueError, RuntimeError) as error:
-        if isinstance(error, InputError):
-            raise
         raise FileFormatError(
             f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
             "truncated or of another kind; write it again."

@@ -26,7 +26,6 @@ from fringeforce.calibration.frame_fit import (
     light_basis,
     on_strip,
     pixel_weight,
-    residuals,
     small_phases,
     start,
 )
@@ -38,6 +37,7 @@ from fringeforce.calibration.light.references import (
     with_references,
 )
 from fringeforce.calibration.measurements import Measurements, Unknowns
+from fringeforce.calibration.predictions import predict
 from fringeforce.calibration.result import built
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
@@ -188,6 +188,6 @@ def _placed(
     losses = []
     for trial in trials:
         seen = sound & on_strip(trial.positions(measured.sensor), measured.sensor)
-        left = residuals(few, trial, jacobian)[:, seen] ** 2
+        left = predict(few, trial, jacobian).residuals[:, seen] ** 2
         losses.append(np.minimum(left, 1e3).mean(axis=1).sum())
     return trials[int(np.argmin(losses))]

@@ -189,13 +189,6 @@ def _covariance(measured: Measurements, normal: NormalEquations, prior: Array) -
     return np.asarray(np.linalg.inv(information), float)[:unknowns, :unknowns]
 
 
-def residuals(
-    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array | None = None
-) -> Array:
-    """Residuals of all frames in units of the noise, shape (F, P)."""
-    return predict(measured, at, jacobian, weight).residuals
-
-
 def small_phases(
     measured: Measurements, at: Unknowns, jacobian: DesignJacobian, limit: float
 ) -> Mask:
@@ -223,7 +216,7 @@ def consistent(
     """
     seen_strip = on_strip(at.positions(measured.sensor), measured.sensor)
     used = sound & seen_strip
-    left = residuals(measured, at, jacobian, used.astype(float))
+    left = predict(measured, at, jacobian, used.astype(float)).residuals
     single = left / np.sqrt(measured.averaged)[:, None]
     kept = ~checks.misfitting_frames(single[:, used])
     return ~(checks.misfitting_pixels(left[kept]) & seen_strip), kept

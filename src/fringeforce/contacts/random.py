@@ -89,14 +89,6 @@ def random_contacts(
     return found
 
 
-def forces_of(pad: Pad, contacts: list[Indenter]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """What all tactels carry together, shape (n, 3) [N]."""
-    total = np.zeros((pad.tactels.total, 3))
-    for contact in contacts:
-        total += contact.imprint(pad).forces
-    return total
-
-
 def _placed(
     pad: Pad, rng: np.random.Generator, ranges: ContactRanges, others: list[Indenter]
 ) -> Indenter | None:

@@ -80,16 +80,14 @@ def _cluster(address: str) -> Iterator[Executor]:
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     """New processes run linear algebra on one thread: as many processes as cores are enough."""
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    before = {name: os.environ[name] for name in ONE_THREAD if name in os.environ}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in ONE_THREAD:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def completed(
