@@ -7,7 +7,7 @@ from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.storage import writing
 from fringeforce.design.strip import Sensor
 from fringeforce.plotting import axes as plot
 from fringeforce.reproduction.example import PaperExample
@@ -37,13 +37,11 @@ def reproduce(
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the folder cannot be made.
     """
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder} cannot be made a folder: {error.strerror}.") from None
     example = PaperExample(sensor)
     recovery = recovered(example)
     figures = []

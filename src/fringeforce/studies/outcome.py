@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
 from fringeforce.base.arrays import Array, Index
+from fringeforce.design.units import READABLE
 from fringeforce.studies.optimise import BestDesign
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
@@ -20,7 +21,6 @@ from fringeforce.studies.study_result import StudyResult
 from fringeforce.studies.sweep import Sweep
 from fringeforce.studies.verification import Verified
 
-FACTORS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 UNCERTAINTY, RANGE = "worst_uncertainty", "largest_load"
 PANELS, BINS = 4, 12
 SIZE = (10.0, 7.6)
@@ -103,7 +103,7 @@ def _draw_front(ax: Axes, sweep: Sweep, best: int | None) -> None:
 def _draw_heat_map(ax: Axes, sweep: Sweep, axes: list[Axis], best: int | None) -> None:
     """Least worst uncertainty of the feasible designs in each cell."""
     feasible = np.flatnonzero(sweep.feasible)
-    scaled = [sweep.columns[one.path] * FACTORS[one.unit][0] for one in axes]
+    scaled = [sweep.columns[one.path] * READABLE[one.unit][0] for one in axes]
     edges = [_edges(one) for one in axes]
     first, second = scaled
     # SciPy's own types forget the function and the edges that its documentation allows
@@ -132,7 +132,7 @@ def _draw_trade_off(ax: Axes, sweep: Sweep, one: Axis, best: int | None) -> None
         x: NDArray[Any] = np.array([names.index(value) for value in values], dtype=float)
         ax.set_xticks(range(len(names)), names)
     else:
-        x = values * FACTORS[one.unit][0]
+        x = values * READABLE[one.unit][0]
         _scaled(ax.xaxis, one.logarithmic)
     _cloud(ax, sweep, x, y)
     _marks(ax, x, y, best)
@@ -166,7 +166,7 @@ def _scaled(axis: XAxis | YAxis, logarithmic: bool) -> None:
 
 
 def _edges(one: Axis) -> Array:
-    factor = FACTORS[one.unit][0]
+    factor = READABLE[one.unit][0]
     space = np.geomspace if one.logarithmic else np.linspace
     return space(one.low * factor, one.high * factor, BINS + 1)
 
@@ -224,10 +224,10 @@ def _optimum_words(optimum: BestDesign, before: Verified, after: Verified) -> st
 
 
 def _title(one: Axis, joint: str = " ") -> str:
-    unit = FACTORS[one.unit][1]
+    unit = READABLE[one.unit][1]
     name = one.path.removeprefix("transducer.").replace("_", " ").replace(".", joint, 1)
     return f"{name} [{unit}]" if unit else name
 
 
 def _shown(one: Axis, value: Any) -> str:
-    return str(value) if isinstance(value, str) else f"{value * FACTORS[one.unit][0]:.4g}"
+    return str(value) if isinstance(value, str) else f"{value * READABLE[one.unit][0]:.4g}"

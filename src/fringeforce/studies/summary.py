@@ -13,13 +13,12 @@ from fringeforce.contacts.loads import paper_load
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
+from fringeforce.design.units import READABLE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
 
-UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
-"""Factor and symbol of the unit in which a person reads a quantity."""
 PLACES = {"camera scale": None}
 
 
@@ -173,7 +172,7 @@ def _change(model: SensorModel, name: str, before: float, after: float, std: flo
     """An unknown before and after, to the second digit of its standard deviation."""
     place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
     unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
-    factor, symbol = UNITS[unit]
+    factor, symbol = READABLE[unit]
     digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6
     found = f"{after * factor:.{digits}f} +- {std * factor:.{digits}f} {symbol}".rstrip()
     return f"{before * factor:.6g} -> {found}"

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress, counted
 from fringeforce.mechanics.mesh import Progression, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
@@ -53,10 +52,6 @@ class SideGrading:
     tallest: float = 0.43
     close: float = 0.43
     cover: float = 0.2
-
-    def __post_init__(self) -> None:
-        if self.order < 2:
-            raise InputError(f"order = {self.order}: bricks need 2 or more.")
 
 
 def side_mesh(block: Block, loads: Loads, sizes: SideGrading) -> BoxMesh:
