@@ -31,7 +31,7 @@ from fringeforce.contacts.loads import polar
 from fringeforce.design.files import load_sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import STATIC, serve
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 from fringeforce.models.strip import SensorModel
 
 FLAGS = [
@@ -114,7 +114,7 @@ def _serve(port: int, ready: Connection, design: str) -> None:
 
     end_with_parent()
     camera = Source(simulated) if design == "saad" else None
-    serve(Start(load_sensor(design)), TOKEN, "127.0.0.1", port, ready.send, camera)
+    serve(FirstDesign(load_sensor(design)), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 async def watch(page: Page) -> tuple[float, str]:

@@ -30,7 +30,7 @@ from fringeforce.acquisition.cameras.camera import Block, Settings
 from fringeforce.acquisition.cameras.gobject import aravis
 from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.contacts.fingertip import PERIODS, touch
+from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
 from fringeforce.reading.reading import Status
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "cameras"))
@@ -89,7 +89,7 @@ def _resident() -> float:
 def _shown(model: ff.SensorModel) -> np.ndarray:
     """Lines of one touch at the rate that is asked for, exposed in parts."""
     times = np.arange(LOOP) * (PERIODS[1] / LOOP)
-    forces = touch(times, model.sensor.tactels.positions)
+    forces = fingertip_forces(times, model.sensor.tactels.positions)
     return np.concatenate(
         [model.expose(part, rng=k) for k, part in enumerate(np.split(forces, 32))]
     )

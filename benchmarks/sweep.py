@@ -16,7 +16,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from fringeforce.studies.evaluation import Candidate, evaluate
+from fringeforce.studies.evaluation import evaluate
 from fringeforce.studies.execution import Inline, executor
 from fringeforce.studies.sampling import designs
 from fringeforce.studies.study_file import load_study
@@ -40,10 +40,10 @@ def main(count: int) -> None:
     loop = 0.0
     for order in (7, study.mesh_order):
         one = replace(setting, mesh_order=order)
-        evaluate(Candidate(one, candidates[0]))
+        evaluate(one, candidates[0])
         start = time.perf_counter()
         for changes in candidates:
-            evaluate(Candidate(one, changes))
+            evaluate(one, changes)
         each = (time.perf_counter() - start) / len(candidates)
         print(f"plain loop, elements of order {order}: {each * 1e3:.0f} ms a design")
         loop = each * count

@@ -9,7 +9,7 @@ from PIL import Image
 
 import fringeforce as ff
 from fringeforce.optics.colour import light_colour
-from fringeforce.reproduction.example import Example, rectangle_rule
+from fringeforce.reproduction.example import PaperExample, rectangle_rule
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.report import reproduce
 
@@ -42,7 +42,7 @@ def test_the_page_escapes_a_name(sensor: ff.Sensor, tmp_path: Path) -> None:
 
 
 def test_equation_3_is_a_coarse_quadrature(sensor: ff.Sensor) -> None:
-    exact, rule = rectangle_rule(Example(sensor))
+    exact, rule = rectangle_rule(PaperExample(sensor))
     error = np.abs(rule - exact).max() / np.abs(exact).max()
     assert 0.03 < error < 0.2
 

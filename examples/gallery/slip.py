@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fringeforce as ff
-from fringeforce.contacts.contact import Kind
+from fringeforce.contacts.contact import EventKind
 from fringeforce.plotting import axes as plot
 
 plt.style.use(plot.STYLE)
@@ -63,7 +63,7 @@ margin, warned, shares = [], [], []
 for number, frame in enumerate(model.expose(loads, rng)):
     reading = reader.read(frame)
     resting, events = resting.follow(reading)
-    warned += [(event.tactel, number) for event in events if event.kind is Kind.SLIP]
+    warned += [(event.tactel, number) for event in events if event.kind is EventKind.SLIP]
     push, drag = reading.forces.sum(axis=0)
     shares.append(drag / push)
 

@@ -10,9 +10,10 @@ import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import light_basis, residuals, start
+from fringeforce.calibration.frame_fit import light_basis, start
 from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.normal_equations import linearised
+from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.single_frame import SingleFrameReader
@@ -217,7 +218,7 @@ def test_the_gradient_of_the_fit_is_that_of_its_loss(sensor) -> None:
     gradient = linearised(bench, at, jacobian, weight).gradient
 
     def loss(step: np.ndarray) -> float:
-        return float((residuals(bench, at.moved(step), jacobian) ** 2 @ weight).sum()) / 2
+        return float((predict(bench, at.moved(step), jacobian).residuals ** 2 @ weight).sum()) / 2
 
     steps = 1e-5 * np.eye(len(gradient))
     differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]

@@ -128,9 +128,9 @@ def test_the_free_light_is_a_schur_complement_and_the_gradient_that_of_the_loss(
     # all derivatives at once, pattern included, as one dense least-squares problem
     change = rng.normal(size=(44, possible.count))
     positions = at.positions(sensor)
-    derivatives, view = normal.derivatives, normal.predicted
+    derivatives, view = normal.jacobian, normal.predicted
     turned = derivatives.turn * (bench.loads @ possible.correction(change, positions).T)
-    root = np.sqrt(derivatives.weights)
+    root = np.sqrt(normal.weights)
     pixel = np.stack([(root * lit)[:, :, None] * np.eye(PIXELS) for lit in derivatives.lit])
     columns = np.concatenate(np.moveaxis(pixel, 3, 1)).reshape(2 * PIXELS, -1)
     prior = pattern.precision.ravel()

@@ -14,8 +14,9 @@ from fringeforce.calibration.columns.prior import LENGTHS, most_probable, shapes
 from fringeforce.calibration.columns.quadratic import expanded
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import levenberg_marquardt, light_basis, residuals, start
+from fringeforce.calibration.frame_fit import levenberg_marquardt, light_basis, start
 from fringeforce.calibration.measurements import Measurements
+from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.bounds import covariance, cramer_rao_bound, systematic_covariance
 from fringeforce.reading.single_frame import SingleFrameReader
 
@@ -181,7 +182,7 @@ def test_the_gradient_by_the_columns_is_that_of_the_loss(small, made) -> None:
     found = expanded(bench, at, bent(none), possible, weight)
 
     def loss(change: np.ndarray) -> float:
-        return float((residuals(bench, at, bent(change)) ** 2 @ weight).sum()) / 2
+        return float((predict(bench, at, bent(change)).residuals ** 2 @ weight).sum()) / 2
 
     for number in rng.choice(coefficients.size, 12, replace=False):
         step = none.copy()

@@ -8,7 +8,7 @@ import pytest
 import fringeforce as ff
 from fringeforce.acquisition.cameras.camera import Settings
 from fringeforce.acquisition.cameras.simulator import SimulatedCamera
-from fringeforce.contacts.fingertip import PERIODS, touch
+from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
 
 
 def test_lines_are_those_that_the_model_exposes(model: ff.SensorModel) -> None:
@@ -17,7 +17,7 @@ def test_lines_are_those_that_the_model_exposes(model: ff.SensorModel) -> None:
         block = next(iter(camera))
     times = np.arange(100) / 500
     # the script is given in its own time: 0.2 s of the touch
-    shown = model.expose(touch(times, model.sensor.tactels.positions), rng=3)
+    shown = model.expose(fingertip_forces(times, model.sensor.tactels.positions), rng=3)
     np.testing.assert_array_equal(block.lines, shown[:16])
     np.testing.assert_allclose(np.diff(block.timestamps), 1 / 500, atol=1e-6)
 
@@ -54,7 +54,7 @@ def test_the_forces_behind_a_line_are_known(model: ff.SensorModel) -> None:
 
 def test_a_touch_is_smooth_and_obeys_friction(sensor: ff.Sensor) -> None:
     t = np.linspace(0, PERIODS[1], 4001)
-    forces = touch(t, sensor.tactels.positions, force=2.0, friction=0.3)
+    forces = fingertip_forces(t, sensor.tactels.positions, force=2.0, friction=0.3)
     np.testing.assert_allclose(forces[0], 0, atol=1e-12)
     np.testing.assert_allclose(forces[-1], 0, atol=1e-12)
     assert forces[..., 0].sum(axis=1).max() == pytest.approx(2.0)

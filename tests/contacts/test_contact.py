@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.contacts.contact import Contact, Event, Friction, Kind
+from fringeforce.contacts.contact import Contact, Event, EventKind, Friction
 
 N, SIGMA = 11, 0.02
 
@@ -36,7 +36,7 @@ def test_a_slow_press_touches_once_and_releases_once(noisy) -> None:
         forces[4, 0] = normal
         contact, events = contact.follow(noisy(forces))
         seen += events
-    assert seen == [Event(Kind.TOUCH, 4), Event(Kind.RELEASE, 4)]
+    assert seen == [Event(EventKind.TOUCH, 4), Event(EventKind.RELEASE, 4)]
 
 
 def test_slip_is_announced_where_the_drag_nears_friction_and_only_there(noisy) -> None:
@@ -45,8 +45,8 @@ def test_slip_is_announced_where_the_drag_nears_friction_and_only_there(noisy) -
     for drag in [*np.linspace(0, 0.6, 300), *np.linspace(0.6, 0, 300)]:
         forces[7, 1] = -drag
         contact, events = contact.follow(noisy(forces))
-        seen += [event for event in events if event.kind in (Kind.SLIP, Kind.STICK)]
-    assert seen == [Event(Kind.SLIP, 7), Event(Kind.STICK, 7)]
+        seen += [event for event in events if event.kind in (EventKind.SLIP, EventKind.STICK)]
+    assert seen == [Event(EventKind.SLIP, 7), Event(EventKind.STICK, 7)]
 
 
 def test_no_slip_is_announced_while_friction_is_unknown(noisy) -> None:

@@ -138,7 +138,7 @@ def test_the_data_set_of_another_study_is_not_touched(
     with pytest.raises(FileFormatError, match="shard-00000"):
         run_dataset(study, pad, tmp_path, Inline())
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(FileFormatError, match="cannot be written"):
         run_dataset(study, pad, tmp_path / "file", Inline())
 
 

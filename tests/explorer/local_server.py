@@ -12,7 +12,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 
 TOKEN = "token-of-the-tests"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -30,7 +30,7 @@ def free_port() -> int:
 
 def _serve(port: int, ready: Connection, sensor: Sensor | Pad, camera: Source | None) -> None:
     end_with_parent()
-    serve(Start(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
+    serve(FirstDesign(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 class LocalServer:

@@ -4,17 +4,23 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from fringeforce.contacts.resultant import resultant
 from fringeforce.design.pad import PadTactels
-from fringeforce.explorer.pads.contacts import Contact, groups, tactel_forces
-from fringeforce.explorer.pads.resultants import resultant
+from fringeforce.explorer.pads.fingers import groups, tactel_forces
+from fringeforce.explorer.pads.protocol import Finger
 from fringeforce.optics.colour import encoded, light_colour, white_light
 
 TACTELS = PadTactels(count=(11, 9), pitch=1e-3)
+ALL = np.arange(99)
+
+
+def finger(x: float, y: float, radius: float, normal: float, **others: float) -> Finger:
+    return Finger(x=x, y=y, radius=radius, normal=normal, **others)
 
 
 def test_tactels_share_the_load_as_the_pressure_of_hertz_does() -> None:
     radius, place = 4e-3, (0.3e-3, -0.2e-3)
-    forces = tactel_forces(TACTELS, [Contact(*place, radius, 5.0)])[:, 0]
+    forces = tactel_forces(TACTELS, [finger(*place, radius, 5.0)])[:, 0]
 
     def pressure(y: float, x: float) -> float:
         r = np.hypot(x - place[0], y - place[1])
@@ -33,47 +39,29 @@ def test_tactels_share_the_load_as_the_pressure_of_hertz_does() -> None:
 def test_no_force_is_lost_between_a_contact_and_its_tactels(
     place: tuple[float, float], radius: float
 ) -> None:
-    contact = Contact(*place, radius, 3.0, shear_x=0.5, shear_y=-1.0)
-    total = tactel_forces(TACTELS, [contact]).sum(axis=0)
+    one = finger(*place, radius, 3.0, shear_x=0.5, shear_y=-1.0)
+    total = tactel_forces(TACTELS, [one]).sum(axis=0)
     np.testing.assert_allclose(total, [3.0, 0.5, -1.0], rtol=1e-9)
 
 
 def test_a_twist_is_a_moment_and_no_force() -> None:
-    contact = Contact(1e-3, 0.5e-3, 3e-3, 4.0, twist=2e-3)
-    forces = tactel_forces(TACTELS, [contact])
-    values, _ = resultant(TACTELS.places, forces, np.ones(99, dtype=bool))
-    np.testing.assert_allclose(values[1:3], 0, atol=1e-2)
-    assert values[3] == pytest.approx(2e-3, rel=0.05)
+    one = finger(1e-3, 0.5e-3, 3e-3, 4.0, twist=2e-3)
+    forces = tactel_forces(TACTELS, [one])
+    found = resultant(TACTELS.places, forces, ALL)
+    np.testing.assert_allclose(found.force[1:], 0, atol=1e-2)
+    assert found.moment[2] == pytest.approx(2e-3, rel=0.05)
 
 
 def test_the_centre_of_pressure_is_where_the_finger_is() -> None:
-    forces = tactel_forces(TACTELS, [Contact(1e-3, -0.5e-3, 2e-3, 4.0)])
-    values, std = resultant(TACTELS.places, forces, np.ones(99, dtype=bool))
-    np.testing.assert_allclose(values[4:], [1e-3, -0.5e-3], atol=2e-5)
-    np.testing.assert_array_equal(std, 0)
-
-
-def test_deviations_of_a_resultant_are_those_of_loads_drawn_from_the_covariance() -> None:
-    rng = np.random.default_rng(0)
-    tactels = PadTactels(count=(3, 2), pitch=1e-3)
-    forces = np.abs(rng.normal(1, 0.2, (6, 3)))
-    root = 0.01 * rng.normal(size=(18, 18))
-    members = np.array([1, 1, 0, 1, 1, 1], dtype=bool)
-    _, std = resultant(tactels.places, forces, members, root @ root.T)
-    drawn = forces.ravel() + rng.normal(size=(4000, 18)) @ root.T
-    all_values = [resultant(tactels.places, d.reshape(6, 3), members)[0] for d in drawn]
-    np.testing.assert_allclose(std, np.std(all_values, axis=0), rtol=0.08)
-
-
-def test_where_nothing_presses_there_is_no_centre() -> None:
-    values, std = resultant(TACTELS.places, np.zeros((99, 3)), np.ones(99, bool), np.eye(297))
-    assert np.isnan(values[4:]).all()
-    assert np.isfinite(std[:4]).all()
+    forces = tactel_forces(TACTELS, [finger(1e-3, -0.5e-3, 2e-3, 4.0)])
+    found = resultant(TACTELS.places, forces, ALL)
+    np.testing.assert_allclose(found.centre, [1e-3, -0.5e-3], atol=2e-5)
+    np.testing.assert_array_equal(found.std, 0)
 
 
 def test_a_tactel_belongs_to_the_nearest_contact_or_to_none() -> None:
-    contacts = [Contact(-3e-3, 0, 1e-3, 1.0), Contact(3e-3, 0, 1e-3, 1.0)]
-    left, right = groups(TACTELS, contacts)
+    fingers = [finger(-3e-3, 0, 1e-3, 1.0), finger(3e-3, 0, 1e-3, 1.0)]
+    left, right = groups(TACTELS, fingers)
     assert not (left & right).any()
     assert left[(TACTELS.places == [-3e-3, 0]).all(axis=1)].all()
     assert not (left | right)[0]

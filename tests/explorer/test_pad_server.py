@@ -9,13 +9,14 @@ from small_pad import small_pad
 from starlette.testclient import TestClient
 
 import fringeforce as ff
-from fringeforce.explorer.pads.contacts import Contact, tactel_forces
+from fringeforce.explorer.pads.fingers import tactel_forces
 from fringeforce.explorer.pads.pictures import COARSE, FINE, coarse
+from fringeforce.explorer.pads.protocol import Finger
 from fringeforce.explorer.pads.sketch import Sketch
 from fringeforce.explorer.pads.solution import facts, solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 from fringeforce.io.tables import load_forces
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.optics.colour import encoded as screen
@@ -37,7 +38,7 @@ def model() -> PadModel:
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[TestClient]:
-    with TestClient(application(Start(small_pad()), TOKEN), base_url=HOST) as found:
+    with TestClient(application(FirstDesign(small_pad()), TOKEN), base_url=HOST) as found:
         yield found
 
 
@@ -56,7 +57,7 @@ def ask(client: TestClient) -> Iterator[Ask]:
 
 
 def truth(model: PadModel, *contacts: dict[str, float]) -> np.ndarray:
-    return tactel_forces(model.sensor.tactels, [Contact(**contact) for contact in contacts])
+    return tactel_forces(model.sensor.tactels, [Finger(**contact) for contact in contacts])
 
 
 def pressed(ask: Ask, view: str, fine: bool = True, seed: int = 0) -> dict[str, np.ndarray]:

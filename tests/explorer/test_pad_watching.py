@@ -16,12 +16,12 @@ from starlette.testclient import TestClient
 
 from fringeforce.acquisition.cameras.camera import Settings
 from fringeforce.acquisition.cameras.simulator import SimulatedCamera
-from fringeforce.contacts.fingertip import touch
+from fringeforce.contacts.fingertip import fingertip_forces
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.pads.solution import solved
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 from fringeforce.models.pad import PadModel
 
 pytestmark = pytest.mark.slow
@@ -36,7 +36,7 @@ def simulated(model: PadModel) -> SimulatedCamera:
     places = model.sensor.tactels.places
 
     def sliding(times: np.ndarray) -> np.ndarray:
-        return touch(3 + np.minimum(times, 2 - times), places)
+        return fingertip_forces(3 + np.minimum(times, 2 - times), places)
 
     return SimulatedCamera(model, Settings(20), script=sliding, period=2.0)
 
@@ -56,7 +56,7 @@ def looking(client: TestClient) -> Iterator[Any]:
 
 def test_a_page_sees_the_pad_as_it_is() -> None:
     camera = simulated(solved(small_pad()))
-    app = application(Start(small_pad()), TOKEN, camera=Source(simulated))
+    app = application(FirstDesign(small_pad()), TOKEN, camera=Source(simulated))
     found: list[Message] = []
     with TestClient(app, base_url=HOST) as client, looking(client) as look:
         deadline, count = time.monotonic() + 100, 0

@@ -11,7 +11,7 @@ from starlette.websockets import WebSocketDisconnect
 import fringeforce as ff
 from fringeforce.explorer.protocol import MAX_REQUEST, decoded, encoded
 from fringeforce.explorer.server import application
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +23,7 @@ Blocks = dict[str, np.ndarray]
 
 @pytest.fixture(scope="module")
 def client(sensor: ff.Sensor) -> Iterator[TestClient]:
-    with TestClient(application(Start(sensor), TOKEN), base_url=HOST) as found:
+    with TestClient(application(FirstDesign(sensor), TOKEN), base_url=HOST) as found:
         yield found
 
 
@@ -264,7 +264,7 @@ def test_a_loaded_model_is_shown_as_it_is_and_a_changed_one_as_drawn(
     from dataclasses import replace
 
     measured = replace(model, psi=model.psi * 1.25)
-    start = Start(model.sensor, pickle.dumps(measured))
+    start = FirstDesign(model.sensor, pickle.dumps(measured))
     headers = {"Origin": HOST}
     with (
         TestClient(application(start, TOKEN), base_url=HOST) as client,

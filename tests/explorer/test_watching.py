@@ -20,7 +20,7 @@ from fringeforce.base.errors import CameraLost
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.protocol import decoded, encoded
 from fringeforce.explorer.server import application
-from fringeforce.explorer.session import Start
+from fringeforce.explorer.session import FirstDesign
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ Look = Callable[..., Message]
 
 @contextmanager
 def served(sensor: ff.Sensor, source: Source | None) -> Iterator[TestClient]:
-    app = application(Start(sensor), TOKEN, camera=source)
+    app = application(FirstDesign(sensor), TOKEN, camera=source)
     with TestClient(app, base_url=HOST) as client:
         yield client
 

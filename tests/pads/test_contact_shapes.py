@@ -12,7 +12,7 @@ from scipy.integrate import dblquad, quad
 import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.indenters import Indenter
-from fringeforce.contacts.random import ContactRanges, forces_of, random_contacts
+from fringeforce.contacts.random import ContactRanges, random_contacts
 from fringeforce.contacts.shapes import Edge, Point, Punch, Ridges, Sphere, hertz_radius
 from fringeforce.design.pad import Pad
 
@@ -196,7 +196,7 @@ def test_random_contacts_fit_lie_apart_and_follow_their_seed(pad: Pad) -> None:
             for other in contacts[:number]:
                 apart = np.hypot(*np.subtract(one.place, other.place))
                 assert apart > one.reach(pad) + other.reach(pad)
-        forces = forces_of(pad, contacts)
+        forces = np.sum([contact.imprint(pad).forces for contact in contacts], axis=0)
         assert forces[:, 0].sum() == pytest.approx(sum(body.normal for body in contacts))
         assert (np.hypot(*forces[:, 1:].T) <= 0.9 * forces[:, 0] + 1e-6).all()
     assert kinds == {"point", "sphere", "edge", "punch", "ridges"}

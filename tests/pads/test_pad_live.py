@@ -21,7 +21,7 @@ from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.cli import app
 from fringeforce.cli.display import full_scale, picture
-from fringeforce.contacts.fingertip import PERIODS, touch
+from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
 from fringeforce.design.pad import Pad
 from fringeforce.io.frames import load_frames, load_times
 from fringeforce.io.tables import load_forces
@@ -144,7 +144,7 @@ def test_of_images_that_come_too_fast_the_newest_is_read_and_others_are_counted(
 def test_a_finger_on_a_pad_is_smooth_and_obeys_friction(small: PadModel) -> None:
     t = np.linspace(0, PERIODS[2], 6001)
     places = ff.load_sensor("pad").tactels.places
-    forces = touch(t, places, force=5.0, friction=0.3)
+    forces = fingertip_forces(t, places, force=5.0, friction=0.3)
     np.testing.assert_allclose(forces[[0, -1]], 0, atol=1e-12)
     normal, shear = forces[:, :, 0], np.hypot(*np.moveaxis(forces[:, :, 1:], 2, 0))
     assert normal.sum(axis=1).max() == pytest.approx(5.0)

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.stats import binom
 
 import fringeforce as ff
-from fringeforce.contacts.fingertip import touch as fingertip
+from fringeforce.contacts.fingertip import fingertip_forces as fingertip
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.single_frame import SingleFrameReader
 

@@ -53,13 +53,6 @@ class _Ros:
         return SimpleNamespace(create_publisher=publisher, destroy_node=lambda: None)
 
     def modules(self) -> dict[str, ModuleType]:
-        def message() -> Any:
-            return SimpleNamespace(
-                header=SimpleNamespace(stamp=SimpleNamespace()),
-                wrench=SimpleNamespace(force=SimpleNamespace(), torque=SimpleNamespace()),
-                layout=SimpleNamespace(),
-            )
-
         def shutdown(context: object) -> None:
             self.down = True
 
@@ -70,8 +63,14 @@ class _Ros:
                 "create_node": self.create_node,
                 "shutdown": shutdown,
             },
-            "geometry_msgs.msg": {"WrenchStamped": message},
-            "std_msgs.msg": {"Float64MultiArray": message, "MultiArrayDimension": SimpleNamespace},
+            "builtin_interfaces.msg": {"Time": SimpleNamespace},
+            "geometry_msgs.msg": dict.fromkeys(
+                ("WrenchStamped", "Wrench", "Vector3"), SimpleNamespace
+            ),
+            "std_msgs.msg": dict.fromkeys(
+                ("Header", "Float64MultiArray", "MultiArrayLayout", "MultiArrayDimension"),
+                SimpleNamespace,
+            ),
         }
         modules = {}
         for name, members in contents.items():

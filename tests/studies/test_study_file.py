@@ -8,7 +8,7 @@ import pytest
 import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.studies.sampling import axis, designs
-from fringeforce.studies.study_file import Parameter, Sampling, load_study
+from fringeforce.studies.study_file import DesignSampling, Parameter, load_study
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "studies").glob("*.toml"))
 PATH = "transducer.compliant.thickness"
@@ -69,7 +69,7 @@ def test_a_grid_has_every_combination_once(sensor: ff.Sensor) -> None:
         axis(Parameter(path="tactels.count", lowest=5, highest=7, points=9), sensor),
         axis(Parameter(path="transducer.edges", choices=["free", "roller"]), sensor),
     ]
-    found = designs(Sampling(method="grid"), axes, np.random.SeedSequence(0))
+    found = designs(DesignSampling(method="grid"), axes, np.random.SeedSequence(0))
     assert len({tuple(one.values()) for one in found}) == len(found) == 3 * 3 * 2
     middle = sorted({one[PATH] for one in found})[1]
     assert middle == pytest.approx(np.sqrt(0.1 * 1) * 1e-3)
@@ -81,7 +81,7 @@ def test_samples_fill_every_axis_evenly_and_depend_on_the_seed(
     method: str, sensor: ff.Sensor
 ) -> None:
     axes = [axis(Parameter(path=PATH, lowest="1 mm", highest="2 mm"), sensor)]
-    sampling = Sampling.model_validate({"method": method, "designs": 16})
+    sampling = DesignSampling.model_validate({"method": method, "designs": 16})
     first, again, other = (
         [one[PATH] for one in designs(sampling, axes, np.random.SeedSequence(seed))]
         for seed in (0, 0, 1)

@@ -196,7 +196,7 @@ def test_a_sweep_says_what_it_found(inline: Sweep, tmp_path: Path) -> None:
 
 
 def test_results_come_with_their_numbers_from_any_executor() -> None:
-    tasks = [(7, 2.0), (3, 5.0)]
+    tasks = [(7, (2.0,)), (3, (5.0,))]
     with executor(workers=1) as pool:
         assert dict(completed(pool, np.sqrt, tasks)) == dict(completed(Inline(), np.sqrt, tasks))
 

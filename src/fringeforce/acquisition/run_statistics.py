@@ -117,7 +117,7 @@ class RunStatistics:
         self._counted = counted
         self._lock = threading.Lock()
         self._started = time.monotonic()
-        self._lines = self._dropped_camera = self._dropped_queue = self._reconnects = 0
+        self._counts = Counter(lines=0, dropped_camera=0, dropped_queue=0, reconnects=0)
         self._statuses: Counter[str] = Counter()
         self._latencies = np.zeros(len(EDGES) + 1, dtype=np.int64)
         self._recent: deque[tuple[float, int]] = deque([(self._started, 0)])
@@ -128,18 +128,17 @@ class RunStatistics:
         now, moment = time.time(), time.monotonic()
         bins = np.searchsorted(EDGES, now - readings.timestamps)
         with self._lock:
-            self._lines += len(readings)
+            self._counts["lines"] += len(readings)
             self._statuses.update(status.name for status in readings.status)
             np.add.at(self._latencies, bins, 1)
-            self._recent.append((moment, self._lines))
+            self._recent.append((moment, self._counts["lines"]))
             while moment - self._recent[0][0] > WINDOW and len(self._recent) > 2:
                 self._recent.popleft()
 
     def dropped(self, camera: int = 0, queue: int = 0) -> None:
         """Count lines that were lost."""
         with self._lock:
-            self._dropped_camera += camera
-            self._dropped_queue += queue
+            self._counts.update(dropped_camera=camera, dropped_queue=queue)
 
     def camera_lost(self, reason: str) -> None:
         """Note that there is no camera at the moment."""
@@ -149,32 +148,30 @@ class RunStatistics:
     def camera_back(self) -> None:
         """Note that the camera sends lines again."""
         with self._lock:
-            self._reconnects += 1
+            self._counts["reconnects"] += 1
             self._camera_trouble = ""
 
     def statistics(self, deliveries: tuple[Delivery, ...] = ()) -> Statistics:
         """Everything so far, which does not change any more."""
         with self._lock:
             now = time.monotonic()
-            (earlier, before), lines = self._recent[0], self._lines
+            (earlier, before), lines = self._recent[0], self._counts["lines"]
             return Statistics(
                 seconds=now - self._started,
                 rate=(lines - before) / max(now - earlier, 1e-9),
                 latency=self._percentiles(),
-                lines=lines,
-                dropped_camera=self._dropped_camera,
-                dropped_queue=self._dropped_queue,
                 statuses=dict(self._statuses.most_common()),
-                reconnects=self._reconnects,
                 camera_trouble=self._camera_trouble,
                 deliveries=deliveries,
                 counted=self._counted,
+                **self._counts,
             )
 
     def _percentiles(self) -> dict[int, float]:
-        if not self._lines:
+        lines = self._counts["lines"]
+        if not lines:
             return {}
-        shares = np.cumsum(self._latencies) / self._lines
+        shares = np.cumsum(self._latencies) / lines
         places = [int(np.searchsorted(shares, q / 100)) for q in PERCENTILES]
         upper = np.append(EDGES, EDGES[-1])
         return {q: float(upper[place]) for q, place in zip(PERCENTILES, places, strict=True)}

@@ -1,1 +1,1 @@
-"""Errors, progress, optional libraries, child processes, and files written whole or not at all."""
+"""Array types, errors, progress, optional libraries, child processes, and files written whole."""

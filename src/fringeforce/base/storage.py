@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.errors import FileFormatError, FringeforceError, InputError
+from fringeforce.base.errors import FileFormatError, FringeforceError
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
@@ -31,6 +31,24 @@ LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 
 
 @contextmanager
+def writing(path: PathLike) -> Iterator[None]:
+    """Say what cannot be written and why, where the system has refused.
+
+    Raises
+    ------
+    FileFormatError
+        In place of the system's own error.
+    """
+    try:
+        yield
+    except FringeforceError:
+        raise
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else error
+        raise FileFormatError(f"{path} cannot be written: {reason}.") from None
+
+
+@contextmanager
 def whole_file(path: PathLike) -> Iterator[Path]:
     """Where to write a file that takes its name only once it is complete.
 
@@ -42,16 +60,11 @@ def whole_file(path: PathLike) -> Iterator[Path]:
     target = Path(path)
     if not target.parent.is_dir():
         raise FileFormatError(f"{target} cannot be written: there is no folder {target.parent}.")
-    try:
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as folder:
-            unfinished = Path(folder) / target.name
-            yield unfinished
-            os.replace(unfinished, target)
-    except FringeforceError:
-        raise
-    except OSError as error:
-        reason = error.strerror or error
-        raise FileFormatError(f"{target} cannot be written: {reason}.") from None
+    hidden = f".{target.name}."
+    with writing(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=hidden) as folder:
+        unfinished = Path(folder) / target.name
+        yield unfinished
+        os.replace(unfinished, target)
 
 
 @contextmanager
@@ -85,13 +98,11 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
                     f"{FORMAT_VERSION}. Update fringeforce."
                 )
             yield file
-    except FileFormatError:
+    except FringeforceError:
         raise
     except FileNotFoundError:
         raise FileFormatError(f"There is no file {path}.") from None
     except (OSError, KeyError, ValueError, RuntimeError) as error:
-        if isinstance(error, InputError):
-            raise
         raise FileFormatError(
             f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
             "truncated or of another kind; write it again."
@@ -119,20 +130,21 @@ def write(
     """Write an array with its unit, its meaning and the names of its dimensions."""
     data = np.asarray(values, dtype=h5py.string_dtype() if isinstance(values[0], str) else None)
     compress: Mapping[str, Any] = {"compression": "gzip"} if data.nbytes > 65536 else {}
-    dataset = file.create_dataset(name, data=data, **compress)
-    describe(dataset, meaning, unit)
-    if dimensions == (name,):
-        dataset.make_scale(name)
-        return
-    for axis, dimension in enumerate(dimensions):
-        dataset.dims[axis].attach_scale(file[dimension])
+    describe(file.create_dataset(name, data=data, **compress), dimensions, unit, meaning)
 
 
-def describe(dataset: h5py.Dataset, meaning: str, unit: str | None) -> None:
-    """Write what an array means, and its unit if it has one."""
+def describe(
+    dataset: h5py.Dataset, dimensions: tuple[str, ...], unit: str | None, meaning: str
+) -> None:
+    """Write the names of an array's dimensions, its unit if it has one, and its meaning."""
     dataset.attrs["long_name"] = meaning
     if unit:
         dataset.attrs["units"] = unit
+    if dataset.name == f"/{dimensions[0]}":
+        dataset.make_scale(dimensions[0])
+        return
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(dataset.file[dimension])
 
 
 def write_frames(
@@ -179,11 +191,16 @@ def write_forces(file: h5py.File, forces: ArrayLike, components: tuple[str, ...]
     write(file, "forces", loads, ("frame", *FORCE_AXES), "N", "applied forces")
 
 
+def dataset(file: h5py.File, name: str) -> h5py.Dataset:
+    """The dataset of a name."""
+    found = file[name]
+    assert isinstance(found, h5py.Dataset)
+    return found
+
+
 def read(file: h5py.File, name: str) -> NDArray[Any]:
     """Read an array."""
-    dataset = file[name]
-    assert isinstance(dataset, h5py.Dataset)
-    return dataset[()]
+    return dataset(file, name)[()]
 
 
 def read_by_tactel(file: h5py.File, name: str) -> NDArray[Any]:

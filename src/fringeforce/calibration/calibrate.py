@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.columns.fit import fit_columns
@@ -25,7 +26,6 @@ from fringeforce.calibration.frame_fit import (
     light_basis,
     on_strip,
     pixel_weight,
-    residuals,
     small_phases,
     start,
 )
@@ -37,13 +37,11 @@ from fringeforce.calibration.light.references import (
     with_references,
 )
 from fringeforce.calibration.measurements import Measurements, Unknowns
+from fringeforce.calibration.predictions import predict
 from fringeforce.calibration.result import built
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.models.strip import SensorModel
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 PARAMETERS = (
     "transducer.photoelastic.strain_optic_coefficient",
@@ -72,7 +70,7 @@ def calibrate(
 
     Estimated together: the chosen design values, the camera's shift and scale along the strip, and
     a smooth amplitude and offset of the light.  If the light drifts, every frame gets a gain and an
-    offset of its own, and readings allow for the like.  Dead pixels and wrong presses are found,
+    offset of its own, and readings allow for the like.  Dead pixels and wrong loads are found,
     left out and named in the result's `calibration`; its `imaging` carries the covariance, which
     readings add to their own.
 
@@ -190,6 +188,6 @@ def _placed(
     losses = []
     for trial in trials:
         seen = sound & on_strip(trial.positions(measured.sensor), measured.sensor)
-        left = residuals(few, trial, jacobian)[:, seen] ** 2
+        left = predict(few, trial, jacobian).residuals[:, seen] ** 2
         losses.append(np.minimum(left, 1e3).mean(axis=1).sum())
     return trials[int(np.argmin(losses))]

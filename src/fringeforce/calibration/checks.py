@@ -1,20 +1,18 @@
-"""What can be wrong with frames and loads from a bench, and which pixels and presses are wrong."""
+"""What can be wrong with frames and loads from a bench, and which pixels and loads are wrong."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import median_filter
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Camera, Sensor
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.residual_test import group_sums, square_limit
 from fringeforce.reading.cold_start import SATURATION
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 FEWEST = 4
 """Frames without which nothing is calibrated."""

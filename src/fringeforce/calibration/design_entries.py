@@ -7,13 +7,13 @@ each.  Entries are zero for the drawing.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
+import numpy as np
+
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
-
-Array = NDArray[np.float64]
 
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
 POSITIONS = "tactels.positions"
@@ -77,60 +77,53 @@ def entries(sensor: Sensor, paths: tuple[str, ...]) -> tuple[str, ...]:
 
 def names(sensor: Sensor, paths: tuple[str, ...]) -> tuple[str, ...]:
     """Names of the entries: dotted paths, and "tactel 1 position" to n."""
-    found = []
-    for path in paths:
-        numbers = range(1, sensor.tactels.count + 1)
-        found += [f"tactel {j} position" for j in numbers] if path == POSITIONS else [path]
-    return tuple(found)
+    owners, first = entries(sensor, paths), [*paths, POSITIONS].index(POSITIONS)
+    return tuple(
+        f"tactel {number - first + 1} position" if path == POSITIONS else path
+        for number, path in enumerate(owners)
+    )
 
 
 def prior(sensor: Sensor, paths: tuple[str, ...]) -> Array:
     """Standard deviations of the entries before any frame is seen, shape (d,)."""
-    places = np.array([path == POSITIONS for path in entries(sensor, paths)], dtype=bool)
-    return np.where(places, DEVIATION["position"], DEVIATION["value"])
+    return np.where(_places(sensor, paths), DEVIATION["position"], DEVIATION["value"])
 
 
 def varied(sensor: Sensor, paths: tuple[str, ...], design: Array) -> Sensor:
     """The drawing with some values changed by given entries, shape (d,)."""
-    owners = entries(sensor, paths)
-    found = values(sensor, paths, design)
-    changes: dict[str, float | list[float]] = dict(zip(owners, found.tolist(), strict=True))
-    if POSITIONS in paths:
-        changes[POSITIONS] = found[np.array(owners) == POSITIONS].tolist()
+    found, places = values(sensor, paths, design), _places(sensor, paths)
+    single = [path for path in paths if path != POSITIONS]
+    changes: dict[str, Any] = dict(zip(single, found[~places].tolist(), strict=True))
+    if places.any():
+        changes[POSITIONS] = found[places].tolist()
     return sensor.replace(**changes)
 
 
 def values(sensor: Sensor, paths: tuple[str, ...], design: Array) -> Array:
     """Values of all entries in SI units, shape (d,)."""
-    found: list[float] = []
-    start = 0
-    for path in paths:
-        if path == POSITIONS:
-            shifts = design[start : start + sensor.tactels.count]
-            found += (sensor.tactels.positions + shifts * sensor.tactels.pitch).tolist()
-            start += sensor.tactels.count
-            continue
-        drawn, entry = design_value(sensor, path), float(design[start])
-        if path.endswith(POISSON):
+    found, places = np.empty(len(design)), _places(sensor, paths)
+    if places.any():
+        found[places] = sensor.tactels.positions + design[places] * sensor.tactels.pitch
+    owners = entries(sensor, paths)
+    for number in np.flatnonzero(~places):
+        drawn, entry = design_value(sensor, owners[number]), design[number]
+        if owners[number].endswith(POISSON):
             place = np.tanh(np.arctanh(1 + (drawn - INCOMPRESSIBLE) / RANGE) + entry)
-            found.append(INCOMPRESSIBLE + RANGE * (place - 1))
+            found[number] = INCOMPRESSIBLE + RANGE * (place - 1)
         else:
-            found.append(drawn * np.exp(entry))
-        start += 1
-    return np.array(found)
+            found[number] = drawn * np.exp(entry)
+    return found
 
 
 def units(sensor: Sensor, paths: tuple[str, ...], design: Array) -> Array:
     """Derivatives by the entries, (d,): of a value's logarithm, of a tactel's place in metres."""
-    found = []
-    for path, value in zip(
-        entries(sensor, paths), values(sensor, paths, design).tolist(), strict=True
-    ):
-        if path == POSITIONS:
-            found.append(sensor.tactels.pitch)
-        elif path.endswith(POISSON):
-            place = 1 + (value - INCOMPRESSIBLE) / RANGE
-            found.append(RANGE * (1 - place**2) / value)
-        else:
-            found.append(1.0)
-    return np.array(found)
+    found = np.where(_places(sensor, paths), sensor.tactels.pitch, 1.0)
+    poisson = np.array([path.endswith(POISSON) for path in entries(sensor, paths)], dtype=bool)
+    value = values(sensor, paths, design)[poisson]
+    found[poisson] = RANGE * (1 - (1 + (value - INCOMPRESSIBLE) / RANGE) ** 2) / value
+    return found
+
+
+def _places(sensor: Sensor, paths: tuple[str, ...]) -> Mask:
+    """Which entries are places of tactels, shape (d,)."""
+    return np.array([path == POSITIONS for path in entries(sensor, paths)], dtype=bool)

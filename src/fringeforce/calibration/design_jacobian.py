@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.design_entries import (
     POSITIONS,
@@ -18,8 +19,6 @@ from fringeforce.calibration.design_entries import (
 )
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import SensorModel, characterize
-
-Array = NDArray[np.float64]
 
 STEP = 0.004
 """Step of an entry for central differences."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.calibration.measurements import Measurements
@@ -13,17 +13,14 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
 EXPLAINED = 1.3
 """Reduced chi-square up to which frames count as explained."""
 LEARNT = 0.5
 """Share of the drawing's own uncertainty that frames must remove to have said anything."""
 DESCRIBED = 5
-"""Wrong presses that are read to say what they look like; the others are only listed."""
+"""Wrong calibration loads that are read to say what they look like; the others are only listed."""
 VAGUE = 0.02
-"""Relative standard deviation of a design value beyond which better presses are asked for."""
+"""Relative standard deviation of a design value beyond which better loads are asked for."""
 NAMED = 0.1
 """Share of the largest force, or exponent, below which a part of a description is left out."""
 
@@ -85,7 +82,7 @@ def findings(measured: Measurements, model: SensorModel, references: Mask) -> tu
             "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
         )
     said += [*_vague(found), *_places(measured, found), *_light(measured, references)]
-    said += [_wrong_press(measured, model, row) for row in found.outliers[:DESCRIBED]]
+    said += [_wrong_load(measured, model, row) for row in found.outliers[:DESCRIBED]]
     if others := found.outliers[DESCRIBED:]:
         rows = ", ".join(map(str, others))
         said.append(f"Frames {rows} contradict the others too and were left out.")
@@ -142,7 +139,7 @@ def _light(measured: Measurements, references: Mask) -> list[str]:
     return said
 
 
-def _wrong_press(measured: Measurements, model: SensorModel, row: int) -> str:
+def _wrong_load(measured: Measurements, model: SensorModel, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
     recorded = measured.loads[row].reshape(-1, 2)
     said = f"Frame {row}, recorded as {named(recorded)}, contradicts the others and was left out"
@@ -151,7 +148,7 @@ def _wrong_press(measured: Measurements, model: SensorModel, row: int) -> str:
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
         return f"{said}; it looks like {named(clear)}{unsure}."
-    return f"{said}; no load explains it: the press may have slipped."
+    return f"{said}; no load explains it: the contact may have slipped."
 
 
 def named(forces: Array) -> str:

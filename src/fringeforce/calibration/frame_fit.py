@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration import checks
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.light.fixed_pattern_noise import eliminated
@@ -17,16 +17,13 @@ from fringeforce.calibration.predictions import Predictions, frame_weights, pred
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
 PRIOR = {"shift": 2.0, "scale": 0.1, "amplitude": 0.5, "offset": 0.2}
 """Standard deviations of camera and light before any frame is seen; light in units of A."""
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
-FAR = 0.15
+LINEAR_REACH = 0.15
 """Change of a design's entry up to which a linearization is followed."""
-SETTLED = 1e-4
+SMALLEST_GAIN = 1e-4
 """Gain of twice the log-likelihood below which a step is the last: a hundredth of a deviation."""
 
 
@@ -134,7 +131,7 @@ def levenberg_marquardt(
 ) -> FrameFit:
     """Minimise the frames' loss with the matrix linear in the design; see `minimise`.
 
-    Frames that fit much worse than most lose weight in every step, so that a wrong press cannot
+    Frames that fit much worse than most lose weight in every step, so that a wrong load cannot
     pull the others along.
 
     Parameters
@@ -163,7 +160,7 @@ def levenberg_marquardt(
 
         def ahead(step: Array) -> tuple[Unknowns, float]:
             reach = np.abs((here.design + step[: len(here.design)]) - jacobian.centre)
-            there = here.moved(step * (FAR / reach.max(initial=FAR)))
+            there = here.moved(step * (LINEAR_REACH / reach.max(initial=LINEAR_REACH)))
             return there, loss(there, predict(measured, there, jacobian, weight))
 
         gradient = normal.gradient + prior * (here.flat - origin)
@@ -172,9 +169,9 @@ def levenberg_marquardt(
         )
 
     def within(place: Unknowns) -> bool:
-        return bool(np.abs(place.design - jacobian.centre).max(initial=0.0) <= 0.99 * FAR)
+        return bool(np.abs(place.design - jacobian.centre).max(initial=0.0) <= 0.99 * LINEAR_REACH)
 
-    at = minimise(at, expand, steps, Stop(near=SETTLED), within).place
+    at = minimise(at, expand, steps, Stop(near=SMALLEST_GAIN), within).place
     weight = pixel_weight(measured, at, sound)
     normal = linearised(measured, at, jacobian, weight)
     return FrameFit(at, _covariance(measured, normal, prior), jacobian, normal)
@@ -190,13 +187,6 @@ def _covariance(measured: Measurements, normal: NormalEquations, prior: Array) -
         information = eliminated(normal.whole, normal.coupling, pixels)
         information[np.diag_indices(unknowns)] += prior
     return np.asarray(np.linalg.inv(information), float)[:unknowns, :unknowns]
-
-
-def residuals(
-    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, weight: Array | None = None
-) -> Array:
-    """Residuals of all frames in units of the noise, shape (F, P)."""
-    return predict(measured, at, jacobian, weight).residuals
 
 
 def small_phases(
@@ -226,7 +216,7 @@ def consistent(
     """
     seen_strip = on_strip(at.positions(measured.sensor), measured.sensor)
     used = sound & seen_strip
-    left = residuals(measured, at, jacobian, used.astype(float))
+    left = predict(measured, at, jacobian, used.astype(float)).residuals
     single = left / np.sqrt(measured.averaged)[:, None]
     kept = ~checks.misfitting_frames(single[:, used])
     return ~(checks.misfitting_pixels(left[kept]) & seen_strip), kept

@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.imaging import camera_response
-
-Array = NDArray[np.float64]
 
 SHIFT = 1e-3
 """Unit of the camera's shift [m]."""
@@ -62,7 +60,7 @@ class Measurements:
             whole = np.broadcast_to(getattr(self, name), len(self.levels))
             object.__setattr__(self, name, whole)
 
-    def rows(self, chosen: NDArray[np.bool_]) -> Measurements:
+    def rows(self, chosen: Mask) -> Measurements:
         """Some of the frames."""
         return replace(
             self,

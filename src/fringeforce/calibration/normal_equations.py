@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fringeforce.calibration.derivatives import Derivatives, matrix_changes
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.design_jacobian import DesignJacobian
-from fringeforce.calibration.measurements import Measurements, Unknowns
+from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
 from fringeforce.calibration.predictions import Predictions, frame_weights, predict
 
-Array = NDArray[np.float64]
+EVERY = slice(None)
+"""All pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,10 +22,10 @@ class NormalEquations:
 
     Attributes
     ----------
-    predicted : Predictions
-        What they were linearised about.
-    derivatives : Derivatives
-        That they are made from.
+    jacobian : LevelJacobian
+        Derivatives that they are made from.
+    weights : ndarray, shape (F, P)
+        Weights of all levels.
     gradient : ndarray, shape (m,)
         Half that of the loss.
     hessian : ndarray, shape (m, m)
@@ -39,8 +38,8 @@ class NormalEquations:
         Gradient and second derivatives by the pattern itself.
     """
 
-    predicted: Predictions
-    derivatives: Derivatives
+    jacobian: LevelJacobian
+    weights: Array
     gradient: Array
     hessian: Array
     side: Array
@@ -48,6 +47,15 @@ class NormalEquations:
     coupling: Array
     pixel_gradient: Array
     pixels: Array
+
+    @property
+    def predicted(self) -> Predictions:
+        """What they were linearised about."""
+        return self.jacobian.predicted
+
+    def by_matrix(self, levels: Array) -> Array:
+        """Mixed derivatives by every pixel's matrix and what changes levels (..., F, P)."""
+        return np.swapaxes(self.weights * self.jacobian.turn * levels, -1, -2) @ self.jacobian.loads
 
     @property
     def profiled(self) -> Array:
@@ -95,7 +103,7 @@ class LevelJacobian:
     lit: Array
     basis: Array
 
-    @cached_property
+    @property
     def moving(self) -> Array:
         """By the design and the camera's place, shape (d + 2, F, P)."""
         return self.turn * (self.loads @ np.swapaxes(self.changes, 1, 2))
@@ -132,8 +140,8 @@ class LevelJacobian:
         to_frames, own, drifting = _drifting(predicted, moving, lit, weights, shares, basis)
         lights = np.einsum("pk,abp->pakb", basis, pixels).reshape(len(basis), -1, 2)
         return NormalEquations(
-            predicted=predicted,
-            derivatives=Derivatives(self.loads, weights, self.turn, lit, self.changes),
+            jacobian=self,
+            weights=weights,
             gradient=np.concatenate([flat @ (predicted.residuals * np.sqrt(weights)).ravel(),
                                      (pixel_gradient @ basis).ravel()]),
             hessian=np.block([[flat @ flat.T, mixed], [mixed.T, block]]),
@@ -143,6 +151,24 @@ class LevelJacobian:
             pixel_gradient=pixel_gradient,
             pixels=pixels,
         )  # fmt: skip
+
+
+def matrix_changes(
+    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, pixels: slice = EVERY
+) -> Array:
+    """Derivatives of the matrix by the design and the camera's place, shape (d + 2, p, 2n).
+
+    Parameters
+    ----------
+    measured, at, jacobian
+        Frames, their explanation, and the matrix about a design.
+    pixels : slice
+        Pixels that are wanted.
+    """
+    positions = at.positions(measured.sensor)[pixels]
+    slope = jacobian.matrix(at.design, positions, slope=True)
+    along = np.stack([slope * SHIFT, slope * measured.sensor.pixel_positions[pixels, None]])
+    return np.concatenate([jacobian.at(positions)[1:], along])
 
 
 def linearised(

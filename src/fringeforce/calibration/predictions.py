@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.estimation.likelihood import Response, misfit
-
-Array = NDArray[np.float64]
 
 SUSPECT = 3.0
 """Times the median misfit beyond which a frame loses weight."""

@@ -5,20 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fringeforce.calibration.columns.fit import ColumnFit
 from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
-from fringeforce.calibration.frame_fit import CalibrationFit, residuals
+from fringeforce.calibration.frame_fit import CalibrationFit
 from fringeforce.calibration.light.modes import fitted_imaging
 from fringeforce.calibration.light.references import pattern_freedom
 from fringeforce.calibration.measurements import SHIFT
+from fringeforce.calibration.predictions import predict
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel, characterize
-
-Array = NDArray[np.float64]
 
 
 def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorModel:
@@ -36,7 +34,8 @@ def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorM
     measured, kept, used = found.measured, found.kept, found.used
     sensor, at, normal = measured.sensor, found.fit.unknowns, found.fit.normal
     model = characterize(varied(sensor, paths, at.design))
-    left = residuals(measured, at, found.fit.jacobian, used.astype(float))[kept][:, used]
+    left = predict(measured, at, found.fit.jacobian, used.astype(float)).residuals
+    left = left[kept][:, used]
     free = len(at.flat) + pattern_freedom(measured, normal, used) + normal.side.shape[1]
     chi2 = float((left**2).sum()) / (left.size - free)
     covariance = found.fit.covariance * max(chi2, 1.0)

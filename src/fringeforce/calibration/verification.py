@@ -6,9 +6,10 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import chi2 as chi_square
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.checks import checked_measurements
 from fringeforce.models.strip import SensorModel
@@ -86,7 +87,7 @@ def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verifica
     )
 
 
-def _agrees(reading: Reading, off: NDArray[np.float64]) -> bool:
+def _agrees(reading: Reading, off: Array) -> bool:
     """Whether an error is one that the reading's covariance, or an alternative, allows."""
     if reading.status is Status.BAD_FRAME:
         return True

@@ -20,12 +20,12 @@ def plan(
     source: Annotated[
         str, typer.Argument(help="Design file, shipped design, or a calibrated model to improve.")
     ],
-    presses: Annotated[int, typer.Option(help="Number of presses, a frame each.")],
+    presses: Annotated[int, typer.Option(help="Number of calibration loads, a frame each.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV of loads to write.")],
-    largest: Annotated[str, typer.Option(help="Largest force of one press.")] = "3 N",
+    largest: Annotated[str, typer.Option(help="Largest force of one calibration load.")] = "3 N",
     friction: Annotated[
         float | None,
-        typer.Option(help="Presses slip beyond |T| = friction N; without it T can act alone."),
+        typer.Option(help="Contacts slip beyond |T| = friction N; without it T can act alone."),
     ] = None,
     density: Annotated[float, typer.Option(help="Largest fringe density, per pixel.")] = 0.2,
     together: Annotated[
@@ -47,7 +47,7 @@ def plan(
     limits = Limits(_newtons(largest), friction, density, together)
     found = plan_presses(known, presses, parameter, limits)
     save_forces(output, found.loads)
-    print(f"{output}: {presses} presses, the most worthwhile first")
+    print(f"{output}: {presses} calibration loads, the most worthwhile first")
     print("\n".join(plan_summary(found)))
     if plot:
         draw_beside(output, "the gain drawn", lambda path: draw_plan(found.ratio, path))

@@ -35,7 +35,7 @@ def characterize(
     ] = None,
 ) -> None:
     """Reduce a design to its influence matrix, with finite elements."""
-    from fringeforce.contacts.loads import polar
+    from fringeforce.contacts.loads import paper_load
     from fringeforce.design.files import load_sensor, load_strip
     from fringeforce.io.vtu import write_strip_vtu
     from fringeforce.models.characterization import characterize
@@ -45,7 +45,7 @@ def characterize(
         model = characterize(sensor, mesh, advance)
         if vtu is not None:
             strip = load_strip(design)
-            write_strip_vtu(vtu, strip, polar(1.0, 10, strip.tactels.count), advance)
+            write_strip_vtu(vtu, strip, paper_load(strip.tactels.count), advance)
     model.save(output)
     facts = ", ".join(f"{name}: {value}" for name, value in model.provenance.items())
     print(f"{output}: {sensor.name}; {facts}")

@@ -48,7 +48,7 @@ def explore(
     from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
-    from fringeforce.explorer.session import Start
+    from fringeforce.explorer.session import FirstDesign
 
     name = target.removeprefix("pads/")
     known = name in shipped_designs() or name in shipped_pads()
@@ -56,9 +56,9 @@ def explore(
         from fringeforce.models.files import load_model
 
         model = load_model(target)
-        start = Start(model.sensor, pickle.dumps(model))
+        start = FirstDesign(model.sensor, pickle.dumps(model))
     else:
-        start = Start(load_sensor(name if known else target))
+        start = FirstDesign(load_sensor(name if known else target))
 
     source = None
     if camera is not None:

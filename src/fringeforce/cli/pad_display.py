@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
 from fringeforce.acquisition.sinks.sink import Readings
-from fringeforce.contacts.resultant import wrenches
+from fringeforce.base.arrays import Array
+from fringeforce.contacts.resultant import resultant
 from fringeforce.design.pad import Pad
 
-Array = NDArray[np.float64]
 SHADES = "··", "░░", "▒▒", "▓▓", "██"
 COLUMNS, ROWS = 24, 16
 """Most squares of the map along x and y."""
@@ -46,17 +45,15 @@ def _sums(pad: Pad, forces: Array, std: Array, scale: float, known: bool) -> Tab
     table.add_column(style="dim", no_wrap=True)
     table.add_column(no_wrap=True)
     if np.isfinite(forces).all():
-        (force,), (torque,) = wrenches(forces[None], pad.tactels.places)
-        along, across, down = force
+        found = resultant(pad.tactels.places, forces, np.arange(pad.tactels.total))
         most = int(forces[:, 0].argmax())
-        table.add_row("N", f"{-down:+.3f} N")
+        normal, along, across = found.force
+        table.add_row("N", f"{normal:+.3f} N")
         table.add_row("T", f"{along:+.3f} N, {across:+.3f} N")
-        if known and -down > 0:
-            x, y = 1e3 * torque[1] / -down, 1e3 * torque[0] / down
-            table.add_row("centre", f"{x:+.2f} mm, {y:+.2f} mm")
-        else:
-            table.add_row("centre", "nowhere")
-        table.add_row("moment", f"{1e3 * torque[2]:+.2f} mN m")
+        x, y = 1e3 * found.centre
+        pressed = known and normal > 0
+        table.add_row("centre", f"{x:+.2f} mm, {y:+.2f} mm" if pressed else "nowhere")
+        table.add_row("moment", f"{1e3 * found.moment[2]:+.2f} mN m")
         table.add_row("most", f"{forces[most, 0]:+.3f} ± {std[most, 0]:.3f} N, tactel {most + 1}")
         table.add_row()
     table.add_row("map", Text(f"N to {scale:g} N, y upwards", style="dim"))

@@ -11,13 +11,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.force_estimate import ForceEstimate
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TOUCH, RELEASE = 9.0, 1.0
 """Deviations above which a normal force begins to be a touch, and below which it ends."""
@@ -25,7 +22,7 @@ SLIP, STICK = 1.0, 9.0
 """Deviations of the margin of friction below which slip is near, and above which it is not."""
 
 
-class Kind(Enum):
+class EventKind(Enum):
     """What happened."""
 
     TOUCH = "touch"
@@ -38,7 +35,7 @@ class Kind(Enum):
 class Event:
     """What happened at one tactel, counted from zero."""
 
-    kind: Kind
+    kind: EventKind
     tactel: int
 
 
@@ -142,8 +139,8 @@ class Contact:
         margin = self._margin(reading)
         slipping = touching & _latched(self.slipping, margin < SLIP, margin > STICK)
         events = (
-            *_events(self.touching, touching, Kind.TOUCH, Kind.RELEASE),
-            *_events(self.slipping & touching, slipping, Kind.SLIP, Kind.STICK),
+            *_events(self.touching, touching, EventKind.TOUCH, EventKind.RELEASE),
+            *_events(self.slipping & touching, slipping, EventKind.SLIP, EventKind.STICK),
         )
         return replace(self, touching=touching, slipping=slipping), events
 
@@ -177,7 +174,7 @@ def _latched(before: Mask, begins: Mask, ends: Mask) -> Mask:
     return begins | (before & ~ends)
 
 
-def _events(before: Mask, after: Mask, begun: Kind, ended: Kind) -> list[Event]:
+def _events(before: Mask, after: Mask, begun: EventKind, ended: EventKind) -> list[Event]:
     return [
         Event(begun if after[tactel] else ended, int(tactel))
         for tactel in np.flatnonzero(before != after)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from fringeforce.base.arrays import Array
 
 PERIODS, FORCES = {1: 4.0, 2: 6.0}, {1: 2.0, 2: 5.0}
 """After which the touch begins again [s], and its normal force [N], on a line and on a plane."""
 
 
-def touch(
+def fingertip_forces(
     t: ArrayLike, places: ArrayLike, force: float | None = None, friction: float = 0.3
-) -> NDArray[np.float64]:
+) -> Array:
     """Forces of a fingertip that presses, rolls, slides, and lets go, again and again.
 
     It presses left of the middle, rolls towards +y, which the contact follows while shear holds
@@ -22,7 +24,7 @@ def touch(
     t : array_like, shape (k,)
         Times [s]; it repeats after `PERIODS`.
     places : array_like, shape (n,) or (n, 1), or (n, 2) of a pad
-        Of the tactels [m].
+        Places of the tactels [m].
     force : float, optional
         Sum of the normal forces while it presses [N]; `FORCES` if not given.
     friction : float
@@ -52,7 +54,7 @@ def touch(
     return normal[:, :, None] * np.concatenate([np.ones((len(drag), 1)), drag], axis=1)[:, None]
 
 
-def _rise(phase: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
+def _rise(phase: Array, start: float, end: float) -> Array:
     """From 0 to 1 between two phases, without a corner."""
     u = np.clip((phase - start) / (end - start), 0, 1)
     return u * u * (3 - 2 * u)

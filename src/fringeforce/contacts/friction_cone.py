@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array, Mask
 
 
-def within_friction_cone(
-    loads: Array, covariance: Array, friction: float
-) -> tuple[Array, NDArray[np.bool_]]:
+def within_friction_cone(loads: Array, covariance: Array, friction: float) -> tuple[Array, Mask]:
     """Likeliest loads with N >= 0 and |T| <= friction N on every tactel.
 
     The loads of each tactel are written as a sum of the two edges of its friction cone with

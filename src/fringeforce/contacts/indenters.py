@@ -15,13 +15,11 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.nodes import Nodes, Squares
 from fringeforce.design.pad import Pad
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

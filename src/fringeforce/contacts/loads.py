@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 
+PAPER_LOAD, PAPER_ANGLE = 1.0, 10.0
+"""The paper's example: force on every tactel [N], and its angle from the normal [degrees]."""
 
-def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArray[np.float64]:
+
+def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> Array:
     """Forces from magnitudes and angles, as the paper states them.
 
     Parameters
@@ -43,7 +47,12 @@ def polar(magnitude: ArrayLike, angle: ArrayLike, n: int | None = None) -> NDArr
     return forces
 
 
-def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> NDArray[np.float64]:
+def paper_load(n: int) -> Array:
+    """The load of the paper's example on n tactels, shape (n, 2) [N]."""
+    return polar(PAPER_LOAD, PAPER_ANGLE, n)
+
+
+def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> Array:
     """Forces as floats of shape (..., tactels, components) [N].
 
     Raises

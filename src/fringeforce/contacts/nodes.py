@@ -12,12 +12,11 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import PadTactels
 
-Array = NDArray[np.float64]
 Profile = Literal["hertz", "punch"]
 """Pressures over a disc: (1 - r^2 / a^2) to the power of 1/2 or of -1/2."""
 ORDER = 8
@@ -42,7 +41,7 @@ class Squares:
         """Number of squares."""
         return (len(self.x) - 1) * (len(self.y) - 1)
 
-    def numbers(self, places: Array) -> NDArray[np.intp]:
+    def numbers(self, places: Array) -> Index:
         """Tactels in whose squares places lie, shape (k, 2) to (k,).
 
         Raises

@@ -14,7 +14,7 @@ from fringeforce.design.fields import Count, Finite, Force, Length, Pressure, Ra
 from fringeforce.design.pad import Pad
 from fringeforce.design.parts import Part
 
-Kind = Literal["point", "sphere", "edge", "punch", "ridges"]
+IndenterKind = Literal["point", "sphere", "edge", "punch", "ridges"]
 Positive = Annotated[Finite, Field(ge=0)]
 ATTEMPTS = 100
 """Draws of one contact before it is left out because there is no room."""
@@ -24,7 +24,7 @@ class ContactRanges(Part):
     """What contacts are drawn from: evenly between two values, sizes and moduli by their ratio."""
 
     count: Range[Count] = Field(default=(1, 5), description="contacts on the pad at once")
-    kinds: tuple[Kind, ...] = Field(
+    kinds: tuple[IndenterKind, ...] = Field(
         default=("point", "sphere", "edge", "punch", "ridges"), min_length=1
     )
     normal: Range[Force] = Field(default=(0.1, 3.0), description="normal force of a contact [N]")
@@ -87,14 +87,6 @@ def random_contacts(
             "stiffer spheres, smaller forces, or a larger pad."
         )
     return found
-
-
-def forces_of(pad: Pad, contacts: list[Indenter]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """What all tactels carry together, shape (n, 3) [N]."""
-    total = np.zeros((pad.tactels.total, 3))
-    for contact in contacts:
-        total += contact.imprint(pad).forces
-    return total
 
 
 def _placed(

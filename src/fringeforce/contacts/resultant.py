@@ -11,97 +11,106 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import binary_dilation, label
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.contacts.force_estimate import ForceEstimate
 from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-TOUCH = 6.0
+TOUCHED = 6.0
 """Deviations of a normal force beyond which a tactel is touched."""
 CONTRADICTED = 6.0
 """Standard deviations by which silence may be too loud to be believed."""
-_AROUND = np.ones((3, 3), dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)
-class Wrench:
-    """Sum of some forces.
-
-    Attributes
-    ----------
-    force : ndarray, shape (3,)
-        N, T_x, T_y [N].
-    force_covariance : ndarray, shape (3, 3)
-        [N^2].
-    moment : ndarray, shape (3,)
-        About the centre of the pad's surface; the force on the pad is (T_x, T_y, -N) [N m].
-    moment_covariance : ndarray, shape (3, 3)
-        [N^2 m^2].
-    """
-
-    force: Array
-    force_covariance: Array
-    moment: Array
-    moment_covariance: Array
-
-    @property
-    def slip_ratio(self) -> float:
-        """|T| / N, which friction limits."""
-        return float(np.hypot(*self.force[1:]) / self.force[0])
-
-    @property
-    def slip_ratio_std(self) -> float:
-        """Standard deviation of the quantity, to first order."""
-        normal, tangential = self.force[0], self.force[1:]
-        size = np.hypot(*tangential)
-        direction = tangential / size if size > 0 else np.full(2, np.sqrt(0.5))
-        slope = np.concatenate([[-size / normal], direction]) / normal
-        return float(np.sqrt(slope @ self.force_covariance @ slope))
-
-
-@dataclass(frozen=True, eq=False)
-class Patch(Wrench):
-    """Neighbouring tactels that are touched.
+class Resultant:
+    """What the forces of some tactels amount to.
 
     Attributes
     ----------
     tactels : ndarray of int
         Numbers of the tactels.
-    centre : ndarray, shape (2,)
-        Centre of pressure along x and y [m].
-    centre_covariance : ndarray, shape (2, 2)
-        [m^2].
+    force : ndarray, shape (components,)
+        Sum of the forces: N and T of a strip; N, T_x and T_y of a pad [N].
+    moment : ndarray, shape (3,)
+        Moment about the centre of the loaded surface; the force on it is (T_x, T_y, -N) [N m].
+    centre : ndarray, shape (dimensions,)
+        Centre of pressure along x, and y of a pad [m]; not a number where nothing presses.
+    covariance : ndarray, shape (m, m), m = components + 3 + dimensions
+        Joint covariance of force, moment and centre in this order, to first order.
     """
 
-    tactels: NDArray[np.intp]
+    tactels: Index
+    force: Array
+    moment: Array
     centre: Array
-    centre_covariance: Array
+    covariance: Array
+
+    @property
+    def values(self) -> Array:
+        """Force, moment and centre in this order, shape (m,)."""
+        return np.concatenate([self.force, self.moment, self.centre])
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of the values, shape (m,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0))
+
+    @property
+    def force_covariance(self) -> Array:
+        """Covariance of the force [N^2]."""
+        return self.covariance[: len(self.force), : len(self.force)]
+
+    @property
+    def moment_covariance(self) -> Array:
+        """Covariance of the moment, shape (3, 3) [N^2 m^2]."""
+        part = slice(len(self.force), len(self.force) + 3)
+        return self.covariance[part, part]
+
+    @property
+    def centre_covariance(self) -> Array:
+        """Covariance of the centre of pressure [m^2]."""
+        return self.covariance[-len(self.centre) :, -len(self.centre) :]
+
+    @property
+    def slip_ratio(self) -> float:
+        """|T| / N, which friction limits."""
+        return float(np.linalg.norm(self.force[1:]) / self.force[0])
+
+    @property
+    def slip_ratio_std(self) -> float:
+        """Standard deviation of the slip ratio, to first order."""
+        normal, tangential = self.force[0], self.force[1:]
+        size = np.linalg.norm(tangential)
+        anywhere = np.full(len(tangential), len(tangential) ** -0.5)
+        direction = tangential / size if size > 0 else anywhere
+        slope = np.concatenate([[-size / normal], direction]) / normal
+        return float(np.sqrt(slope @ self.force_covariance @ slope))
 
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """All that touches the pad.
+    """All that touches a sensor.
 
     Attributes
     ----------
-    total : Wrench
-        Wrench of all tactels.
-    patches : tuple of Patch
-        Single contacts, the strongest first.
+    total : Resultant
+        Resultant of all tactels.
+    patches : tuple of Resultant
+        Single contacts, each of neighbouring tactels that are touched, the strongest first.
     silent : ndarray of bool, shape (n,)
         Tactels that were taken to carry no force; none where the reading contradicts.
-    forces : ndarray, shape (n, 3)
+    forces : ndarray, shape (n, components)
         Forces, given that those carry none [N].
-    covariance : ndarray, shape (3n, 3n)
-        Covariance of these forces [N^2].
+    covariance : ndarray, shape (n components, n components)
+        Covariance of `forces.ravel()` [N^2].
     """
 
-    total: Wrench
-    patches: tuple[Patch, ...]
+    total: Resultant
+    patches: tuple[Resultant, ...]
     silent: Mask
     forces: Array
     covariance: Array
@@ -113,7 +122,7 @@ def resultant_matrix(places: ArrayLike) -> Array:
     Parameters
     ----------
     places : array_like, shape (n, 1), or (n, 2) of a pad
-        Of the tactels, along x and y [m].
+        Places of the tactels, along x and y [m].
 
     Returns
     -------
@@ -141,7 +150,7 @@ def wrenches(forces: Array, places: ArrayLike) -> tuple[Array, Array]:
     forces : ndarray, shape (k, n, components)
         Forces of the tactels [N].
     places : array_like, shape (n, dimensions)
-        Of the tactels [m].
+        Places of the tactels [m].
 
     Returns
     -------
@@ -154,18 +163,58 @@ def wrenches(forces: Array, places: ArrayLike) -> tuple[Array, Array]:
     return sums[:, [1, 2, 0]] * [1, 1, -1] + 0.0, sums[:, 3:] + 0.0  # no negative zeros
 
 
-def touch(pad: Pad, reading: ForceEstimate) -> Touch:
-    """Contact patches of a reading, and the sum of all forces.
+def resultant(
+    places: Array, forces: Array, tactels: Index, covariance: Array | None = None
+) -> Resultant:
+    """Resultant of some tactels.
 
     Parameters
     ----------
-    pad : Pad
-        The design.
+    places : ndarray, shape (n, dimensions)
+        Places of all tactels [m].
+    forces : ndarray, shape (n, components)
+        Forces of all tactels [N].
+    tactels : ndarray of int
+        Numbers of the tactels that count.
+    covariance : ndarray, shape (n components, n components), optional
+        Covariance of `forces.ravel()` [N^2]; the forces are exact if not given.
+    """
+    where, loads, components = places[tactels], forces[tactels], forces.shape[1]
+    push = loads[:, 0].sum()
+    centre = loads[:, 0] @ where / push if push > 0 else np.full(components - 1, np.nan)
+    sums = resultant_matrix(where)[[*range(components), 3, 4, 5]]
+    # how the centre moves as a tactel presses more
+    moves = np.zeros((components - 1, *loads.shape))
+    moves[:, :, 0] = ((where - centre) / push).T if push > 0 else np.nan
+    rows = np.concatenate([sums, moves]).reshape(2 * components + 2, -1)
+    force, moment = np.split(rows[: components + 3] @ loads.ravel(), [components])
+    spread = np.zeros((loads.size, loads.size))
+    if covariance is not None:
+        numbers = (components * tactels[:, None] + np.arange(components)).ravel()
+        spread = covariance[np.ix_(numbers, numbers)]
+    return Resultant(tactels, force, moment, centre, rows @ spread @ rows.T)
+
+
+def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
+    """Contact patches of a reading, and the resultant of all forces.
+
+    Parameters
+    ----------
+    sensor : Sensor or Pad
+        The design of the strip or pad.
     reading : fringeforce.Reading
         Forces and covariance are taken as they are; look at its status first.
 
     Examples
     --------
+    >>> model = ff.characterize(ff.load_sensor("saad"))
+    >>> forces = np.zeros((11, 2))
+    >>> forces[4:6, 0] = 1.0  # two neighbours, pressed alike
+    >>> reading = ff.Reader(model).read(model.expose(forces, rng=0))
+    >>> (patch,) = ff.touch(model.sensor, reading).patches
+    >>> between = model.sensor.tactels.positions[4:6].mean()
+    >>> bool(abs(patch.centre[0] - between) < 5 * patch.std[-1] < 1e-4)
+    True
     >>> pad = ff.load_sensor("pad").replace(
     ...     tactels={"count": [3, 3]}, camera={"pixels": [64, 64]}
     ... )
@@ -177,70 +226,43 @@ def touch(pad: Pad, reading: ForceEstimate) -> Touch:
     >>> len(felt.patches), round(float(felt.total.force[0]), 1)
     (1, 2.0)
     """
-    silent = _silent(pad, reading)
-    forces, covariance = _given_silence(reading, np.repeat(silent, 3))
-    normal = forces.reshape(-1, 3)[:, 0]
-    deviation = np.sqrt(np.diag(covariance)[::3])
-    touched = ~silent & (normal > TOUCH * deviation)
-    labels = np.empty(pad.tactels.count, dtype=int)
-    label(touched.reshape(pad.tactels.count), structure=_AROUND, output=labels)
-    patches = [
-        _patch(pad, forces, covariance, np.flatnonzero(labels.ravel() == one + 1))
-        for one in range(int(labels.max()))
-    ]
+    places, grid = sensor.tactels.places, np.atleast_1d(sensor.tactels.count)
+    around = np.ones((3,) * len(grid), dtype=bool)
+    silent = _silent(reading, grid, around)
+    forces, covariance = _given_silence(reading, silent)
+    deviation = np.sqrt(np.diag(covariance)).reshape(forces.shape)
+    touched = ~silent & (forces[:, 0] > TOUCHED * deviation[:, 0])
+    labels = np.empty(grid, dtype=int)
+    label(touched.reshape(grid), structure=around, output=labels)
+    members = [np.flatnonzero(labels.ravel() == one) for one in range(1, labels.max() + 1)]
+    patches = [resultant(places, forces, tactels, covariance) for tactels in members]
     patches.sort(key=lambda patch: -patch.force[0])
-    everything = np.arange(pad.tactels.total)
-    total = Wrench(*_sums(pad, forces, covariance, everything))
-    return Touch(total, tuple(patches), silent, forces.reshape(-1, 3), covariance)
+    total = resultant(places, forces, np.arange(len(places)), covariance)
+    return Touch(total, tuple(patches), silent, forces, covariance)
 
 
-def _silent(pad: Pad, reading: ForceEstimate) -> Mask:
+def _silent(reading: ForceEstimate, grid: Index, around: Mask) -> Mask:
     """Tactels away from all that are touched, if the reading agrees that they carry nothing."""
-    deviations = np.abs(reading.forces) / reading.std
-    touched = deviations.max(axis=1) > TOUCH
-    near = np.asarray(binary_dilation(touched.reshape(pad.tactels.count), _AROUND), dtype=bool)
-    far = ~near.ravel()
-    rest = np.repeat(far, 3)
+    touched = (np.abs(reading.forces) / reading.std).max(axis=1) > TOUCHED
+    far = ~np.asarray(binary_dilation(touched.reshape(grid), around), dtype=bool).ravel()
+    rest = np.repeat(far, reading.forces.shape[1])
     if not rest.any():
         return far
     quiet = reading.forces.ravel()[rest]
     # the distance of a part from nothing, in units of its own covariance
     loud = quiet @ np.linalg.solve(reading.covariance[np.ix_(rest, rest)], quiet)
-    if loud > len(quiet) + CONTRADICTED * np.sqrt(2 * len(quiet)):
-        return np.zeros(pad.tactels.total, dtype=bool)
-    return far
+    contradicted = loud > len(quiet) + CONTRADICTED * np.sqrt(2 * len(quiet))
+    return far & (not contradicted)
 
 
 def _given_silence(reading: ForceEstimate, silent: Mask) -> tuple[Array, Array]:
-    """Forces and covariance given that some are zero, shapes (3n,), (3n, 3n)."""
-    loads, free = reading.forces.ravel(), np.flatnonzero(~silent)
-    forces, covariance = np.zeros_like(loads), np.zeros((len(loads), len(loads)))
-    if not len(free):
-        return forces, covariance
-    none = np.flatnonzero(silent)
-    spread = reading.covariance
+    """Forces (n, components) and their covariance, given that some tactels carry nothing."""
+    loads, spread = reading.forces.ravel(), reading.covariance
+    zero = np.repeat(silent, reading.forces.shape[1])
+    none, free = np.flatnonzero(zero), np.flatnonzero(~zero)
+    forces, covariance = np.zeros_like(loads), np.zeros_like(spread)
     # the mean and covariance of some of Gaussian variables, given the others
     gain = np.linalg.solve(spread[np.ix_(none, none)], spread[np.ix_(none, free)]).T
     forces[free] = loads[free] - gain @ loads[none]
     covariance[np.ix_(free, free)] = spread[np.ix_(free, free)] - gain @ spread[np.ix_(none, free)]
-    return forces, covariance
-
-
-def _patch(pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]) -> Patch:
-    places, numbers = pad.tactels.places[tactels], 3 * tactels
-    normal = forces[numbers]
-    centre = normal @ places / normal.sum()
-    lever = (places - centre) / normal.sum()
-    spread = lever.T @ covariance[np.ix_(numbers, numbers)] @ lever
-    return Patch(*_sums(pad, forces, covariance, tactels), tactels, centre, spread)
-
-
-def _sums(
-    pad: Pad, forces: Array, covariance: Array, tactels: NDArray[np.intp]
-) -> tuple[Array, Array, Array, Array]:
-    """Force, its covariance, moment and its covariance of some tactels."""
-    rows = resultant_matrix(pad.tactels.places[tactels]).reshape(6, -1)
-    numbers = (3 * tactels[:, None] + np.arange(3)).ravel()
-    loads, spread = forces[numbers], covariance[np.ix_(numbers, numbers)]
-    add, lever = rows[:3], rows[3:]
-    return add @ loads, add @ spread @ add.T, lever @ loads, lever @ spread @ lever.T
+    return forces.reshape(reading.forces.shape), covariance

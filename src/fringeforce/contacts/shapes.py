@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.indenters import Indenter
-from fringeforce.contacts.nodes import ORDER, Array, Nodes, Squares, disc, line
+from fringeforce.contacts.nodes import ORDER, Nodes, Squares, disc, line
 from fringeforce.design.pad import Pad
 
 
@@ -29,7 +30,19 @@ class Point(Indenter):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sphere(Indenter):
+class Round(Indenter):
+    """A round body whose contact is Hertz's."""
+
+    radius: float  # [m]
+    modulus: float | None = None  # E / (1 - nu^2) of the body [Pa]; None is a rigid one
+
+    def reach(self, pad: Pad) -> float:
+        """Radius of the contact, by Hertz [m]."""
+        return hertz_radius(pad, self.normal, self.radius, self.modulus)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sphere(Round):
     """A sphere under Hertz's pressure, and in partial slip after Cattaneo and Mindlin.
 
     The shear traction of a sphere that starts to slip is friction times pressure in a ring and less
@@ -38,16 +51,10 @@ class Sphere(Indenter):
     """
 
     kind: ClassVar[str] = "sphere"
-    radius: float  # [m]
-    modulus: float | None = None  # E / (1 - nu^2) of the sphere [Pa]; None is a rigid one
 
     def nodes(self, pad: Pad) -> Nodes:
         """Hertz's pressure."""
         return disc(Squares.of(pad.tactels), self.place, self.reach(pad))
-
-    def reach(self, pad: Pad) -> float:
-        """Radius of the contact, by Hertz [m]."""
-        return hertz_radius(pad, self.normal, self.radius, self.modulus)
 
     def rubbed(self, pad: Pad, nodes: Nodes, friction: float) -> Nodes:
         """Traction of partial slip: that of full slip less that which the stuck disc lacks."""
@@ -98,12 +105,10 @@ class Punch(Indenter):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ridges(Indenter):
+class Ridges(Round):
     """A soft sphere with ridges like a fingertip's: Hertz's pressure times 1 + depth cos(...)."""
 
     kind: ClassVar[str] = "ridges"
-    radius: float  # [m]
-    modulus: float | None = None  # as that of a sphere
     period: float  # from ridge to ridge [m]
     angle: float = 0.0  # across the ridges, from x towards y [rad]
     depth: float = 0.5  # 0 is smooth, 1 lets the valleys carry nothing
@@ -127,10 +132,6 @@ class Ridges(Indenter):
             return 1 + self.depth * np.cos((places - self.place) @ wave + self.phase)
 
         return smooth.modulated(pressed)
-
-    def reach(self, pad: Pad) -> float:
-        """Radius of the contact, by Hertz [m]."""
-        return hertz_radius(pad, self.normal, self.radius, self.modulus)
 
 
 def hertz_radius(pad: Pad, normal: float, radius: float, modulus: float | None) -> float:

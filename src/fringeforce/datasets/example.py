@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.contacts.indenters import Imprint, Indenter
 from fringeforce.contacts.random import random_contacts
 from fringeforce.datasets.optics import Optics, drawn_optics, image_of
@@ -53,7 +54,7 @@ class Example:
 
     number: int
     image: NDArray[np.unsignedinteger]
-    forces: NDArray[np.float64]
+    forces: Array
     contacts: list[tuple[Indenter, Imprint]]
     optics: Optics
     part: int

@@ -7,13 +7,12 @@ import os
 import shutil
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
-from fringeforce.base.storage import existing_file
+from fringeforce.base.storage import existing_file, writing
 from fringeforce.datasets.shard import IMAGES, Files, Shard, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
 from fringeforce.design.pad import Pad
@@ -74,6 +73,8 @@ def make_dataset(
     ------
     InputError
         If the study has problems, or the folder holds another data set.
+    FileFormatError
+        If the folder cannot be written.
 
     Examples
     --------
@@ -95,14 +96,14 @@ def run_dataset(
 ) -> Dataset:
     """Make a data set from a study that has been read, on an executor that runs."""
     shards = shards_of(study, pad)
-    with _writing(folder):
+    with writing(folder):
         _claim(study, pad, folder)
     missing = [shard for shard in shards if _images_in(folder / shard.name) < shard.count]
     made, known = 0, study.number - sum(shard.count for shard in missing)
     if progress:
         progress("images", known, study.number)
-    for number, files in completed(pool, packed, enumerate(missing)):
-        with _writing(folder):
+    for number, files in completed(pool, packed, enumerate(zip(missing, strict=True))):
+        with writing(folder):
             _keep(folder, missing[number].name, files)
         made += missing[number].count
         if progress:
@@ -148,14 +149,6 @@ def _images_in(path: Path) -> int:
         return 0
     with existing_file(path, DATASET) as file:
         return len(file["number"])  # pyright: ignore[reportArgumentType]
-
-
-@contextmanager
-def _writing(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"{folder} cannot be written to: {error.strerror or error}.") from None
 
 
 def _keep(folder: Path, name: str, files: Files) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Single
 from fringeforce.base.errors import InputError
 from fringeforce.datasets.study_file import OpticsRanges
 from fringeforce.design.light import Plates
@@ -15,8 +16,6 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import Retardance
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.integrated import LARGEST
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +142,7 @@ def _with_optics(pad: Pad, optics: Optics) -> Pad:
     return pad.model_copy(update={"polariscope": polariscope, "camera": camera})
 
 
-def _modes(model: PadModel, forces: Array, shift: tuple[float, float]) -> NDArray[np.float32]:
+def _modes(model: PadModel, forces: Array, shift: tuple[float, float]) -> Single:
     """Retardance of every depth profile where the pixels of a shifted camera look."""
     x, y = (
         centres + moved * (centres[1] - centres[0])

@@ -64,7 +64,7 @@ def _percent(value: Any) -> Any:
 Percent = Annotated[Finite, Field(ge=0), BeforeValidator(_percent)]
 """A share of something, 0.01 or "1 %"."""
 Visibility = Annotated[Finite, Field(gt=0, le=1)]
-"""Of fringes, (brightest - darkest) / (brightest + darkest)."""
+"""Visibility of fringes, (brightest - darkest) / (brightest + darkest)."""
 Count = Annotated[int, Strict(), Field(ge=1), BeforeValidator(_plain_integer)]
 
 

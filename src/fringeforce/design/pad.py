@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.fields import Extent, Finite, Length, Visibility
 from fringeforce.design.light import Plates
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
-
-Array = NDArray[np.float64]
 
 
 def _pair(value: Any) -> tuple[int, int]:

@@ -140,7 +140,7 @@ class Design(Part):
 
     @property
     def dimensions(self) -> int:
-        """Of the loaded surface and of a picture: 1 of a strip, 2 of a pad."""
+        """Dimensions of the loaded surface and of a picture: 1 of a strip, 2 of a pad."""
         return len(self.components) - 1
 
     tolerances: Tolerances = Field(

@@ -6,9 +6,9 @@ from functools import cached_property
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.fields import Count, Extent, Length, Percent, Place, Places
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
@@ -80,7 +80,7 @@ class Tactels(Part):
         return self
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Array:
         """Places of the tactels along x, shape (count,) [m]."""
         if self.placed is not None:
             return np.array(self.placed)
@@ -92,7 +92,7 @@ class Tactels(Part):
         return self.count
 
     @property
-    def places(self) -> NDArray[np.float64]:
+    def places(self) -> Array:
         """Places of the tactels along x, shape (total, 1) [m]."""
         return self.positions[:, None]
 
@@ -120,38 +120,31 @@ class Sensor(Design):
     @classmethod
     def _on_the_strip(cls, tactels: Tactels, info: ValidationInfo) -> Tactels:
         transducer = info.data.get("transducer")
-        if transducer is not None:
-            outermost, half = np.abs(tactels.positions).max(), transducer.length / 2
-            if outermost >= half:
-                single = tactels.placed is not None
-                kind = "" if single else f" at a pitch of {tactels.pitch * 1e3:g} mm"
-                remedy = "positions nearer to it" if single else "a smaller pitch"
-                raise ValueError(
-                    f"the outermost of {tactels.count} tactels{kind} sits {outermost * 1e3:g} mm "
-                    f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
-                    f"tactels, {remedy} or a longer strip"
-                )
-        return tactels
-
-    @field_validator("tactels", mode="after")
-    @classmethod
-    def _contacts_on_the_strip(cls, tactels: Tactels, info: ValidationInfo) -> Tactels:
-        transducer = info.data.get("transducer")
-        if transducer is None or not (tactels.placement or tactels.contact_width):
+        if transducer is None:
             return tactels
-        if transducer.plane == "3d":
+        outermost, half = np.abs(tactels.positions).max(), transducer.length / 2
+        if outermost >= half:
+            single = tactels.placed is not None
+            kind = "" if single else f" at a pitch of {tactels.pitch * 1e3:g} mm"
+            remedy = "positions nearer to it" if single else "a smaller pitch"
+            raise ValueError(
+                f"the outermost of {tactels.count} tactels{kind} sits {outermost * 1e3:g} mm "
+                f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
+                f"tactels, {remedy} or a longer strip"
+            )
+        if transducer.plane == "3d" and (tactels.placement or tactels.contact_width):
             raise ValueError(
                 'placement and contact_width do not go with plane = "3d", where tactels are lines '
                 'at their places; leave them out or take plane = "stress" or "strain"'
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2
-        if outermost > transducer.length / 2:
+        if outermost > half:
             raise ValueError(
                 f"contacts {tactels.contact_width * 1e3:g} mm wide, {tactels.placement * 1e3:g} mm "
                 f"beside their tactels, reach {outermost * 1e3:g} mm from the centre, beyond the "
-                f"strip's end at {transducer.length / 2 * 1e3:g} mm; take narrower contacts, fewer "
-                "tactels or a longer strip"
+                f"strip's end at {half * 1e3:g} mm; take narrower contacts, fewer tactels or a "
+                "longer strip"
             )
         return tactels
 
@@ -164,7 +157,7 @@ class Sensor(Design):
         return camera
 
     @cached_property
-    def pixel_positions(self) -> NDArray[np.float64]:
+    def pixel_positions(self) -> Array:
         """Centres of the pixels along x, shape (pixels,) [m]."""
         n = self.camera.pixels
         drawn = ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length

@@ -15,6 +15,8 @@ EXAMPLES = {
     "newton": '"3 N"',
     "radian": '"0.1 rad"',
 }
+READABLE = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
+"""Factor and symbol of the unit in which a person reads a quantity, by its SI unit."""
 _PLEASANT = {
     "meter": ("mm", "um", "nm", "m"),
     "pascal": ("MPa", "kPa", "Pa"),

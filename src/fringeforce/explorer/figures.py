@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fringeforce.contacts.loads import polar
+from fringeforce.contacts.loads import paper_load
 from fringeforce.estimation.bounds import covariance
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.summary import fringe_density, surface_strain
 
-REFERENCE = (1.0, 10.0)
-"""The paper's load on every tactel: magnitude [N] and angle [degrees]."""
 VISIBLE = 3.0
 """Standard deviations that a force needs to be told from none."""
 LINEAR = 0.1
@@ -46,7 +44,7 @@ def design_figures(reader: SingleFrameReader) -> list[Figure]:
     """Figures of a sensor under the paper's load, in the order of a designer's questions."""
     model, psi = reader.model, reader.influence
     n = model.sensor.tactels.count
-    phase = psi @ polar(*REFERENCE, n=n).ravel()
+    phase = psi @ paper_load(n).ravel()
     spread = np.sqrt(np.diag(covariance(phase, psi, reader.model.response)))
     largest = 0.5 / max(fringe_density(model), 1e-12)
     smallest = VISIBLE * float(spread.max())

@@ -68,7 +68,7 @@ class Glimpse(NamedTuple):
     reading: Reading | None = None
 
 
-Follower = Callable[[Glimpse, float], Mapping[str, Any]]
+ContactFollower = Callable[[Glimpse, float], Mapping[str, Any]]
 """What one page remembers from frame to frame: from a frame and a coefficient of friction to facts
 about contacts."""
 
@@ -90,7 +90,7 @@ class Display(Protocol):
         """What is shown of the last frame besides its verdict, forces and their uncertainty."""
         ...
 
-    def follower(self) -> Follower:
+    def follower(self) -> ContactFollower:
         """What one page remembers of a run."""
         ...
 

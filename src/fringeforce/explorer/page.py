@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import TypeAdapter
 
@@ -23,7 +23,7 @@ from fringeforce.explorer.protocol import (
 )
 
 if TYPE_CHECKING:
-    from fringeforce.explorer.live import Display
+    pass
 
 
 class Process(Enum):
@@ -35,7 +35,7 @@ class Process(Enum):
 
 
 @dataclass(frozen=True)
-class Question:
+class DesignQuestion:
     """How a question about a design is answered.
 
     Attributes
@@ -67,12 +67,12 @@ class Page:
         What it may ask.
     questions : mapping
         Questions about designs, by the type of the request.
-    solve : callable
-        Characterises a design.
+    solution : str
+        Module of what the page needs to know of a design.
     remembered : int
         Number of designs whose solutions are kept: undo and comparisons come at once.
-    display : callable
-        From a model to what pages see of its running camera.
+    display : str
+        Module and class, joined by a colon, of what pages see of a running camera.
     warm : callable
         What is asked of the first design so that libraries are loaded before anybody waits.
     first : sequence of request
@@ -84,25 +84,13 @@ class Page:
     file: str
     shipped: Callable[[], Collection[str]]
     understood: TypeAdapter[Request]
-    questions: Mapping[type[AboutDesign], Question]
-    solve: Callable[..., tasks.Solved]
+    questions: Mapping[type[AboutDesign], DesignQuestion]
+    solution: str
     remembered: int
-    display: Callable[[Any], Display]
+    display: str
     warm: Callable[[tasks.Solved], Sequence[AboutDesign]]
     first: Sequence[AboutDesign] = ()
     prepare: Callable[[], object] | None = None
-
-
-def _strip_display(model: Any) -> Display:
-    from fringeforce.explorer.strip_live import StripDisplay
-
-    return StripDisplay(model)
-
-
-def _pad_display(model: Any) -> Display:
-    from fringeforce.explorer.pads.live import PadDisplay
-
-    return PadDisplay(model)
 
 
 def _strip_warm(solved: tasks.Solved) -> Sequence[AboutDesign]:
@@ -118,13 +106,13 @@ STRIP_PAGE = Page(
     shipped=shipped_designs,
     understood=STRIP,
     questions={
-        InsideRequest: Question("inside", tasks.inside, Process.DESIGNS),
-        ReadRequest: Question("reading", tasks.read),
-        DownloadRequest: Question("file", tasks.file),
+        InsideRequest: DesignQuestion("inside", tasks.inside, Process.DESIGNS),
+        ReadRequest: DesignQuestion("reading", tasks.read),
+        DownloadRequest: DesignQuestion("file", tasks.file),
     },
-    solve=tasks.solve,
+    solution="fringeforce.explorer.solution",
     remembered=6,
-    display=_strip_display,
+    display="fringeforce.explorer.strip_live:StripDisplay",
     warm=_strip_warm,
 )
 PAD_PAGE = Page(
@@ -132,14 +120,14 @@ PAD_PAGE = Page(
     shipped=shipped_pads,
     understood=pads.PAD,
     questions={
-        pads.PressRequest: Question("picture", pad_tasks.press),
-        pads.SlicesRequest: Question("slices", pad_tasks.slices),
-        pads.PadReadRequest: Question("reading", pad_tasks.read, Process.READINGS),
-        pads.PadDownloadRequest: Question("file", pad_tasks.file, Process.READINGS),
+        pads.PressRequest: DesignQuestion("picture", pad_tasks.press),
+        pads.SlicesRequest: DesignQuestion("slices", pad_tasks.slices),
+        pads.PadReadRequest: DesignQuestion("reading", pad_tasks.read, Process.READINGS),
+        pads.PadDownloadRequest: DesignQuestion("file", pad_tasks.file, Process.READINGS),
     },
-    solve=pad_tasks.solve,
+    solution="fringeforce.explorer.pads.solution",
     remembered=4,
-    display=_pad_display,
+    display="fringeforce.explorer.pads.live:PadDisplay",
     warm=lambda _: (pads.PadReadRequest(type="read", id=0, design=0, contacts=[]),),
     first=(pads.PressRequest(type="press", id=0, design=0, contacts=[], fine=False),),
     prepare=pad_tasks.prepare,

@@ -77,7 +77,7 @@ class InsideRequest(AboutDesign):
 
     @property
     def topic(self) -> str:
-        """As the design's own."""
+        """The slot of the design: each has one answer."""
         return f"{self.type} {self.slot}"
 
 

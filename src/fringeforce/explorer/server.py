@@ -7,6 +7,7 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing, suppress
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 import uvicorn
@@ -21,7 +22,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.explorer.page import PAGES
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
-from fringeforce.explorer.session import Session, Start
+from fringeforce.explorer.session import FirstDesign, Session
 from fringeforce.explorer.tasks import model_of
 from fringeforce.explorer.workers import Workers
 
@@ -34,7 +35,7 @@ MOST_PAGES = 8
 
 
 def application(
-    start: Start,
+    start: FirstDesign,
     token: str,
     ready: Callable[[], object] = bool,
     camera: Source | None = None,
@@ -43,7 +44,7 @@ def application(
 
     Parameters
     ----------
-    start : Start
+    start : FirstDesign
         What pages show first.
     token : str
         First part of every path; whoever does not know it gets nothing.
@@ -66,7 +67,8 @@ def application(
                 # only a camera brings a reader's libraries into this process
                 from fringeforce.explorer.live import Live
 
-                live = Live(page.display(model_of(solved.model)), camera)
+                display = resolve_name(page.display)(model_of(solved.model))
+                live = Live(display, camera)
             warming = asyncio.ensure_future(workers.warm(solved))
             ready()
             yield
@@ -112,7 +114,7 @@ def application(
 
 
 def serve(
-    start: Start,
+    start: FirstDesign,
     token: str,
     bind: str,
     port: int,
@@ -123,7 +125,7 @@ def serve(
 
     Parameters
     ----------
-    start : Start
+    start : FirstDesign
         What pages show first.
     token : str
         First part of every path.

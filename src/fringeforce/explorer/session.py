@@ -34,7 +34,7 @@ class StaleDesignError(InputError):
 
 
 @dataclass(frozen=True)
-class Start:
+class FirstDesign:
     """Where a page begins: a Sensor or a Pad, and its pickled model where one was given."""
 
     sensor: Any
@@ -75,7 +75,7 @@ class Session:
     ----------
     page : Page
         What kind of page it is.
-    start : Start
+    start : FirstDesign
         The design that the server was started with.
     workers : Workers
         Who computes.
@@ -86,7 +86,7 @@ class Session:
     """
 
     def __init__(
-        self, page: Page, start: Start, workers: Workers, send: Send, live: Live | None = None
+        self, page: Page, start: FirstDesign, workers: Workers, send: Send, live: Live | None = None
     ) -> None:
         self.page, self.start, self.workers = page, start, workers
         self.watcher = None if live is None else live.watcher()
@@ -114,7 +114,8 @@ class Session:
         self.wishes.close()
 
     async def _design(self, wish: DesignRequest) -> None:
-        base = Start(load_sensor(wish.start)) if wish.start in self.page.shipped() else self.start
+        shipped = wish.start in self.page.shipped()
+        base = FirstDesign(load_sensor(wish.start)) if shipped else self.start
         sensor = base.sensor.replace(**wish.changes)
         model = base.model if sensor == base.sensor else None
         solved = await self.workers.solve(sensor, model)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Single
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor, Tactels, Transducer
 from fringeforce.explorer.figures import design_figures
@@ -22,7 +23,6 @@ from fringeforce.models.strip import SensorModel, reduced
 from fringeforce.optics.colour import light_colour
 from fringeforce.reading.single_frame import SingleFrameReader
 
-Array = NDArray[np.float64]
 COLUMNS, COVER_ROWS, CLEAR_ROWS = 160, 8, 24
 """Cells of the stress picture: along the strip, and through either layer."""
 
@@ -99,7 +99,7 @@ def inside(reader: SingleFrameReader) -> tuple[Mapping[str, Any], Mapping[str, N
     return {"figures": figures}, _single({**_stresses(displacement), **_movement(displacement)})
 
 
-def _single(blocks: Mapping[str, Array]) -> dict[str, NDArray[np.float32]]:
+def _single(blocks: Mapping[str, Array]) -> dict[str, Single]:
     with np.errstate(over="ignore"):
         small = {name: np.asarray(block, np.float32) for name, block in blocks.items()}
     if not all(np.isfinite(block).all() for block in small.values()):

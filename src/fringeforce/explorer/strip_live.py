@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.contacts.contact import Contact, Friction
 from fringeforce.estimation.bounds import covariance
-from fringeforce.explorer.live import Follower, Glimpse
+from fringeforce.explorer.live import ContactFollower, Glimpse
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Reading, Status
 
@@ -47,7 +47,7 @@ class StripDisplay:
         blocks = {"frame": np.atleast_2d(readings.lines[-1])[0], "phase": reading.phase}
         return Glimpse({}, blocks, reading)
 
-    def follower(self) -> Follower:
+    def follower(self) -> ContactFollower:
         """Contacts that a page follows with its own friction."""
         contact = Contact.none(self.model.sensor.tactels.count)
 

@@ -13,12 +13,14 @@ import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.explorer.protocol import DownloadRequest, InsideRequest, LoadedRequest
 from fringeforce.explorer.values import verdict
@@ -93,22 +95,23 @@ def download(kind: str, model: Any, forces: ArrayLike, reading: Callable[[], Rea
         return {"name": path.name}, {"content": np.frombuffer(path.read_bytes(), np.uint8)}
 
 
-def solve(sensor: Sensor, known: bytes | None, folder: str) -> Solved:
-    """Characterise a strip.
+def solve(solution: str, sensor: Sensor | Pad, known: bytes | None, folder: str) -> Solved:
+    """Characterise a design.
 
     Parameters
     ----------
-    sensor : Sensor
+    solution : str
+        Module of what the page needs to know of it.
+    sensor : Sensor or Pad
         The design.
     known : bytes, optional
         Pickled model of the design, where there is one already.
     folder : str
         Where the model's file goes.
     """
-    from fringeforce.explorer.solution import blocks, facts, solved
-
-    model = solved(sensor, None if known is None else pickle.loads(known))
-    return Solved(stored(model, folder), facts(model), blocks(model))
+    module: Any = import_module(solution)
+    model = module.solved(sensor, None if known is None else pickle.loads(known))
+    return Solved(stored(model, folder), module.facts(model), module.blocks(model))
 
 
 @lru_cache(maxsize=6)

@@ -8,21 +8,20 @@ import os
 import shutil
 import signal
 import tempfile
+import threading
 import weakref
 from collections import OrderedDict
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from functools import partial
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from fringeforce.base.child_process import end_with_parent
 from fringeforce.explorer.page import Page, Process
 from fringeforce.explorer.protocol import AboutDesign
-from fringeforce.explorer.tasks import Answer, Solved
+from fringeforce.explorer.tasks import Answer, Solved, solve
 
 
 class Worker:
@@ -33,81 +32,59 @@ class Worker:
     patient : bool
         Whether it leaves the processor to others who want it.
     folder : str, optional
-        What it removes if this process ends and cannot do so itself.
+        What it removes when it ends with this process, which may be unable to do so itself.
     """
 
     def __init__(self, patient: bool = False, folder: str | None = None) -> None:
         self._manner = patient, folder
-        self._running: tuple[BaseProcess, Connection] | None = None
-        self._line = ThreadPoolExecutor(1)
-        """In which questions stand, and wait for their answers."""
+        self._running: tuple[ProcessPoolExecutor, Connection] | None = None
         self._closed = False
 
     async def run(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """The function's result, computed in the process; once more if the process dies."""
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._line, self._asked, function, arguments)
+        for _ in range(2):
+            if self._closed:
+                break
+            running = self._running = self._running or self._started()
+            try:
+                return await asyncio.wrap_future(running[0].submit(function, *arguments))
+            except BrokenProcessPool:
+                if self._running is running:
+                    self._running = None
+        raise RuntimeError("the process that should have done it has ended")
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
         self._closed = True
         if self._running is not None:
-            self._running[0].kill()
-        self._line.shutdown(cancel_futures=True)
-        if self._running is not None:
-            self._ended(*self._running)
+            pool, lifeline = self._running
+            lifeline.close()
+            pool.shutdown(cancel_futures=True)
 
-    def _asked(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        for _ in range(2):
-            if self._closed:
-                break
-            process, connection = self._running or self._started()
-            try:
-                connection.send((function, arguments))
-                found, error = connection.recv()
-            except (EOFError, OSError):
-                self._ended(process, connection)
-                continue
-            if error is not None:
-                raise error
-            return found
-        raise RuntimeError("the process that should have done it has ended")
-
-    def _started(self) -> tuple[BaseProcess, Connection]:
+    def _started(self) -> tuple[ProcessPoolExecutor, Connection]:
         # a fresh interpreter, because the server's own has threads that must not be forked
         context = multiprocessing.get_context("spawn")
-        connection, theirs = context.Pipe()
-        process = context.Process(target=_work, args=(theirs, *self._manner), daemon=True)
-        process.start()
-        # with the only other end in the process, this one tells when it has died
-        theirs.close()
-        self._running = process, connection
-        return self._running
-
-    def _ended(self, process: BaseProcess, connection: Connection) -> None:
-        connection.close()
-        process.join()
-        self._running = None
+        lifeline, theirs = context.Pipe()
+        return ProcessPoolExecutor(1, context, _prepared, (theirs, *self._manner)), lifeline
 
 
-def _work(connection: Connection, patient: bool, folder: str | None) -> None:
-    """Answer one question after another."""
-    leave = partial(shutil.rmtree, folder, ignore_errors=True) if folder else bool
-    server = end_with_parent(leave)
+def _prepared(lifeline: Connection, patient: bool, folder: str | None) -> None:
+    """Let this process end with the other end of a pipe, which closes however its owner ends."""
+    threading.Thread(target=_end_with, args=(lifeline, folder), daemon=True).start()
     # Ctrl+C in a terminal reaches every process; the server decides when this one ends
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # not every system knows the word
     if patient and hasattr(os, "nice"):
         os.nice(10)
+
+
+def _end_with(lifeline: Connection, folder: str | None) -> None:
     with suppress(EOFError, OSError):
-        while True:
-            function, arguments = connection.recv()
-            try:
-                answer = function(*arguments), None
-            except Exception as error:
-                answer = None, error
-            connection.send(answer)
-    server.join()
+        lifeline.recv()
+    if folder:
+        shutil.rmtree(folder, ignore_errors=True)
+    # other threads may be busy for long, and nobody waits for what they find
+    os._exit(1)
 
 
 class Workers:
@@ -147,7 +124,8 @@ class Workers:
         key = f"{sensor.model_dump_json()} {model is not None}"
         if key not in self._known:
             designs = self._workers[Process.DESIGNS]
-            solved = await designs.run(self._page.solve, sensor, model, self._folder.name)
+            task = self._page.solution, sensor, model, self._folder.name
+            solved = await designs.run(solve, *task)
             # a page may still ask about a design that is no longer remembered
             weakref.finalize(solved, Path(solved.model).unlink, missing_ok=True)
             self._known[key] = solved

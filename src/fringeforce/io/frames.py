@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import (
     HDF5,
@@ -60,7 +61,7 @@ def save_frames(
     Parameters
     ----------
     path : path
-        Of the HDF5 file.
+        Path of the HDF5 file.
     frames : array_like, shape (k, ...) as frames
         Grey levels.
     positions : ndarray, shape (n_pixels,), or pair of ndarray
@@ -120,7 +121,7 @@ def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
     return frames
 
 
-def load_times(path: PathLike) -> NDArray[np.float64] | None:
+def load_times(path: PathLike) -> Array | None:
     """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
     if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
         return None

@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import whole_file
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.reading.reading import Reading
-
-Array = NDArray[np.float64]
 
 COMPONENTS = {len(names): names for names in (Sensor.components, Pad.components)}
 """Names of the components of a force, by their number."""

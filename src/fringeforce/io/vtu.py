@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Index
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.progress import Progress
 from fringeforce.base.storage import whole_file
@@ -23,8 +24,6 @@ from fringeforce.mechanics.solid.strip import STRIP, strip_block, strip_loads
 
 if TYPE_CHECKING:
     import meshio
-
-Array = NDArray[np.float64]
 
 
 def write_vtu(
@@ -99,7 +98,7 @@ def _grid(
     )
 
 
-def _hexahedra(nx: int, ny: int, nz: int) -> NDArray[np.intp]:
+def _hexahedra(nx: int, ny: int, nz: int) -> Index:
     """Corners of every cell of a grid of points, in VTK's order, shape (cells, 8)."""
     number = np.arange(nx * ny * nz).reshape(nx, ny, nz)
     ends = slice(None, -1), slice(1, None)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Layer, Transducer
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
 from fringeforce.mechanics.substructure import TensorSystem, factorise
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +108,7 @@ def _by_halves(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
     return whole
 
 
-def _mirror_image(order: int, elements: int) -> tuple[NDArray[np.intp], Array]:
+def _mirror_image(order: int, elements: int) -> tuple[Index, Array]:
     """Which coefficient along a line stands in the mirror for which, and with what sign.
 
     A bubble stays in its element; those of odd degree change their sign.
@@ -120,7 +119,7 @@ def _mirror_image(order: int, elements: int) -> tuple[NDArray[np.intp], Array]:
     return image, np.where(vertex | (within % 2 == 1), 1.0, -1.0)
 
 
-def _held(transducer: Transducer, mesh: Mesh) -> NDArray[np.bool_]:
+def _held(transducer: Transducer, mesh: Mesh) -> Mask:
     """Which unknowns of the mesh lines are zero, shape (lines, 2, unknowns along z)."""
     held = np.zeros((len(mesh.x), 2, mesh.order * (len(mesh.z) - 1)), dtype=bool)
     if transducer.edges == "roller":
@@ -128,7 +127,7 @@ def _held(transducer: Transducer, mesh: Mesh) -> NDArray[np.bool_]:
     return held
 
 
-def _factorised(transducer: Transducer, mesh: Mesh, held: NDArray[np.bool_]) -> TensorSystem:
+def _factorised(transducer: Transducer, mesh: Mesh, held: Mask) -> TensorSystem:
     in_cover = mesh.z[:-1] >= -transducer.compliant.thickness * (1 + 1e-9)
     moduli = [
         plane_moduli(transducer.compliant if cover else transducer.photoelastic, transducer.plane)

@@ -14,13 +14,13 @@ from typing import Literal
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from skfem import ElementLineP1, ElementLineP2, ElementLinePp
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array, Index
+
 Side = Literal["left", "right"]
 
 
@@ -178,7 +178,7 @@ def along(matrix: csr_array, values: Array, axis: int = 0) -> Array:
     return np.moveaxis(result.reshape(-1, *moved.shape[1:]), 0, axis)
 
 
-def _banded(first: NDArray[np.intp], weights: Array, columns: int) -> csr_array:
+def _banded(first: Index, weights: Array, columns: int) -> csr_array:
     """Sparse matrix whose row i holds weights[i] from column first[i] on."""
     rows, width = weights.shape
     index = first[:, None] + np.arange(width)
@@ -186,7 +186,7 @@ def _banded(first: NDArray[np.intp], weights: Array, columns: int) -> csr_array:
     return csr_array((weights.ravel(), index.ravel(), starts), shape=(rows, columns))
 
 
-def _located(breaks: Array, points: Array, side: Side = "left") -> tuple[NDArray[np.intp], Array]:
+def _located(breaks: Array, points: Array, side: Side = "left") -> tuple[Index, Array]:
     """Element of each point and its place within, 0 to 1."""
     element = np.clip(np.searchsorted(breaks, points, side=side) - 1, 0, len(breaks) - 2)
     return element, (points - breaks[element]) / np.diff(breaks)[element]

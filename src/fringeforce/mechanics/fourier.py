@@ -20,12 +20,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Layer, Transducer
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
-
-Array = NDArray[np.float64]
 
 _ALPHA_U, _ALPHA_W, _TAU, _SIGMA_Z = range(4)
 

@@ -13,12 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
-
-Array = NDArray[np.float64]
 
 ORDER = 7
 """Polynomial order of the default mesh."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
 from fringeforce.mechanics.elasticity import Displacement
 from fringeforce.mechanics.elements import along, integrals, interpolation
-
-Array = NDArray[np.float64]
 
 
 def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:

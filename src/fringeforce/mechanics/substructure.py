@@ -12,13 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.mechanics.elements import element_stiffness
 from fringeforce.mechanics.tridiagonal import BlockCholesky, block_cholesky
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 ROUNDING = 11
 """Digits to which the logarithms of two sizes must agree to count as equal."""
@@ -167,7 +164,7 @@ class TensorSystem:
 
 
 def factorise(
-    order: int, widths: Array, heights: Array, c11: Array, c12: Array, held: NDArray[np.bool_]
+    order: int, widths: Array, heights: Array, c11: Array, c12: Array, held: Mask
 ) -> TensorSystem:
     """Factorise the stiffness of a strip once, for all loads.
 

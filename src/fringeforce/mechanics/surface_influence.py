@@ -12,18 +12,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_interp_spline
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
 
-Array = NDArray[np.float64]
-
 DEGREE = 5
-"""Of the spline over the places of line loads."""
+"""Degree of the spline over the places of line loads."""
 SPACING = 0.2
 """Between line loads, in thicknesses of the cover."""
 MARGIN = 0.6
@@ -41,7 +40,7 @@ class SurfaceInfluence:
     Attributes
     ----------
     places : ndarray, shape (k,)
-        Of line loads, evenly spaced along the strip [m].
+        Places of line loads, evenly spaced along the strip [m].
     stress : ndarray, shape (m, k, 2)
         Under a normal and a tangential unit force at each [Pa m / N].
     narrow : float
@@ -77,7 +76,8 @@ class SurfaceInfluence:
         Parameters
         ----------
         centres, widths : array_like, shape (c,)
-            Of contacts [m]; what reaches beyond the line loads is moved to their end.
+            Places and widths of contacts [m]; what reaches beyond the line loads is moved to
+            their end.
 
         Returns
         -------

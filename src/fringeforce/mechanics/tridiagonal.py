@@ -6,18 +6,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky
 from scipy.linalg.lapack import dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array, Mask
 
 
 @dataclass(frozen=True)
 class BlockCholesky:
     """A factorised chain of unknowns; `held` marks those that are zero."""
 
-    held: NDArray[np.bool_]  # (links, unknowns of a link)
+    held: Mask  # (links, unknowns of a link)
     diagonal: list[Array]  # lower Cholesky factors
     lower: list[Array]  # the blocks to the left of them
 
@@ -34,7 +33,7 @@ class BlockCholesky:
             values[i] = backward(self.diagonal[i], values[i])
         return values
 
-    def followed_by(self, block: Array, off: Array, fixed: NDArray[np.bool_]) -> BlockCholesky:
+    def followed_by(self, block: Array, off: Array, fixed: Mask) -> BlockCholesky:
         """The chain with one more link: its own stiffness, and what couples it to the last."""
         off[fixed] = 0.0
         block[fixed], block[:, fixed] = 0.0, 0.0
@@ -47,7 +46,7 @@ class BlockCholesky:
         held = np.concatenate([self.held, fixed[None]])
         return BlockCholesky(held, [*self.diagonal, factor], [*self.lower, off])
 
-    def held_last(self, stiffness: Array, fixed: NDArray[np.bool_]) -> BlockCholesky:
+    def held_last(self, stiffness: Array, fixed: Mask) -> BlockCholesky:
         """The chain, of two links or more, with its last link held in another way.
 
         Parameters
@@ -64,7 +63,7 @@ class BlockCholesky:
         )
 
 
-def block_cholesky(stiffness: Iterable[Array], held: NDArray[np.bool_]) -> BlockCholesky:
+def block_cholesky(stiffness: Iterable[Array], held: Mask) -> BlockCholesky:
     """Factor a chain.
 
     Parameters

@@ -9,12 +9,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from fringeforce.base.arrays import Array, Single
 from fringeforce.base.linear_map import LinearMap
 from fringeforce.design.pad import Pad
 from fringeforce.optics.arrangement import arranged
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 MOSAIC = ((0.0, 45.0), (135.0, 90.0))
 """Analysers of a polarisation camera before pixels of even and odd rows and columns [degrees]."""
@@ -94,7 +92,7 @@ class Lens(LinearMap):
 
     @property
     def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Those of an image, twice."""
+        """Shape of an image, twice."""
         image = len(self.rows), len(self.columns)
         return image, image
 

@@ -11,13 +11,12 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.light import Plates
 from fringeforce.optics.jones import Jones, polariser, product
 from fringeforce.optics.polariscope import quarter_wave_plates
 
-Array = NDArray[np.float64]
 Arrangement = Literal["dark field", "bright field", "plane", "analyser"]
 
 _PAULI = np.array([[[1j, 0], [0, -1j]], [[0, 1j], [1j, 0]], [[1, 0], [0, 1]]])

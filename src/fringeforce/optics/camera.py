@@ -7,17 +7,16 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import correlate1d
 from scipy.special import ive
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.parts import Converter
 from fringeforce.design.strip import Sensor
 
-Lighting = tuple[NDArray[np.float64], NDArray[np.float64]]
+Lighting = tuple[Array, Array]
 Rng = int | np.random.Generator | None
 
 
-def grey_levels(
-    camera: Converter, intensity: ArrayLike, lighting: Lighting | None = None
-) -> NDArray[np.float64]:
+def grey_levels(camera: Converter, intensity: ArrayLike, lighting: Lighting | None = None) -> Array:
     """Grey levels before noise and rounding, A I + I_o.
 
     Parameters
@@ -88,7 +87,7 @@ def expose(
     return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
 
 
-def encoded(light: ArrayLike, response: str) -> NDArray[np.float64]:
+def encoded(light: ArrayLike, response: str) -> Array:
     """Grey level over light, both as shares of the full scale.
 
     Parameters
@@ -107,7 +106,7 @@ def encoded(light: ArrayLike, response: str) -> NDArray[np.float64]:
     return share ** float(response)
 
 
-def blurred(light: NDArray[np.float64], deviation: float) -> NDArray[np.float64]:
+def blurred(light: Array, deviation: float) -> Array:
     """Lines of light behind a Gaussian point spread; what lies beyond is as the end is.
 
     A sampled Gaussian damps a wave of k per pixel by exp(-(k deviation)^2 / 2) as long as it is a
@@ -131,7 +130,7 @@ def blurred(light: NDArray[np.float64], deviation: float) -> NDArray[np.float64]
     return np.asarray(correlate1d(light, kernel / kernel.sum(), mode="nearest"))
 
 
-def on_sensor(sensor: Sensor, light: NDArray[np.float64]) -> NDArray[np.float64]:
+def on_sensor(sensor: Sensor, light: Array) -> Array:
     """Lines of light on a strip as they reach its camera's pixels, shape (..., n_pixels)."""
     camera = sensor.camera
     if not camera.blur:
@@ -148,9 +147,7 @@ def noise_variance(camera: Converter) -> float:
     return (noise if camera.noise_model == "gaussian" else noise / 3) + 1 / 12
 
 
-def _noise(
-    camera: Converter, shape: tuple[int, ...], generator: np.random.Generator
-) -> NDArray[np.float64]:
+def _noise(camera: Converter, shape: tuple[int, ...], generator: np.random.Generator) -> Array:
     if camera.noise_model == "gaussian":
         return generator.normal(0.0, camera.noise, shape)
     return generator.uniform(-camera.noise, camera.noise, shape)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
+from fringeforce.optics import camera
+
 _TO_RGB = np.array(
     [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
 )
 """From CIE XYZ to linear RGB of IEC 61966-2-1."""
 
 
-def light_colour(wavelength: float) -> NDArray[np.float64]:
+def light_colour(wavelength: float) -> Array:
     """Linear RGB of monochromatic light, brightest channel one, shape (3,).
 
     Parameters
@@ -23,7 +26,7 @@ def light_colour(wavelength: float) -> NDArray[np.float64]:
     return rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
 
 
-def white_light(wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:
+def white_light(wavelengths: Array) -> Array:
     """What each of many wavelengths adds to linear RGB, shape (n, 3); all together make white.
 
     Parameters
@@ -41,7 +44,7 @@ def encoded(rgb: NDArray[np.floating]) -> NDArray[np.uint8]:
     return _ENCODED[step.astype(np.uint16)]
 
 
-def tristimulus(wavelength: float) -> NDArray[np.float64]:
+def tristimulus(wavelength: float) -> Array:
     """CIE 1931 XYZ of monochromatic light, shape (3,).
 
     Gaussian fits by Wyman, Sloan and Shirley, J. Comput. Graph. Tech. 2 (2), 2013; the wavelength
@@ -64,10 +67,4 @@ def tristimulus(wavelength: float) -> NDArray[np.float64]:
     )
 
 
-def _encoding(levels: int) -> NDArray[np.uint8]:
-    linear = np.linspace(0, 1, levels)
-    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
-
-
-_ENCODED = _encoding(16384)
+_ENCODED = np.round(255 * camera.encoded(np.linspace(0, 1, 16384), "sRGB")).astype(np.uint8)

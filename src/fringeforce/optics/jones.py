@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.arrays import Array
+
 Jones = NDArray[np.complex128]
 
 
@@ -37,7 +39,7 @@ class Fringe:
     offset: float = 0.0
     spread: float = 0.0
 
-    def intensity(self, phase: ArrayLike) -> NDArray[np.float64]:
+    def intensity(self, phase: ArrayLike) -> Array:
         """Light that passes at a phase lead [rad], same shape."""
         lead = np.asarray(phase, dtype=float)
         if self.spread:
@@ -45,7 +47,7 @@ class Fringe:
             return self.amplitude * (1 - swing) / 2 + self.offset
         return self.amplitude * np.sin((lead + self.bias) / 2) ** 2 + self.offset
 
-    def contrast(self, phase: ArrayLike) -> NDArray[np.float64]:
+    def contrast(self, phase: ArrayLike) -> Array:
         """Share of the fringes that a spectrum leaves at a phase lead [rad], same shape.
 
         The phase is proportional to the wave number.  Over a Gaussian spectrum of the wave number
@@ -54,7 +56,7 @@ class Fringe:
         """
         return np.exp(-np.square(np.asarray(phase, dtype=float) * self.spread) / 2)
 
-    def turned(self, lead: ArrayLike, cross: ArrayLike) -> NDArray[np.float64]:
+    def turned(self, lead: ArrayLike, cross: ArrayLike) -> Array:
         """Light that passes a retarder whose axis does not lie along x.
 
         Exact for perfect plates, between which a retardance d at an angle a shows itself as cos d

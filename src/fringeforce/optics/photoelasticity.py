@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import PhotoelasticLayer
-
-Array = NDArray[np.float64]
 
 
 def stress_optic_constant(layer: PhotoelasticLayer, wavelength: float) -> float:

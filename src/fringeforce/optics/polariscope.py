@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.light import Channel, Plates, Polariscope
 from fringeforce.optics.jones import Fringe, Jones, fringe, polariser, retarder
 
 
-def intensity(phase: ArrayLike) -> NDArray[np.float64]:
+def intensity(phase: ArrayLike) -> Array:
     """Normalised intensity behind a dark-field circular polariscope, sin^2(p / 2).
 
     Parameters

@@ -150,22 +150,22 @@ def forces(ax: Axes, values: ArrayLike, deviations: ArrayLike) -> None:
     ax.legend()
 
 
-def force_history(ax: Axes, values: ArrayLike) -> None:
-    """Forces of many frames over their number, a line for each tactel.
+def history(ax: Axes, values: ArrayLike, labels: Sequence[str], ylabel: str) -> None:
+    """Forces of many frames over their number, a line for each column.
 
     Parameters
     ----------
     ax : Axes
         Where to draw.
     values : array_like, shape (k, n)
-        Forces of one direction [N]; gaps where they are not a number.
+        Forces [N]; gaps where they are not a number.
+    labels : sequence of str, length n
+        What the columns are called in the legend, which leaves those out that begin with "_".
+    ylabel : str
+        Quantity and unit.
     """
-    read = np.asarray(values)
-    tactels = read.shape[1]
-    shades = mpl.colormaps["viridis"](np.linspace(0, 0.9, tactels))
-    for tactel, (force, shade) in enumerate(zip(read.T, shades, strict=True), start=1):
-        ax.plot(force, color=shade, label=f"tactel {tactel}" if tactel in (1, tactels) else None)
-    ax.set(xlabel="frame", ylabel="normal force [N]")
+    ax.plot(np.asarray(values), label=labels)
+    ax.set(xlabel="frame", ylabel=ylabel)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.legend()
 
@@ -199,23 +199,6 @@ def pad_forces(ax: Axes, pad: Pad, values: ArrayLike) -> None:
     ax.set(xlabel="x [mm]", ylabel="y [mm]", xlim=(-sides[0], sides[0]), ylim=(-sides[1], sides[1]))
     ax.grid(visible=False)
     ax.figure.colorbar(image, ax=ax, label="normal force [N]")
-
-
-def resultants(ax: Axes, values: ArrayLike) -> None:
-    """Sums of the forces on a pad over the number of the frame.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where to draw.
-    values : array_like, shape (k, 3)
-        N, T_x, T_y [N]; gaps where they are not a number.
-    """
-    for name, force in zip(("normal", "along x", "along y"), np.transpose(values), strict=True):
-        ax.plot(force, label=name)
-    ax.set(xlabel="frame", ylabel="force on all tactels [N]")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.legend()
 
 
 def residuals(ax: Axes, left: ArrayLike, frames: Sequence[int], pixels: Sequence[int]) -> None:

@@ -7,30 +7,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.storage import writing
 from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import SensorModel
-from fringeforce.plotting.axes import (
-    figure,
-    force_history,
-    forces,
-    pad_forces,
-    residuals,
-    resultants,
-)
+from fringeforce.plotting.axes import figure, forces, history, pad_forces, residuals
 from fringeforce.reading.reading import Reading
 
 
 def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path) -> None:
     """Write a picture of one reading's forces, or of those of many.
 
-    Those of many are the normal forces of a strip, and the sums of all forces of a pad.
+    Of many readings the normal forces of a strip are drawn, and the sums of all forces of a pad.
 
     Parameters
     ----------
@@ -39,11 +33,11 @@ def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path)
     readings : sequence of Reading
         One for each frame.
     path : Path
-        Of the picture.
+        Path of the picture.
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the picture cannot be written.
     """
     draw_one, draw_many, size = _DRAWN[sensor.kind]
@@ -59,7 +53,11 @@ def _strip_forces(ax: Axes, _: Sensor, reading: Reading) -> None:
 
 
 def _strip_history(ax: Axes, _: Sensor, readings: Sequence[Reading]) -> None:
-    force_history(ax, np.array([reading.forces[:, 0] for reading in readings]))
+    normal = np.array([reading.forces[:, 0] for reading in readings])
+    count = normal.shape[1]
+    ax.set_prop_cycle(color=mpl.colormaps["viridis"](np.linspace(0, 0.9, count)))
+    shown = {1: "tactel 1", count: f"tactel {count}"}
+    history(ax, normal, [shown.get(k + 1, "_") for k in range(count)], "normal force [N]")
 
 
 def _pad_forces(ax: Axes, pad: Pad, reading: Reading) -> None:
@@ -69,7 +67,7 @@ def _pad_forces(ax: Axes, pad: Pad, reading: Reading) -> None:
 def _pad_history(ax: Axes, pad: Pad, readings: Sequence[Reading]) -> None:
     nothing = np.full(3, np.nan)
     sums = [touch(pad, r).total.force if np.isfinite(r.forces).all() else nothing for r in readings]
-    resultants(ax, sums)
+    history(ax, np.array(sums), ("normal", "along x", "along y"), "force on all tactels [N]")
 
 
 _DRAWN: Mapping[str, Any] = {
@@ -95,7 +93,7 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the picture cannot be written.
     """
     found = model.calibration
@@ -105,22 +103,24 @@ def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path
 
 
 def draw_plan(ratio: ArrayLike, path: Path) -> None:
-    """Write a picture of what calibration errors add to readings, over the number of presses.
+    """Write a picture of what calibration errors add to readings, over the number of loads.
 
     Parameters
     ----------
     ratio : array_like, shape (k + 1,)
-        Error of readings over that of a perfectly known sensor, from no press on.
+        Error of readings over that of a perfectly known sensor, from no calibration load on.
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the picture cannot be written.
     """
     excess = np.asarray(ratio)[1:] - 1
     with _picture(path) as ax:
         ax.semilogy(1 + np.arange(len(excess)), 100 * excess, "o-", markersize=4)
-        ax.set(xlabel="presses", ylabel="readings err more than\nwith a known sensor by [%]")
+        ax.set(
+            xlabel="calibration loads", ylabel="readings err more than\nwith a known sensor by [%]"
+        )
 
 
 @contextmanager
@@ -128,7 +128,5 @@ def _picture(path: Path, width: float = 8.0, height: float = 3.6) -> Iterator[Ax
     """Axes of a picture that is written at the end; its size is in inches."""
     with figure(width, height) as (canvas, ax):
         yield ax
-        try:
+        with writing(path):
             canvas.savefig(path)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written: {error.strerror}.") from None

@@ -6,21 +6,19 @@ from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from fringeforce.reproduction.example import Example
+from fringeforce.reproduction.example import PaperExample
 from fringeforce.studies.limits import PAPER_START, SIGN_BY_CONTACT, border_influence, edge_limit
-from fringeforce.studies.loads import ANGLE, uniform_load
+from fringeforce.studies.loads import LARGEST_ANGLE, uniform_load
 from fringeforce.studies.monte_carlo import paper_judge, reader_judge, share_right, shares_right
 from fringeforce.studies.range import CASES, newtons, steepest_angle
 
-Array = NDArray[np.float64]
 LOADS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Uniform loads at random angles that both ways of reading are tried on [N]."""
 DRAWS = 20
 
 
-def draw_dynamic_range(example: Example, ax: Axes) -> None:
+def draw_dynamic_range(example: PaperExample, ax: Axes) -> None:
     """Share of random loads that are read right over their size."""
     for edges, case in CASES.items():
         model = example.models[edges]
@@ -45,7 +43,7 @@ def draw_dynamic_range(example: Example, ax: Axes) -> None:
     ax.legend(fontsize=8)
 
 
-def dynamic_range_statements(example: Example) -> Iterator[tuple[str, str, str]]:
+def dynamic_range_statements(example: PaperExample) -> Iterator[tuple[str, str, str]]:
     """The section's conclusion with numbers, and what its guarantee leaves out."""
     borders = [border_influence(example.models[edges]) for edges in CASES]
     strict, signed = (
@@ -60,7 +58,7 @@ def dynamic_range_statements(example: Example) -> Iterator[tuple[str, str, str]]
     yield (
         "Sec. IV",
         "Case 1 has the larger dynamic range",
-        f"for uniform loads at any angle up to {ANGLE:g} degrees the border phase stays in "
+        f"for uniform loads at any angle up to {LARGEST_ANGLE:g} degrees the border phase stays in "
         f"[-pi, 0] for {newtons(strict[0])} in Case 1 and up to {newtons(strict[1])} in Case 2, "
         f"where a load steeper than {steepest_angle(example.models['roller']):.1f} degrees turns "
         f"one border above zero; with the sign from contact, for {newtons(signed[0])} and up to "
@@ -73,5 +71,5 @@ def dynamic_range_statements(example: Example) -> Iterator[tuple[str, str, str]]
         "Case 1 guarantees the start independently of the force",
         "the border is at zero, but the phase just inside it may rise above: then equation (12) "
         f"finds -p, as for {1 - share_right(mirrored, 1.0, DRAWS):.0%} of uniform loads of 1 N "
-        f"within {ANGLE:g} degrees. Contact pushes, which tells the sign",
+        f"within {LARGEST_ANGLE:g} degrees. Contact pushes, which tells the sign",
     )

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fringeforce.contacts.loads import polar
+from fringeforce.base.arrays import Array
+from fringeforce.contacts.loads import paper_load
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
@@ -20,13 +20,11 @@ from fringeforce.optics.photoelasticity import (
 )
 from fringeforce.studies.range import CASES
 
-Array = NDArray[np.float64]
 DEPTHS = (0.5e-3, 1.5e-3, 2.5e-3)
-LOAD, ANGLE = 1.0, 10.0
 
 
 @dataclass(frozen=True)
-class Example:
+class PaperExample:
     """A design in both of the paper's cases, under the paper's load."""
 
     sensor: Sensor
@@ -42,7 +40,7 @@ class Example:
     @cached_property
     def forces(self) -> Array:
         """The load of the paper's example, 1 N at 10 degrees on every tactel, shape (n, 2)."""
-        return polar(LOAD, ANGLE, self.sensor.tactels.count)
+        return paper_load(self.sensor.tactels.count)
 
     @cached_property
     def x(self) -> Array:
@@ -72,7 +70,7 @@ class Example:
         return stress_field(self.displacement(edges).superposed(self.forces), x, z)
 
 
-def rectangle_rule(study: Example) -> tuple[Array, Array]:
+def rectangle_rule(study: PaperExample) -> tuple[Array, Array]:
     """Phase on the paper's mesh, integrated consistently and by equation (3), at `study.x`."""
     sensor = study.sensor
     mesh = paper_mesh(sensor.transducer, sensor.tactels.positions)

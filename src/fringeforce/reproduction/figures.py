@@ -12,11 +12,11 @@ from fringeforce.optics.photoelasticity import phase_lead
 from fringeforce.plotting import axes as plot
 from fringeforce.reading.reader import Reader
 from fringeforce.reproduction.dynamic_range import draw_dynamic_range
-from fringeforce.reproduction.example import CASES, DEPTHS, Example, rectangle_rule
+from fringeforce.reproduction.example import CASES, DEPTHS, PaperExample, rectangle_rule
 from fringeforce.studies.convergence import mesh_errors
 
 
-def _draw_overview(example: Example, ax: Axes) -> None:
+def _draw_overview(example: PaperExample, ax: Axes) -> None:
     sensor, model = example.sensor, example.models["free"]
     x = sensor.pixel_positions
     ax.axis("off")
@@ -29,18 +29,18 @@ def _draw_overview(example: Example, ax: Axes) -> None:
     plot.fringes(light, x, model.intensity(example.forces), sensor.transducer.width, wavelength)
 
 
-def _draw_mesh(example: Example, ax: Axes) -> None:
+def _draw_mesh(example: PaperExample, ax: Axes) -> None:
     strip, tactels = example.sensor.transducer, example.sensor.tactels.positions
     plot.mesh(ax, strip_mesh(strip, tactels), -strip.compliant.thickness, tactels)
 
 
-def _draw_paper_mesh(example: Example, ax: Axes) -> None:
+def _draw_paper_mesh(example: PaperExample, ax: Axes) -> None:
     strip, tactels = example.sensor.transducer, example.sensor.tactels.positions
     plot.mesh(ax, paper_mesh(strip, tactels), -strip.compliant.thickness, tactels)
 
 
-def _draw_stress(edges: str) -> Callable[[Example, Axes], None]:
-    def draw(example: Example, ax: Axes) -> None:
+def _draw_stress(edges: str) -> Callable[[PaperExample, Axes], None]:
+    def draw(example: PaperExample, ax: Axes) -> None:
         sigma_x = example.stresses(edges, example.x, -np.array(DEPTHS))[0]
         labels = [f"{depth * 1e3:g} mm deep" for depth in DEPTHS]
         profiles = dict(zip(labels, sigma_x.T / 1e6, strict=True))
@@ -49,13 +49,13 @@ def _draw_stress(edges: str) -> Callable[[Example, Axes], None]:
     return draw
 
 
-def _draw_phase(example: Example, ax: Axes) -> None:
+def _draw_phase(example: PaperExample, ax: Axes) -> None:
     plot.curves(
         ax, example.x, {CASES[edges]: example.phase(edges) for edges in CASES}, "phase lead p [rad]"
     )
 
 
-def _draw_columns(example: Example, ax: Axes) -> None:
+def _draw_columns(example: PaperExample, ax: Axes) -> None:
     psi = example.models["free"].influence(example.x)
     columns = {
         r"$0.4\,\mathrm{N}\ \cdot\ ^N\psi_1$": 0.4 * psi[:, 0, 0],
@@ -64,19 +64,19 @@ def _draw_columns(example: Example, ax: Axes) -> None:
     plot.curves(ax, example.x, columns, "phase lead [rad]")
 
 
-def _draw_intensity(example: Example, ax: Axes) -> None:
+def _draw_intensity(example: PaperExample, ax: Axes) -> None:
     model = example.models["free"]
     light = model.intensity(example.forces)
     plot.curves(ax, model.sensor.pixel_positions, {"": light}, "intensity I")
 
 
-def _draw_frame(example: Example, ax: Axes) -> None:
+def _draw_frame(example: PaperExample, ax: Axes) -> None:
     model = example.models["free"]
     frame = model.expose(example.forces, rng=0)
     plot.curves(ax, model.sensor.pixel_positions, {"": frame}, "grey level", linewidth=0.6)
 
 
-def _draw_recovery(example: Example, ax: Axes) -> None:
+def _draw_recovery(example: PaperExample, ax: Axes) -> None:
     model = example.models["free"]
     reading = Reader(model).search(model.expose(example.forces, rng=0))
     x = model.sensor.pixel_positions
@@ -85,7 +85,7 @@ def _draw_recovery(example: Example, ax: Axes) -> None:
     ax.lines[1].set_linestyle("--")
 
 
-def _draw_readings(example: Example, ax: Axes) -> None:
+def _draw_readings(example: PaperExample, ax: Axes) -> None:
     curves = {}
     depth = np.linspace(0, 1, 241)
     strip = example.sensor.transducer
@@ -100,14 +100,14 @@ def _draw_readings(example: Example, ax: Axes) -> None:
     plot.curves(ax, example.x, curves, "phase lead [rad]")
 
 
-def _draw_quadrature(example: Example, ax: Axes) -> None:
+def _draw_quadrature(example: PaperExample, ax: Axes) -> None:
     exact, rule = rectangle_rule(example)
     plot.curves(
         ax, example.x, {"consistent integral": exact, "equation (3)": rule}, "phase lead [rad]"
     )
 
 
-def _draw_convergence(example: Example, ax: Axes) -> None:
+def _draw_convergence(example: PaperExample, ax: Axes) -> None:
     labels, unknowns, errors = zip(*mesh_errors(example.models["roller"].sensor), strict=True)
     plot.convergence(ax, unknowns, errors, labels)
 

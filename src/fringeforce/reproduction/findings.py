@@ -11,14 +11,14 @@ from fringeforce.mechanics.mesh import paper_mesh
 from fringeforce.models.strip import characterize
 from fringeforce.optics.photoelasticity import phase_lead
 from fringeforce.reproduction.dynamic_range import dynamic_range_statements
-from fringeforce.reproduction.example import DEPTHS, Example, rectangle_rule
+from fringeforce.reproduction.example import DEPTHS, PaperExample, rectangle_rule
 from fringeforce.reproduction.recovery import AVERAGED, Recovery
 from fringeforce.studies.convergence import relative_error
 
 Finding = tuple[str, str, str]
 
 
-def statements(example: Example, recovery: Recovery) -> Iterator[Finding]:
+def statements(example: PaperExample, recovery: Recovery) -> Iterator[Finding]:
     """Where it stands, what the paper says, and what we find; numbers computed here and now."""
     yield from _stress_statements(example)
     yield from _phase_statements(example)
@@ -28,7 +28,7 @@ def statements(example: Example, recovery: Recovery) -> Iterator[Finding]:
     yield from _accuracy_statements(example)
 
 
-def _stress_statements(example: Example) -> Iterator[Finding]:
+def _stress_statements(example: PaperExample) -> Iterator[Finding]:
     half = example.sensor.transducer.length / 2
     z = -np.array(DEPTHS)
     for edges, number, claim in (
@@ -57,7 +57,7 @@ def _stress_statements(example: Example) -> Iterator[Finding]:
     )
 
 
-def _phase_statements(example: Example) -> Iterator[Finding]:
+def _phase_statements(example: PaperExample) -> Iterator[Finding]:
     phases = {edges: example.phase(edges) for edges in ("free", "roller")}
     free, roller = phases["free"], phases["roller"]
     yield (
@@ -77,7 +77,7 @@ def _phase_statements(example: Example) -> Iterator[Finding]:
     )
     short_length = 1.2 * 2 * example.sensor.tactels.positions[-1]
     if 0 < short_length < example.sensor.transducer.length:
-        short = Example(example.sensor.replace(**{"transducer.length": short_length}))
+        short = PaperExample(example.sensor.replace(**{"transducer.length": short_length}))
         short_free, short_roller = short.phase("free"), short.phase("roller")
         gap = np.abs(short_free - short_roller).min() / np.abs(short_free).max()
         whole = np.abs(short_free - short_roller).max() / np.abs(short_free).max()
@@ -101,7 +101,7 @@ def _phase_statements(example: Example) -> Iterator[Finding]:
     )
 
 
-def _camera_statements(example: Example) -> Iterator[Finding]:
+def _camera_statements(example: PaperExample) -> Iterator[Finding]:
     camera = example.sensor.camera
     frame = example.models["free"].expose(example.forces, rng=0)
     lowest, highest = camera.offset - camera.noise, camera.offset + camera.amplitude + camera.noise
@@ -132,7 +132,7 @@ def _recovery_statements(recovery: Recovery) -> Iterator[Finding]:
     )
 
 
-def _accuracy_statements(example: Example) -> Iterator[Finding]:
+def _accuracy_statements(example: PaperExample) -> Iterator[Finding]:
     sensor = example.sensor
     mesh = paper_mesh(sensor.transducer, sensor.tactels.positions)
     yield (

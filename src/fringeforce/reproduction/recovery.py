@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
+from fringeforce.contacts.loads import PAPER_ANGLE, PAPER_LOAD
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.reproduction.example import ANGLE, LOAD, Example
-
-Array = NDArray[np.float64]
+from fringeforce.reproduction.example import PaperExample
 
 PAPER_MAGNITUDES = (0.976, 1.02, 1.05, 0.97, 0.963, 0.98, 0.973, 0.967, 0.953, 0.943, 1.056)
 PAPER_ANGLES = (10.6, 9.7, 9.8, 10.4, 9.5, 10.5, 10.4, 10.3, 10.2, 10.7, 9.7)
@@ -45,7 +44,7 @@ class Recovery:
     averaged_angle: float
 
 
-def recovered(example: Example) -> Recovery:
+def recovered(example: PaperExample) -> Recovery:
     """Read the paper's example from `SEEDS` noisy frames."""
     model = example.models["free"]
     reader = SingleFrameReader(model)
@@ -69,4 +68,5 @@ def worst_errors(forces: Array) -> tuple[Array, Array]:
     """Largest relative errors of magnitude and angle over the tactels, shape (k,) each."""
     magnitude = np.hypot(forces[..., 0], forces[..., 1])
     angle = np.degrees(np.arctan2(forces[..., 1], forces[..., 0]))
-    return np.abs(magnitude / LOAD - 1).max(axis=1), np.abs(angle / ANGLE - 1).max(axis=1)
+    sizes, turns = np.abs(magnitude / PAPER_LOAD - 1), np.abs(angle / PAPER_ANGLE - 1)
+    return sizes.max(axis=1), turns.max(axis=1)

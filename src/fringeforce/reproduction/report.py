@@ -7,10 +7,10 @@ from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.storage import writing
 from fringeforce.design.strip import Sensor
 from fringeforce.plotting import axes as plot
-from fringeforce.reproduction.example import Example
+from fringeforce.reproduction.example import PaperExample
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.findings import statements
 from fringeforce.reproduction.recovery import PAPER_ANGLES, PAPER_MAGNITUDES, Recovery, recovered
@@ -37,14 +37,12 @@ def reproduce(
 
     Raises
     ------
-    InputError
+    FileFormatError
         If the folder cannot be made.
     """
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder} cannot be made a folder: {error.strerror}.") from None
-    example = Example(sensor)
+    example = PaperExample(sensor)
     recovery = recovered(example)
     figures = []
     for number, (name, draw, size, title, text) in enumerate(FIGURES, start=1):

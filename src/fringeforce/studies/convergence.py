@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import ORDER, Mesh, paper_mesh, strip_mesh
@@ -15,7 +15,6 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.plotting import axes as plot
 from fringeforce.studies.study_result import StudyResult
 
-Array = NDArray[np.float64]
 ORDERS, REFINEMENTS = range(2, 10), (1, 2, 3)
 FINEST = 12
 """Order of the elements that stand for the exact solution where none is known."""

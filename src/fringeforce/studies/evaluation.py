@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 
-from fringeforce.base.progress import Progress
+from fringeforce.base.progress import Progress, counted
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import coarse_model, performance
@@ -38,24 +38,10 @@ class Setting:
     seed: np.random.SeedSequence
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """One design: the setting and the values that differ, by dotted path."""
-
-    setting: Setting
-    changes: Mapping[str, Value]
-
-    @property
-    def sensor(self) -> Sensor:
-        """The whole design; DesignError if its values do not go together."""
-        return self.setting.sensor.replace(**self.changes)
-
-
-def evaluate(candidate: Candidate) -> Outcome:
-    """Performance of a design, or the text of whatever error it raised."""
-    setting = candidate.setting
+def evaluate(setting: Setting, changes: Mapping[str, Value]) -> Outcome:
+    """Performance of a design with some values changed, or the text of whatever error it raised."""
     try:
-        model = coarse_model(candidate.sensor, setting.mesh_order)
+        model = coarse_model(setting.sensor.replace(**changes), setting.mesh_order)
         return performance(model, setting.working_load, setting.seed)
     except Exception as error:  # a design that fails must not end the study of the others
         return f"{type(error).__name__}: {error}"
@@ -94,18 +80,13 @@ def evaluate_missing(
     states = store.states
     places = range(first, first + len(candidates))
 
-    def tasks() -> Iterator[tuple[int, Candidate]]:
-        for place, changes in zip(places, candidates, strict=True):
-            if states[place] == OPEN:
-                yield place, Candidate(setting, changes)
-
-    known = int((states != OPEN).sum())
-    if progress:
-        progress("designs", known, len(states))
-    for place, outcome in completed(pool, evaluate, tasks()):
+    tasks = (
+        (place, (setting, changes))
+        for place, changes in zip(places, candidates, strict=True)
+        if states[place] == OPEN
+    )
+    outcomes, known = completed(pool, evaluate, tasks), int((states != OPEN).sum())
+    for place, outcome in counted(outcomes, progress, "designs", len(states), known):
         store.record(place, candidates[place - first], outcome)
-        known += 1
-        if progress:
-            progress("designs", known, len(states))
     found = [store.outcome(place) for place in places]
     return [outcome for outcome in found if outcome is not None]

@@ -7,14 +7,16 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any, TypeVar
 
 from fringeforce.base.child_process import end_with_parent
 from fringeforce.base.errors import InputError
-from fringeforce.base.progress import Progress
+from fringeforce.base.optional_libraries import extra
+from fringeforce.base.progress import Progress, counted
 
-Task = TypeVar("Task")
 Result = TypeVar("Result")
+Arguments = tuple[Any, ...]
 
 AHEAD = 128
 """Calls that are handed over before the first one is back."""
@@ -66,14 +68,9 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
 
 @contextmanager
 def _cluster(address: str) -> Iterator[Executor]:
+    distributed: Any = extra("distributed", "cluster")
     try:
-        from distributed import Client
-    except ImportError:
-        raise InputError(
-            "A scheduler needs Dask; install it with  pip install 'fringeforce[cluster]'."
-        ) from None
-    try:
-        client = Client(address, timeout=10)
+        client = distributed.Client(address, timeout=10)
     except (OSError, ValueError) as error:
         raise InputError(f"No scheduler answers at {address!r}: {error}.") from None
     with client, client.get_executor() as pool:
@@ -83,20 +80,18 @@ def _cluster(address: str) -> Iterator[Executor]:
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     """New processes run linear algebra on one thread: as many processes as cores are enough."""
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    before = {name: os.environ[name] for name in ONE_THREAD if name in os.environ}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in ONE_THREAD:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def completed(
-    pool: Executor, function: Callable[[Task], Result], tasks: Iterable[tuple[int, Task]]
+    pool: Executor, function: Callable[..., Result], tasks: Iterable[tuple[int, Arguments]]
 ) -> Iterator[tuple[int, Result]]:
     """Results of numbered calls as they come, in any order.
 
@@ -105,29 +100,23 @@ def completed(
     pool : Executor
         Where the calls run.
     function : callable
-        Function of one task; both must travel to other processes.
-    tasks : iterable of (int, task)
-        Numbered tasks.
+        What is called; it and its arguments must travel to other processes.
+    tasks : iterable of (int, tuple)
+        Numbers of the calls, and their arguments.
 
     Yields
     ------
     (int, result)
-        The number of a task and what came of it.
+        The number of a call and what came of it.
     """
     remaining = iter(tasks)
     running: dict[Future[Result], int] = {}
-    exhausted = False
     while True:
-        while not exhausted and len(running) < AHEAD:
-            following = next(remaining, None)
-            if following is None:
-                exhausted = True
-            else:
-                number, task = following
-                future = pool.submit(function, task)
-                running[future] = number
-                if future.done():
-                    break  # what is finished is handed over before the next begins
+        for number, task in islice(remaining, AHEAD - len(running)):
+            future = pool.submit(function, *task)
+            running[future] = number
+            if future.done():
+                break  # what is finished is handed over before the next begins
         if not running:
             return
         finished, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -137,27 +126,24 @@ def completed(
 
 def gathered(
     pool: Executor,
-    function: Callable[[Task], Result],
-    tasks: Sequence[Task],
+    function: Callable[..., Result],
+    tasks: Sequence[Arguments],
     words: str = "",
     progress: Progress | None = None,
 ) -> list[Result]:
-    """Results of all calls, in the order of their tasks.
+    """Results of all calls, in their order.
 
     Parameters
     ----------
     pool, function
         As in `completed`.
-    tasks : sequence
+    tasks : sequence of tuple
         What to call the function with.
     words : str
-        What the tasks are, for the progress.
+        What the calls are, for the progress.
     progress : callable, optional
         Told the words, the calls done and their count.
     """
-    found: dict[int, Result] = {}
-    for number, result in completed(pool, function, enumerate(tasks)):
-        found[number] = result
-        if progress:
-            progress(words, len(found), len(tasks))
+    results = completed(pool, function, enumerate(tasks))
+    found = dict(counted(results, progress, words, len(tasks)))
     return [found[number] for number in range(len(tasks))]

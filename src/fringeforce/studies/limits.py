@@ -8,15 +8,13 @@ program.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import FRICTION
 from fringeforce.studies.summary import surface_strain
-
-Array = NDArray[np.float64]
 
 PAPER_START = (-np.pi, 0.0)
 """Phases at the borders for which equation (12) may start with m = n = k = 0 [rad]."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array
 
-ANGLE = 20.0
+LARGEST_ANGLE = 20.0
 """Largest angle of a force from the surface normal [degrees]."""
-FRICTION = float(np.tan(np.radians(ANGLE)))
+FRICTION = float(np.tan(np.radians(LARGEST_ANGLE)))
 """Largest tangential force over normal force."""
 SCATTERED = 16
 """Random maps among the loads on which designs are compared."""
@@ -17,14 +16,14 @@ SCATTERED = 16
 
 def uniform_load(rng: np.random.Generator, n: int, normal: float) -> Array:
     """One force on all tactels at a random angle, shape (n, 2) [N]."""
-    tangential = normal * np.tan(np.radians(rng.uniform(-ANGLE, ANGLE)))
+    tangential = normal * np.tan(np.radians(rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE)))
     return np.tile([normal, tangential], (n, 1))
 
 
 def scattered_load(rng: np.random.Generator, n: int, largest: float) -> Array:
     """Independent forces: normal ones from nothing to the largest, any angle, shape (n, 2) [N]."""
     normal = rng.uniform(0, largest, n)
-    angle = np.radians(rng.uniform(-ANGLE, ANGLE, n))
+    angle = np.radians(rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, n))
     return np.stack([normal, normal * np.tan(angle)], axis=1)
 
 

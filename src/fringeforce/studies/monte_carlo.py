@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.estimation.phase.noise_free import recover_phase
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Status
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.limits import NYQUIST, densest_fringes, largest_phase
 
-Array = NDArray[np.float64]
 Load = Callable[[np.random.Generator, int, float], Array]
 Judge = Callable[[np.random.Generator, float], bool]
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fringeforce.base.progress import Progress
-from fringeforce.contacts.loads import polar
+from fringeforce.base.arrays import Array
+from fringeforce.base.progress import Progress, counted
+from fringeforce.contacts.loads import PAPER_ANGLE, polar
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
@@ -17,14 +17,13 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.models.strip_width import POINTS, StripWidth, strip_width
 from fringeforce.reading.reader import Reader
 
-Array = NDArray[np.float64]
-
 LINES = (0.1, 0.25, 0.5, 1.0)
 """Widths of the camera's line, of the strip's."""
 LOADS = (0.25, 1.0, 3.0)
-"""Force on every tactel [N], at ANGLE."""
-ANGLE = 10.0
+"""Force on every tactel [N], at the angle of the paper's example."""
 FRAMES = 3
+NARROW = {"line_position": None, "line_width": None}
+"""A camera whose line is narrow and lies in the middle."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def one_phase(
     seed : int
         Seed of the noise, the same for all.
     progress : callable, optional
-        Called with words, cases known and their count.
+        Called with words, lines done and their count.
     shares : tuple of float
         Widths of the line over that of the strip.
     loads : tuple of float
@@ -75,12 +74,12 @@ def one_phase(
         Sizes of the elements.
     """
     found = []
-    cases = len(shares) * len(loads)
-    for width, seen in _lines(sensor, shares, mesh):
+    lines = _lines(sensor, shares, mesh)
+    for width, seen in counted(lines, progress, "lines of the camera", len(shares)):
         model = SensorModel(seen.sensor, seen.breaks, seen.psi)
         reader = Reader(model)
         for load in loads:
-            forces = polar(load, ANGLE, sensor.tactels.count)
+            forces = polar(load, PAPER_ANGLE, sensor.tactels.count)
             frames = [
                 [source.expose(forces, rng=seed + k) for k in range(FRAMES)]
                 for source in (seen, model)
@@ -90,8 +89,6 @@ def one_phase(
                 for group in frames
             )
             found.append(OnePhase(width, load, contrast(seen, forces), error, noise))
-            if progress:
-                progress("lines of the camera", len(found), cases)
     return sorted(found, key=lambda one: (one.load, one.line))
 
 
@@ -107,9 +104,7 @@ def _lines(
     """What lines of several widths see, from one solution."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     widths = np.array(shares) * sensor.transducer.width
-    solid = sensor.replace(
-        transducer={"plane": "3d"}, camera={"line_position": None, "line_width": None}
-    )
+    solid = sensor.replace(transducer={"plane": "3d"}, camera=NARROW)
     y = np.concatenate([width / 2 * nodes for width in widths])
     every = strip_width(solid, mesh, places=(y, np.ones_like(y)))
     for i, width in enumerate(widths):

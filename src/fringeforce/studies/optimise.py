@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
@@ -23,8 +23,6 @@ from fringeforce.studies.sampling import Axis, changes
 from fringeforce.studies.study_file import LARGER_IS_BETTER, DesignSearch, StudyFile
 from fringeforce.studies.sweep import Columns, Sweep, meets, prepared, start
 
-Array = NDArray[np.float64]
-
 CROWD = 8
 """Designs in a generation for each varied value."""
 INFEASIBLE, FAILED = 1e6, 1e12
@@ -32,7 +30,7 @@ INFEASIBLE, FAILED = 1e6, 1e12
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class BestDesign:
     """The best design that was found.
 
     Attributes
@@ -60,7 +58,7 @@ def optimise(
     path: str | os.PathLike[str],
     pool: Executor,
     progress: Progress | None = None,
-) -> Optimum:
+) -> BestDesign:
     """Find the best design by differential evolution (Storn and Price, J. Glob. Optim. 11, 1997).
 
     Every generation is evaluated at once on the executor.  A design that exceeds limits loses to
@@ -98,7 +96,7 @@ def optimise(
         evaluate = _generation(pool, store, axes, setting, limits, study.search, progress)
         # SciPy's own types forget the array and the map that its documentation allows
         options: dict[str, Any] = {
-            "init": _first_generation(crowd, len(axes), seed),
+            "init": qmc.LatinHypercube(len(axes), rng=np.random.default_rng(seed)).random(crowd),
             "workers": evaluate,
         }
         differential_evolution(
@@ -138,10 +136,6 @@ def _shape(search: DesignSearch, dimensions: int) -> tuple[int, int]:
     return crowd, generations
 
 
-def _first_generation(crowd: int, dimensions: int, seed: np.random.SeedSequence) -> Array:
-    return qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(crowd)
-
-
 def _generation(
     pool: Executor,
     store: ResultStore,
@@ -166,7 +160,7 @@ def _generation(
 
 def _best(
     study: StudyFile, sensor: Sensor, columns: Columns, axes: list[Axis], before: Outcome
-) -> Optimum:
+) -> BestDesign:
     assert study.search is not None
     sweep = Sweep(axes, columns, meets(columns, study.constraints.limits()))
     tried = np.flatnonzero(sweep.feasible)
@@ -184,4 +178,4 @@ def _best(
         value = columns[one.path][best]
         found[one.path] = str(value) if one.text else int(value) if one.whole else float(value)
     reached = Performance(**{name: float(columns[name][best]) for name in NAMES})
-    return Optimum(sensor.replace(**found), reached, before, sweep, best)
+    return BestDesign(sensor.replace(**found), reached, before, sweep, best)

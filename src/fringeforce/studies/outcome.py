@@ -12,14 +12,15 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
-from fringeforce.studies.optimise import Optimum
+from fringeforce.base.arrays import Array, Index
+from fringeforce.design.units import READABLE
+from fringeforce.studies.optimise import BestDesign
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
 from fringeforce.studies.study_result import StudyResult
 from fringeforce.studies.sweep import Sweep
 from fringeforce.studies.verification import Verified
 
-FACTORS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 UNCERTAINTY, RANGE = "worst_uncertainty", "largest_load"
 PANELS, BINS = 4, 12
 SIZE = (10.0, 7.6)
@@ -42,12 +43,12 @@ def sweep_result(sweep: Sweep, name: str) -> StudyResult:
     )
 
 
-def optimum_result(optimum: Optimum, verified: Sequence[Verified], name: str) -> StudyResult:
+def optimum_result(optimum: BestDesign, verified: Sequence[Verified], name: str) -> StudyResult:
     """The design found beside the one it started from.
 
     Parameters
     ----------
-    optimum : Optimum
+    optimum : BestDesign
         What was found.
     verified : sequence of Verified
         Noisy frames of the design it started from and of the one found.
@@ -102,7 +103,7 @@ def _draw_front(ax: Axes, sweep: Sweep, best: int | None) -> None:
 def _draw_heat_map(ax: Axes, sweep: Sweep, axes: list[Axis], best: int | None) -> None:
     """Least worst uncertainty of the feasible designs in each cell."""
     feasible = np.flatnonzero(sweep.feasible)
-    scaled = [sweep.columns[one.path] * FACTORS[one.unit][0] for one in axes]
+    scaled = [sweep.columns[one.path] * READABLE[one.unit][0] for one in axes]
     edges = [_edges(one) for one in axes]
     first, second = scaled
     # SciPy's own types forget the function and the edges that its documentation allows
@@ -131,7 +132,7 @@ def _draw_trade_off(ax: Axes, sweep: Sweep, one: Axis, best: int | None) -> None
         x: NDArray[Any] = np.array([names.index(value) for value in values], dtype=float)
         ax.set_xticks(range(len(names)), names)
     else:
-        x = values * FACTORS[one.unit][0]
+        x = values * READABLE[one.unit][0]
         _scaled(ax.xaxis, one.logarithmic)
     _cloud(ax, sweep, x, y)
     _marks(ax, x, y, best)
@@ -164,13 +165,13 @@ def _scaled(axis: XAxis | YAxis, logarithmic: bool) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _edges(one: Axis) -> NDArray[np.float64]:
-    factor = FACTORS[one.unit][0]
+def _edges(one: Axis) -> Array:
+    factor = READABLE[one.unit][0]
     space = np.geomspace if one.logarithmic else np.linspace
     return space(one.low * factor, one.high * factor, BINS + 1)
 
 
-def _sweep_words(sweep: Sweep, front: NDArray[np.intp]) -> str:
+def _sweep_words(sweep: Sweep, front: Index) -> str:
     count = len(sweep.columns["state"]) - 1
     fine = np.flatnonzero(sweep.feasible)
     words = [
@@ -206,7 +207,7 @@ def _rank_correlation(one: NDArray[Any], other: NDArray[Any]) -> float:
     return float(found.statistic)
 
 
-def _optimum_words(optimum: Optimum, before: Verified, after: Verified) -> str:
+def _optimum_words(optimum: BestDesign, before: Verified, after: Verified) -> str:
     gain = optimum.before.worst_uncertainty / optimum.performance.worst_uncertainty
     thickness = optimum.performance.thickness * 1e3, optimum.before.thickness * 1e3
     return (
@@ -223,10 +224,10 @@ def _optimum_words(optimum: Optimum, before: Verified, after: Verified) -> str:
 
 
 def _title(one: Axis, joint: str = " ") -> str:
-    unit = FACTORS[one.unit][1]
+    unit = READABLE[one.unit][1]
     name = one.path.removeprefix("transducer.").replace("_", " ").replace(".", joint, 1)
     return f"{name} [{unit}]" if unit else name
 
 
 def _shown(one: Axis, value: Any) -> str:
-    return str(value) if isinstance(value, str) else f"{value * FACTORS[one.unit][0]:.4g}"
+    return str(value) if isinstance(value, str) else f"{value * READABLE[one.unit][0]:.4g}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from fringeforce.studies.limits import (
     nyquist_limit,
     strain_limit,
 )
-from fringeforce.studies.loads import ANGLE, scattered_load, uniform_load
+from fringeforce.studies.loads import LARGEST_ANGLE, scattered_load, uniform_load
 from fringeforce.studies.monte_carlo import bracket, reader_judge, reading_limit
 from fringeforce.studies.study_result import StudyResult
 
@@ -88,10 +89,9 @@ def range_study(
         Called with words, the cases done and their count.
     """
     cases = [sensor.replace(**{"transducer.edges": edges}) for edges in CASES]
-    questions = [_Question(case, loads, frames, seed) for case in cases for loads in SETS]
+    questions = [(case, loads, frames, seed) for case in cases for loads in SETS]
     answers = gathered(pool, _answer, questions, "cases and loads", progress)
-    asked = [(question.case.transducer.edges, question.loads) for question in questions]
-    found = dict(zip(asked, answers, strict=True))
+    found = dict(zip(product(CASES, SETS), answers, strict=True))
     rows = tuple(
         (label, *(newtons(getattr(one, name)) for one in found.values()))
         for name, label in LABELS.items()
@@ -101,16 +101,8 @@ def range_study(
     return StudyResult("range", header, rows, text, lambda ax: _draw(ax, found))
 
 
-@dataclass(frozen=True)
-class _Question:
-    case: Sensor
-    loads: str
-    frames: int
-    seed: int
-
-
-def _answer(question: _Question) -> RangeLimits:
-    return limits(characterize(question.case), question.loads, question.frames, question.seed)
+def _answer(sensor: Sensor, loads: str, frames: int, seed: int) -> RangeLimits:
+    return limits(characterize(sensor), loads, frames, seed)
 
 
 def limits(model: SensorModel, loads: str, frames: int, seed: int = 0) -> RangeLimits:
@@ -149,7 +141,8 @@ def _words(roller: SensorModel, found: dict[tuple[str, str], RangeLimits]) -> st
         f"rad per newton of tangential force on every tactel at the left border. A uniform load "
         f"steeper than {max(angle, 0):.1f} degrees turns a border's phase above zero however small "
         f"the load, so [-pi, 0] is guaranteed up to {newtons(two.paper_start)} for angles up to "
-        f"{ANGLE:g} degrees, and up to {newtons(two.sign_by_contact)} where contact tells the sign."
+        f"{LARGEST_ANGLE:g} degrees, and up to {newtons(two.sign_by_contact)} where contact tells "
+        "the sign."
     )
     readers = {edges: min(found[edges, loads].reader for loads in SETS) for edges in CASES}
     strain = min(one.strain, two.strain)

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import load_maps
 from fringeforce.studies.performance import covariances
 from fringeforce.studies.study_result import StudyResult
-
-Array = NDArray[np.float64]
 
 COMPONENTS = Sensor.components
 

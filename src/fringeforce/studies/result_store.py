@@ -18,8 +18,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.base.errors import FileFormatError, InputError
-from fringeforce.base.storage import existing_file, new_file
+from fringeforce.base.errors import InputError
+from fringeforce.base.storage import dataset, describe, existing_file, new_file, writing
 from fringeforce.studies.performance import NAMES, UNITS, Performance
 from fringeforce.studies.sampling import Axis, Value
 
@@ -27,6 +27,10 @@ KIND = "study"
 OPEN, DONE, FAILED = 0, 1, 2
 """States of a design."""
 ERROR_BYTES, TEXT_BYTES = 400, 64
+MEANINGS = {
+    "design": "number of the design; 0 is the one that the study starts from",
+    "state": "0 to be done, 1 done, 2 failed",
+}
 SYMBOLS = {"meter": "m", "pascal": "Pa", None: ""}
 
 Outcome = Performance | str
@@ -43,38 +47,32 @@ class ResultStore:
     @property
     def states(self) -> NDArray[np.uint8]:
         """State of every design, shape (designs,)."""
-        return self._array("state")[()]
+        return dataset(self._file, "state")[()]
 
     def record(self, number: int, changes: Mapping[str, Value], outcome: Outcome) -> None:
         """Write one design's values and what came of it; its state comes last."""
+        found: dict[str, Any]
+        if isinstance(outcome, str):
+            state, found = FAILED, {"error": _clipped(outcome, ERROR_BYTES)}
+        else:
+            state, found = DONE, asdict(outcome)
         for axis in self._axes:
             value = changes[axis.path]
-            self._array(axis.path)[number] = (
-                _clipped(str(value), TEXT_BYTES) if axis.text else value
-            )
-        failed = isinstance(outcome, str)
-        if isinstance(outcome, str):
-            self._array("error")[number] = _clipped(outcome, ERROR_BYTES)
-        else:
-            for name, value in asdict(outcome).items():
-                self._array(name)[number] = value
+            found[axis.path] = _clipped(str(value), TEXT_BYTES) if axis.text else value
+        for name, value in found.items():
+            dataset(self._file, name)[number] = value
         self._file.flush()
-        self._array("state")[number] = FAILED if failed else DONE
+        dataset(self._file, "state")[number] = state
         self._file.flush()
 
     def outcome(self, number: int) -> Outcome | None:
         """What is known of a design; none if nothing."""
-        state = int(self._array("state")[number])
+        state = int(dataset(self._file, "state")[number])
         if state == OPEN:
             return None
         if state == FAILED:
-            return self._array("error")[number].decode("utf-8", "ignore")
-        return Performance(**{name: float(self._array(name)[number]) for name in NAMES})
-
-    def _array(self, name: str) -> h5py.Dataset:
-        dataset = self._file[name]
-        assert isinstance(dataset, h5py.Dataset)
-        return dataset
+            return dataset(self._file, "error")[number].decode("utf-8", "ignore")
+        return Performance(**{name: float(dataset(self._file, name)[number]) for name in NAMES})
 
 
 @contextmanager
@@ -108,10 +106,8 @@ def open_store(
                 f"{place} holds the results of another study, or of this one before a change; "
                 "write to another file, or remove that one."
             )
-    try:
+    with writing(place):
         file = h5py.File(place, "r+")
-    except OSError as error:
-        raise FileFormatError(f"{place} cannot be written to: {error}.") from None
     with file:
         yield ResultStore(file, axes)
 
@@ -125,7 +121,7 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
         If it is no such file.
     """
     with existing_file(path, KIND) as file:
-        columns = {name: np.asarray(dataset) for name, dataset in file.items()}
+        columns = {name: np.asarray(values) for name, values in file.items()}
     return {
         name: np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
         for name, values in columns.items()
@@ -135,22 +131,17 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
 def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
     with new_file(path, KIND) as file:
         file.attrs["study"] = study
-        number = file.create_dataset("design", data=np.arange(designs))
-        number.make_scale("design")
-        number.attrs["long_name"] = "number of the design; 0 is the one that the study starts from"
         numbers = {axis.path: SYMBOLS[axis.unit] for axis in axes if not axis.text} | UNITS
         columns: dict[str, NDArray[Any]] = {
+            "design": np.arange(designs),
             "state": np.zeros(designs, dtype=np.uint8),
             "error": np.zeros(designs, dtype=f"S{ERROR_BYTES}"),
         }
         columns |= {axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if axis.text}
         columns |= {name: np.full(designs, np.nan) for name in numbers}
         for name, values in columns.items():
-            dataset = file.create_dataset(name, data=values)
-            dataset.dims[0].attach_scale(number)
-            if numbers.get(name):
-                dataset.attrs["units"] = numbers[name]
-        file["state"].attrs["long_name"] = "0 to be done, 1 done, 2 failed"
+            column = file.create_dataset(name, data=values)
+            describe(column, ("design",), numbers.get(name), MEANINGS.get(name, name))
 
 
 def _clipped(text: str, size: int) -> bytes:

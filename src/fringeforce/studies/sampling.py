@@ -6,16 +6,15 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
 from fringeforce.design.units import EXAMPLES, parse_quantity
-from fringeforce.studies.study_file import Parameter, Sampling
+from fringeforce.studies.study_file import DesignSampling, Parameter
 
-Array = NDArray[np.float64]
 Value = float | int | str
 LARGEST_GRID = 1_000_000
 
@@ -119,7 +118,7 @@ def value_at(sensor: Sensor, path: str) -> Value:
 
 
 def designs(
-    sampling: Sampling, axes: list[Axis], seed: np.random.SeedSequence
+    sampling: DesignSampling, axes: list[Axis], seed: np.random.SeedSequence
 ) -> list[dict[str, Value]]:
     """The designs of a sweep, as values by path.
 

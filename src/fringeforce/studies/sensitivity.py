@@ -9,23 +9,21 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 from scipy.stats import sobol_indices, uniform
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.design_entries import design_value
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.contacts.loads import polar
+from fringeforce.contacts.loads import PAPER_ANGLE, PAPER_LOAD, paper_load
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bounds import fisher_information
 from fringeforce.models.strip import SensorModel
-from fringeforce.studies.evaluation import Candidate, Setting, evaluate
+from fringeforce.studies.evaluation import Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
 from fringeforce.studies.study_result import StudyResult
-
-Array = NDArray[np.float64]
 
 TOLERANCES: Mapping[str, float] = {
     "transducer.compliant.thickness": 0.05,
@@ -45,8 +43,6 @@ The length is left out: the edges are far from the tactels, and pixels move with
 OUTPUTS = ("peak_phase", "worst_uncertainty", "condition")
 SAMPLES = 32
 """Base samples of Sobol's indices, a power of two; each costs a design for every value and two."""
-LOAD, ANGLE = 1.0, 10.0
-"""The paper's example [N], [degrees]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +79,7 @@ def local_sensitivity(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel
     jacobian = design_jacobian(sensor, tuple(paths), np.zeros(len(paths)))
     model, x = jacobian.model, sensor.pixel_positions
     psi = jacobian.at(x)[1:]
-    forces = polar(LOAD, ANGLE, sensor.tactels.count)
+    forces = paper_load(sensor.tactels.count)
     influence = model.frame_influence
     changes = np.concatenate([ratio * psi for ratio in model.dispersions], axis=1)
     phase, response = influence @ forces.ravel(), model.response
@@ -142,7 +138,7 @@ def sensitivity_study(
     model, found = local_sensitivity(sensor, paths)
     size = float(np.linalg.norm(model.pixel_influence))
     tolerance = np.array(list(TOLERANCES.values()))
-    setting = Setting(sensor, LOAD, 5, np.random.SeedSequence(seed))
+    setting = Setting(sensor, PAPER_LOAD, 5, np.random.SeedSequence(seed))
     total_calls = samples * (len(paths) + 2)
     chosen = [NAMES.index(name) for name in OUTPUTS]
     known = 0
@@ -150,9 +146,7 @@ def sensitivity_study(
     def outputs(points: Array) -> Array:
         nonlocal known
         values = np.full((len(points), len(OUTPUTS)), np.nan)
-        tasks = (
-            (i, Candidate(setting, _values(sensor, paths, row))) for i, row in enumerate(points)
-        )
+        tasks = ((i, (setting, _values(sensor, paths, row))) for i, row in enumerate(points))
         for i, outcome in completed(pool, evaluate, tasks):
             if isinstance(outcome, str):
                 raise InputError(f"A design within the tolerances cannot be computed: {outcome}")
@@ -164,7 +158,7 @@ def sensitivity_study(
 
     first, total = variance_indices(outputs, 1 - tolerance, 1 + tolerance, samples, seed)
     relative = found.relative_psi / size
-    moved = np.sqrt((found.forces**2).mean(axis=1)) / LOAD
+    moved = np.sqrt((found.forces**2).mean(axis=1)) / PAPER_LOAD
     rows = tuple(
         (path, f"{tolerance[i]:.0%}", f"{relative[i]:.2f}", *(f"{v:.2f}" for v in moved[i]),
          *(f"{max(first[s, i], 0):.2f} / {total[s, i]:.2f}" for s in range(len(OUTPUTS))))
@@ -188,9 +182,10 @@ def _words(paths: tuple[str, ...], tolerance: Array, moved: Array, total: Array)
     widest = int(np.argmax(within))
     phase, uncertainty = (int(np.argmax(total[s])) for s in (0, 1))
     return (
-        f"Under {LOAD:g} N at {ANGLE:g} degrees, read forces react most to {paths[by_reading]}: "
-        f"1 % of it moves normal ones by {moved[by_reading, 0]:.2f} % and tangential ones by "
-        f"{moved[by_reading, 1]:.2f} % of the load (root mean square over tactels). Within its "
+        f"Under {PAPER_LOAD:g} N at {PAPER_ANGLE:g} degrees, read forces react most to "
+        f"{paths[by_reading]}: 1 % of it moves normal ones by {moved[by_reading, 0]:.2f} % and "
+        f"tangential ones by {moved[by_reading, 1]:.2f} % of the load (root mean square over "
+        f"tactels). Within its "
         f"tolerance of {tolerance[widest]:.0%}, {paths[widest]} matters most, so calibrate it "
         f"first. The peak phase owes {total[0, phase]:.0%} of its variance to {paths[phase]}, and "
         f"the worst uncertainty {total[1, uncertainty]:.0%} to {paths[uncertainty]} (Sobol's total "

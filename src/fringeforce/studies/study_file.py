@@ -44,7 +44,7 @@ class Parameter(Part):
         return self
 
 
-class Sampling(Part):
+class DesignSampling(Part):
     """How designs of a sweep are chosen."""
 
     method: Literal["grid", "latin-hypercube", "sobol"] = "latin-hypercube"
@@ -79,7 +79,7 @@ class StudyFile(Part):
     seed: Annotated[int, Field(ge=0)] = 0
     mesh_order: Count = Field(default=MESH_ORDER, ge=2, le=12, description="of the elements")
     parameters: list[Parameter] = Field(min_length=1, description="design values to vary")
-    sampling: Sampling = Sampling()
+    sampling: DesignSampling = DesignSampling()
     search: DesignSearch | None = None
     constraints: Constraints = Constraints()
 

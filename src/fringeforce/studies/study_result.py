@@ -11,7 +11,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.storage import writing
 from fringeforce.plotting import axes as plot
 
 
@@ -57,19 +57,17 @@ class StudyResult:
 
         Raises
         ------
-        InputError
+        FileFormatError
             If the folder cannot be made or written to.
         """
         table = StringIO()
         csv.writer(table, lineterminator="\n").writerows([self.header, *self.rows])
         paths = [folder / f"{self.name}.{ending}" for ending in ("png", "csv", "txt")]
-        try:
+        with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
             with plot.figure(*self.size) as (canvas, ax):
                 self.draw(ax)
                 canvas.savefig(paths[0])
             paths[1].write_text(table.getvalue(), encoding="utf-8")
             paths[2].write_text("\n".join(textwrap.wrap(self.text, 92)) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{folder} cannot be written to: {error.strerror}.") from None
         return paths

@@ -9,17 +9,16 @@ import numpy as np
 
 from fringeforce.calibration.planning.candidates import fringes_per_pixel
 from fringeforce.calibration.planning.plan import GAIN, Plan
-from fringeforce.contacts.loads import polar
+from fringeforce.contacts.loads import paper_load
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
+from fringeforce.design.units import READABLE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
 
-UNITS = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
-"""Factor and symbol of the unit in which a person reads a quantity."""
 PLACES = {"camera scale": None}
 
 
@@ -29,7 +28,7 @@ def fringe_density(model: SensorModel) -> float:
     Intensity repeats when the phase advances by 2 pi, so a camera resolves up to half a fringe per
     pixel (Nyquist).
     """
-    return float(fringes_per_pixel(model, polar(1.0, angle=10, n=model.sensor.tactels.count)))
+    return float(fringes_per_pixel(model, paper_load(model.sensor.tactels.count)))
 
 
 def surface_strain(model: SensorModel) -> float:
@@ -151,7 +150,7 @@ def calibration_summary(model: SensorModel) -> list[str]:
 
 
 def plan_summary(plan: Plan) -> list[str]:
-    """What planned presses are expected to achieve, in lines."""
+    """What planned calibration loads are expected to achieve, in lines."""
     width = max(map(len, plan.names))
     lines = [f"  {'unknown':<{width}}  {'value':>10}  {'std before':>10}  {'std after':>10}"]
     lines += [
@@ -163,9 +162,9 @@ def plan_summary(plan: Plan) -> list[str]:
     lines.append("  error of readings, over that of a perfectly known sensor")
     count = len(plan.loads)
     shown = sorted({0, *(k for k in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500) if k < count), count})
-    lines += [f"  after {k:>4} presses  {plan.ratio[k]:>10.4g}" for k in shown]
+    lines += [f"  after {k:>4} loads  {plan.ratio[k]:>10.4g}" for k in shown]
     if plan.enough < count:
-        lines.append(f"  presses after number {plan.enough} gain less than {GAIN:.0%} all together")
+        lines.append(f"  loads after number {plan.enough} gain less than {GAIN:.0%} all together")
     return lines
 
 
@@ -173,7 +172,7 @@ def _change(model: SensorModel, name: str, before: float, after: float, std: flo
     """An unknown before and after, to the second digit of its standard deviation."""
     place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
     unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
-    factor, symbol = UNITS[unit]
+    factor, symbol = READABLE[unit]
     digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6
     found = f"{after * factor:.{digits}f} +- {std * factor:.{digits}f} {symbol}".rstrip()
     return f"{before * factor:.6g} -> {found}"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.evaluation import Setting, evaluate_missing
@@ -36,14 +37,14 @@ class Sweep:
 
     axes: list[Axis]
     columns: Columns
-    feasible: NDArray[np.bool_]
+    feasible: Mask
 
     @property
     def failed(self) -> int:
         """Designs that could not be computed."""
         return int((self.columns["state"] == FAILED).sum())
 
-    def pareto(self, first: str, second: str) -> NDArray[np.intp]:
+    def pareto(self, first: str, second: str) -> Index:
         """Feasible designs that no other beats in both of two quantities, in order of the first."""
         candidates = np.flatnonzero(self.feasible)
         one, two = (self._cost(name)[candidates] for name in (first, second))
@@ -51,7 +52,7 @@ class Sweep:
         best = np.minimum.accumulate(np.concatenate(([np.inf], two[order][:-1])))
         return candidates[order[two[order] < best]]
 
-    def _cost(self, name: str) -> NDArray[np.float64]:
+    def _cost(self, name: str) -> Array:
         return -self.columns[name] if name in LARGER_IS_BETTER else self.columns[name]
 
 
@@ -99,7 +100,7 @@ def start(axes: list[Axis], sensor: Sensor) -> dict[str, Any]:
     return {one.path: value_at(sensor, one.path) for one in axes}
 
 
-def meets(columns: Columns, limits: dict[str, float]) -> NDArray[np.bool_]:
+def meets(columns: Columns, limits: dict[str, float]) -> Mask:
     """Designs that could be computed and exceed no limit by more than rounding, shape (k,)."""
     fine = columns["state"] == DONE
     for name, limit in limits.items():

@@ -6,8 +6,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import characterize
 from fringeforce.reading.reading import Status
@@ -17,7 +17,6 @@ from fringeforce.studies.loads import load_maps
 from fringeforce.studies.monte_carlo import DEVIATIONS
 from fringeforce.studies.performance import uncertainties
 
-Array = NDArray[np.float64]
 BATCH = 50
 
 
@@ -43,13 +42,6 @@ class Verified:
     found: float
     read_right: float
     elsewhere: float
-
-
-@dataclass(frozen=True)
-class _Batch:
-    sensor: Sensor
-    loads: Array
-    seed: np.random.SeedSequence
 
 
 def verified(
@@ -91,22 +83,22 @@ def verified(
 
 def _read_all(
     pool: Executor, sensor: Sensor, loads: Array, seed: np.random.SeedSequence
-) -> tuple[Array, NDArray[np.bool_]]:
+) -> tuple[Array, Mask]:
     """Errors (k, n, 2) [N] and whether each frame was read right, (k,)."""
     cuts = range(0, len(loads), BATCH)
     seeds = seed.spawn(len(cuts))
     batches = [
-        _Batch(sensor, loads[cut : cut + BATCH], one) for cut, one in zip(cuts, seeds, strict=True)
+        (sensor, loads[cut : cut + BATCH], one) for cut, one in zip(cuts, seeds, strict=True)
     ]
     errors, right = zip(*gathered(pool, _read_batch, batches), strict=True)
     return np.concatenate(errors), np.concatenate(right)
 
 
-def _read_batch(batch: _Batch) -> tuple[Array, NDArray[np.bool_]]:
-    model = characterize(batch.sensor)
-    reader, rng = SingleFrameReader(model), np.random.default_rng(batch.seed)
-    readings = [reader.read(model.expose(load, rng=rng)) for load in batch.loads]
-    errors = np.array([reading.forces for reading in readings]) - batch.loads
+def _read_batch(sensor: Sensor, loads: Array, seed: np.random.SeedSequence) -> tuple[Array, Mask]:
+    model = characterize(sensor)
+    reader, rng = SingleFrameReader(model), np.random.default_rng(seed)
+    readings = [reader.read(model.expose(load, rng=rng)) for load in loads]
+    errors = np.array([reading.forces for reading in readings]) - loads
     std = np.array([reading.std for reading in readings])
     sound = np.array([reading.status is Status.OK for reading in readings])
     return errors, sound & (np.abs(errors) < DEVIATIONS * std).all(axis=(1, 2))

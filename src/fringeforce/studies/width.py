@@ -8,25 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.progress import Progress
-from fringeforce.contacts.loads import polar
+from fringeforce.contacts.loads import PAPER_ANGLE, PAPER_LOAD, paper_load
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import characterize
 from fringeforce.models.strip_width import strip_width
 from fringeforce.studies.execution import gathered
-from fringeforce.studies.one_phase import OnePhase, one_phase
+from fringeforce.studies.one_phase import NARROW, OnePhase, one_phase
 from fringeforce.studies.study_result import StudyResult
-
-Array = NDArray[np.float64]
 
 WIDTHS = (0.015, 0.05, 0.15, 0.4, 1.0, 2.5, 7.0, 20.0, 50.0)
 """Widths to look at, in thicknesses of the strip; the design's own comes between."""
 PLACES = (0.0, 0.5, 0.95)
 """Places across the strip, in half widths; the last is near the side faces."""
-LOAD, ANGLE = 1.0, 10.0
-"""The paper's example [N], [degrees]; the load per width is that of the design."""
 SAMPLES = 501
 PLANES = ("stress", "strain")
 LEVELS = (0.01, 0.05)
@@ -52,17 +48,13 @@ class AtWidth:
     turned: float
 
 
-def at_width(task: tuple[Sensor, float]) -> AtWidth:
+def at_width(sensor: Sensor, width: float) -> AtWidth:
     """Solve one width, the call that travels to the workers."""
-    sensor, width = task
     own = sensor.transducer.width
-    wide = sensor.replace(
-        transducer={"width": width, "plane": "3d"},
-        camera={"line_position": None, "line_width": None},
-    )
+    wide = sensor.replace(transducer={"width": width, "plane": "3d"}, camera=NARROW)
     y = np.array(PLACES) * width / 2
     found = strip_width(wide, places=(y, np.full(len(y), 1 / len(y))))
-    forces = polar(LOAD, ANGLE, sensor.tactels.count) * width / own
+    forces = paper_load(sensor.tactels.count) * width / own
     lead, cross = found.phases(forces, samples(sensor))
     return AtWidth(width, lead, float((np.hypot(lead, cross) - np.abs(lead)).max()))
 
@@ -74,14 +66,11 @@ def samples(sensor: Sensor) -> Array:
 
 def plane_phases(sensor: Sensor) -> dict[str, Array]:
     """Phases of plane stress and plane strain, shape (SAMPLES,) [rad]."""
-    forces, x = polar(LOAD, ANGLE, sensor.tactels.count), samples(sensor)
-    lineless = {"camera": {"line_position": None, "line_width": None}}
-    return {
-        plane: characterize(sensor.replace(transducer={"plane": plane}, **lineless)).phase(
-            forces, x
-        )
-        for plane in PLANES
+    forces, x = paper_load(sensor.tactels.count), samples(sensor)
+    variants = {
+        plane: sensor.replace(transducer={"plane": plane}, camera=NARROW) for plane in PLANES
     }
+    return {plane: characterize(variant).phase(forces, x) for plane, variant in variants.items()}
 
 
 def deviations(found: Sequence[AtWidth], planes: dict[str, Array]) -> dict[str, Array]:
@@ -139,9 +128,9 @@ def _words(own: float, found: Sequence[AtWidth], away: dict[str, Array]) -> str:
         strain = f"plane strain from {wide * 1e3:.3g} mm" if wide else "plane strain nowhere"
         good.append(f"within {level:.0%} in mid-width, {stress} and {strain}")
     return (
-        f"Under {LOAD:g} N at {ANGLE:g} degrees on every tactel of this strip, and as much per "
-        f"width on others, of the widths in the table these are good {'; '.join(good)}. At "
-        f"{own * 1e3:.3g} mm the phase in mid-width is off plane stress by "
+        f"Under {PAPER_LOAD:g} N at {PAPER_ANGLE:g} degrees on every tactel of this strip, and as "
+        f"much per width on others, of the widths in the table these are good {'; '.join(good)}. "
+        f"At {own * 1e3:.3g} mm the phase in mid-width is off plane stress by "
         f"{away['stress'][here]:.1%} and off plane strain by {away['strain'][here]:.0%} of the "
         f"largest phase of either; in mid-width and near a side face its largest sizes are "
         f"{np.abs(found[here].lead[0]).max():.2f} and {np.abs(found[here].lead[-1]).max():.2f} "

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.acquisition.cameras.camera import Block, Settings
-from fringeforce.acquisition.cameras.interruptible import Interruptible
+from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
 from fringeforce.base.errors import InputError
 
 BUFFERS = 64

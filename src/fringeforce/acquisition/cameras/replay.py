@@ -10,8 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from fringeforce.acquisition.cameras.camera import Block, Settings
-from fringeforce.acquisition.cameras.interruptible import Interruptible
+from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
 from fringeforce.io.frames import load_frames, load_times
 
 

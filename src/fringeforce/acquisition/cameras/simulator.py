@@ -11,10 +11,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.acquisition.cameras.camera import Block, Settings
-from fringeforce.acquisition.cameras.interruptible import Interruptible
+from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.fingertip import PERIODS, touch
+from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
@@ -73,7 +73,7 @@ class SimulatedCamera(Interruptible):
         count = min(most, self._per_loop)
         times = np.arange(count) * (period / count)
         if script is None:
-            script = partial(touch, places=model.sensor.tactels.places)
+            script = partial(fingertip_forces, places=model.sensor.tactels.places)
         self.forces, noise = script(times), np.random.default_rng(rng)
         # one by one, for intensities of images take eight times their room
         self.lines: NDArray[Any] = np.stack([model.expose(load, noise) for load in self.forces])
@@ -98,7 +98,7 @@ class SimulatedCamera(Interruptible):
             self._next = first + size
             yield Block(self.lines[self._shown(numbers)], self._due(numbers), dropped, first)
 
-    def true_forces(self, numbers: NDArray[np.integer]) -> NDArray[np.float64]:
+    def true_forces(self, numbers: NDArray[np.integer]) -> Array:
         """Forces behind frames of given running numbers, as the script gives them [N]."""
         return self.forces[self._shown(numbers)]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pkgutil import resolve_name
+
 from fringeforce.acquisition.sinks.serving import LOOPBACK
 from fringeforce.acquisition.sinks.sink import Sink
 from fringeforce.base.errors import InputError
@@ -12,6 +14,14 @@ KINDS = (
     "csv:PATH, h5:PATH, record:PATH, ws://HOST:PORT, mcap:PATH, foxglove://HOST:PORT, "
     "rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT or lsl:NAME"
 )
+OF_SENSORS = {
+    "csv": "csv_file:CsvSink",
+    "mcap": "foxglove:McapSink",
+    "rosbag": "rosbag:RosbagSink",
+    "ros": "ros:RosSink",
+    "lsl": "lsl:LslSink",
+}
+"""Modules and classes of the kinds that need a name or path, and the design of the sensor."""
 
 
 def open_sink(
@@ -53,11 +63,6 @@ def open_sink(
     kind, _, rest = target.partition(":")
     if kind not in ("ws", "foxglove", "zmq") and not rest:
         raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
-    sensor = model.sensor
-    if kind == "csv":
-        from fringeforce.acquisition.sinks.csv_file import CsvSink
-
-        return CsvSink(rest, sensor)
     if kind in ("h5", "record"):
         from fringeforce.acquisition.sinks.hdf5 import Hdf5Sink
 
@@ -73,21 +78,7 @@ def open_sink(
     if kind == "foxglove":
         from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
 
-        return FoxgloveSink(sensor, target, bind)
-    if kind == "mcap":
-        from fringeforce.acquisition.sinks.foxglove import McapSink
-
-        return McapSink(rest, sensor)
-    if kind == "rosbag":
-        from fringeforce.acquisition.sinks.rosbag import RosbagSink
-
-        return RosbagSink(rest, sensor)
-    if kind == "ros":
-        from fringeforce.acquisition.sinks.ros import RosSink
-
-        return RosSink(rest, sensor)
-    if kind == "lsl":
-        from fringeforce.acquisition.sinks.lsl import LslSink
-
-        return LslSink(rest, sensor)
+        return FoxgloveSink(model.sensor, target, bind)
+    if kind in OF_SENSORS:
+        return resolve_name(f"fringeforce.acquisition.sinks.{OF_SENSORS[kind]}")(rest, model.sensor)
     raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")

@@ -8,7 +8,7 @@ import numpy as np
 
 from fringeforce.acquisition.sinks.csv_rows import prepare, rows
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.base.errors import FileFormatError
+from fringeforce.base.storage import writing
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.io.tables import POLAR_STD, reading_columns
@@ -36,10 +36,8 @@ class CsvSink(Sink):
         self.name = f"CSV {os.fspath(path)}"
         numbers = [name for name in reading_columns(sensor.components) if name not in POLAR_STD]
         columns = "frame", "tactel", "time_s", *numbers, "chi2", "status"
-        try:
+        with writing(path):
             self._file = open(path, "wb")  # noqa: SIM115
-        except OSError as error:
-            raise FileFormatError(f"{path} cannot be written: {error.strerror}.") from None
         prepare()
         self._file.write((",".join(columns) + "\r\n").encode())
         self._file.flush()

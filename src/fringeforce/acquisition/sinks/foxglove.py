@@ -20,7 +20,18 @@ TOPIC = "/fringeforce/reading"
 NUMBERS = {"type": "array", "items": {"type": "number"}}
 
 
-class FoxgloveSink(Sink):
+class _Messages(Sink):
+    """Base of sinks that log messages to a channel of their own."""
+
+    def __init__(self, sensor: Sensor | Pad) -> None:
+        self._foxglove: Any = extra("foxglove", "robots")
+        self._sensor = sensor
+        # channels end with their context, so it is kept
+        self._context = self._foxglove.Context()
+        self._channel = self._foxglove.Channel(TOPIC, schema=_schema(sensor), context=self._context)
+
+
+class FoxgloveSink(_Messages):
     """Shows readings in Foxglove, live on this computer.
 
     Parameters
@@ -39,18 +50,14 @@ class FoxgloveSink(Sink):
     """
 
     def __init__(self, sensor: Sensor | Pad, url: str = "foxglove:", bind: str = LOOPBACK) -> None:
-        foxglove: Any = extra("foxglove", "robots")
-        self._sensor = sensor
+        super().__init__(sensor)
         host, port = address(url, PORT, bind, tokens=False)
-        # channels end with their context, so it is kept
-        self._context = context = foxglove.Context()
         try:
-            self._server = foxglove.start_server(
-                name="fringeforce", host=host, port=port, context=context
+            self._server = self._foxglove.start_server(
+                name="fringeforce", host=host, port=port, context=self._context
             )
         except (OSError, RuntimeError) as error:
             raise InputError(f"{url} cannot be served: {error}.") from None
-        self._channel = foxglove.Channel(TOPIC, schema=_schema(sensor), context=context)
         self.port: int = self._server.port
         self.name = f"Foxglove at {host}:{self.port}"
 
@@ -64,7 +71,7 @@ class FoxgloveSink(Sink):
         self._server.stop()
 
 
-class McapSink(Sink):
+class McapSink(_Messages):
     """Writes readings to an MCAP file, which Foxglove opens.
 
     Parameters
@@ -83,16 +90,14 @@ class McapSink(Sink):
     """
 
     def __init__(self, path: str | os.PathLike[str], sensor: Sensor | Pad) -> None:
-        foxglove: Any = extra("foxglove", "robots")
-        self._sensor = sensor
+        super().__init__(sensor)
         self.name = f"MCAP {os.fspath(path)}"
-        # channels end with their context, so it is kept
-        self._context = context = foxglove.Context()
         try:
-            self._writer = foxglove.open_mcap(Path(path), allow_overwrite=True, context=context)
+            self._writer = self._foxglove.open_mcap(
+                Path(path), allow_overwrite=True, context=self._context
+            )
         except (OSError, RuntimeError) as error:
             raise FileFormatError(f"{path} cannot be written: {error}.") from None
-        self._channel = foxglove.Channel(TOPIC, schema=_schema(sensor), context=context)
 
     def write(self, readings: Readings) -> None:
         """Append a block."""

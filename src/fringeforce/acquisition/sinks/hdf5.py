@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.base.errors import FileFormatError
-from fringeforce.base.storage import FORCE_AXES, describe, stamp
+from fringeforce.base.storage import FORCE_AXES, dataset, describe, stamp, write, writing
 from fringeforce.io.frames import FRAMES, pixel_axes
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -57,11 +56,8 @@ class Hdf5Sink(Sink):
         frames: bool = False,
     ) -> None:
         self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
-        try:
+        with writing(path):
             self._file = h5py.File(path, "w", libver="latest", track_order=True)
-        except OSError as error:
-            reason = os.strerror(error.errno) if error.errno else str(error)
-            raise FileFormatError(f"{path} cannot be written: {reason}.") from None
         self._frames = frames
         self._count = 0
         self._describe(model)
@@ -93,10 +89,10 @@ class Hdf5Sink(Sink):
         end = self._count + len(readings)
         # the number of the frame comes last: a reader that sees it finds all the rest
         for name in reversed(columns):
-            dataset = self._dataset(name)
-            dataset.resize(end, axis=0)
-            dataset[self._count : end] = columns[name]
-            dataset.flush()
+            column = dataset(self._file, name)
+            column.resize(end, axis=0)
+            column[self._count : end] = columns[name]
+            column.flush()
         self._count = end
 
     def close(self) -> None:
@@ -108,12 +104,14 @@ class Hdf5Sink(Sink):
         what = "line" if sensor.dimensions == 1 else "image"
         stamp(file, FRAMES if self._frames else "readings")
         file.attrs["design"] = model.sensor.to_toml()
-        self._scale("component", np.array(sensor.components, dtype="S"), "direction of the force")
+        components = np.array(sensor.components, dtype="S")
+        write(file, "component", components, ("component",), None, "direction of the force")
         if sensor.dimensions == 1:
-            self._scale("tactel", sensor.tactels.places[:, 0], "places of the tactels", "m")
+            places = sensor.tactels.places[:, 0]
+            write(file, "tactel", places, ("tactel",), "m", "places of the tactels")
         else:
             numbers = np.arange(1, sensor.tactels.total + 1)
-            self._scale("tactel", numbers, "number of the tactel")
+            write(file, "tactel", numbers, ("tactel",), None, "number of the tactel")
         self._growing("frame", (), np.int64, f"running number of the {what}")
         self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
         self._growing("forces", FORCE_AXES, float, "forces", "N")
@@ -128,39 +126,24 @@ class Hdf5Sink(Sink):
     def _describe_pixels(self, model: SensorModel | PadModel) -> None:
         places = pixel_axes(model.pixel_positions)
         for name, (values, meaning) in places.items():
-            self._scale(name, np.asarray(values), meaning, "m")
+            write(self._file, name, np.asarray(values), (name,), "m", meaning)
         axes = tuple(places)
         if len(model.frame_shape) > len(axes):
             numbers = np.arange(1, model.frame_shape[0] + 1)
-            self._scale("channel", numbers, "number of the channel")
+            write(self._file, "channel", numbers, ("channel",), None, "number of the channel")
             axes = "channel", *axes
         dtype = np.uint8 if model.sensor.camera.bits <= 8 else np.uint16
         self._growing("grey", axes, dtype, "grey levels")
 
-    def _scale(self, name: str, values: np.ndarray, meaning: str, unit: str = "") -> None:
-        dataset = self._file.create_dataset(name, data=values)
-        describe(dataset, meaning, unit)
-        dataset.make_scale(name)
-
     def _growing(
         self, name: str, dimensions: tuple[str, ...], dtype: DTypeLike, meaning: str, unit: str = ""
     ) -> h5py.Dataset:
-        shape = tuple(self._dataset(dimension).shape[0] for dimension in dimensions)
+        shape = tuple(dataset(self._file, dimension).shape[0] for dimension in dimensions)
         row = max(prod(shape) * np.dtype(dtype).itemsize, 1)
         most = FRAME_CHUNK if name == "grey" else CHUNK
         length = min(most, max(CHUNK_BYTES // row, 1))
-        dataset = self._file.create_dataset(
+        column = self._file.create_dataset(
             name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(length, *shape)
         )
-        describe(dataset, meaning, unit)
-        if name == "frame":
-            dataset.make_scale(name)
-            return dataset
-        for axis, dimension in enumerate(("frame", *dimensions)):
-            dataset.dims[axis].attach_scale(self._file[dimension])
-        return dataset
-
-    def _dataset(self, name: str) -> h5py.Dataset:
-        dataset = self._file[name]
-        assert isinstance(dataset, h5py.Dataset)
-        return dataset
+        describe(column, ("frame", *dimensions), unit, meaning)
+        return column

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.columns.prior import MIDDLE, Posterior, Shapes, most_probable, shapes
 from fringeforce.calibration.columns.quadratic import Quadratic, expanded, pattern_after
 from fringeforce.calibration.design_jacobian import DesignJacobian, relinearised
@@ -26,9 +26,6 @@ from fringeforce.calibration.frame_fit import (
 )
 from fringeforce.calibration.light.drift import drifting
 from fringeforce.calibration.measurements import Measurements, Unknowns
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 MOST_STEPS = 12
 """Largest number of steps."""

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.columns.fit import ColumnFit
-from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.light.modes import fitted_imaging
+from fringeforce.calibration.normal_equations import EVERY
 from fringeforce.estimation.bounds import covariance
 from fringeforce.models.imaging import Imaging
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 LEFT_OUT = 0.01
 """Share of what the calibration adds to the readings' variances that need not be kept."""

@@ -12,15 +12,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
+from fringeforce.base.linear_map import LinearMap
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.design.strip import Sensor
-
-Array = NDArray[np.float64]
 
 DEGREE = 3
 PER_DEPTH = 4
@@ -35,6 +35,38 @@ SIZES = np.geomspace(1e-5, 1.0, 51)
 """Relative errors that are tried first."""
 NEGLIGIBLE = 1e-7
 """Share of the prior's variance in directions that are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnCorrection(LinearMap):
+    """From coefficients (4n, K) of the splines to what they add to the columns, (m, 2n) [rad/N].
+
+    Attributes
+    ----------
+    sizes : ndarray, shape (m, 4n)
+        What the splines multiply: the columns, then their slopes [rad/N].
+    splines : sparse array, shape (m, K)
+        Values of the splines.
+    """
+
+    sizes: Array
+    splines: csr_array
+
+    @property
+    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Shapes of the coefficients and of the columns."""
+        (m, doubled), k = self.sizes.shape, self.splines.shape[1]  # pyright: ignore[reportOptionalSubscript]
+        return (doubled, k), (m, doubled // 2)
+
+    def forward(self, values: Array) -> Array:
+        """What coefficients (..., 4n, K) add to the columns, shape (..., m, 2n)."""
+        errors = values @ self.splines.T.toarray()
+        both = self.sizes * np.swapaxes(errors, -1, -2)
+        return both.reshape(*both.shape[:-1], 2, -1).sum(axis=-2)
+
+    def adjoint(self, values: Array) -> Array:
+        """Derivatives by the coefficients, from those by the columns (m, 2n)."""
+        return (self.splines.T @ (self.sizes * np.tile(values, 2))).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,21 +92,16 @@ class Shapes:
         """Splines along the strip, K."""
         return len(self.knots) - DEGREE - 1
 
-    def splines(self, x: ArrayLike) -> csr_array:
-        """Values of the splines, shape (m, K); places beyond the strip count as its ends."""
+    def at(self, x: ArrayLike) -> ColumnCorrection:
+        """What coefficients do at some places; those beyond the strip count as its ends."""
         inside = np.clip(x, self.knots[0], self.knots[-1])
-        return csr_array(BSpline.design_matrix(inside, self.knots, DEGREE))
-
-    def sizes(self, x: ArrayLike) -> Array:
-        """What the splines multiply, shape (m, 4n) [rad/N]: the columns, then their slopes."""
-        values = self.parts(np.clip(x, self.knots[0], self.knots[-1]))
-        return np.asarray(values, dtype=float).reshape(len(values), -1)
+        sizes = np.asarray(self.parts(inside), dtype=float)
+        splines = BSpline.design_matrix(inside, self.knots, DEGREE)
+        return ColumnCorrection(sizes.reshape(len(sizes), -1), csr_array(splines))
 
     def correction(self, coefficients: Array, x: ArrayLike) -> Array:
         """What coefficients (..., 4n, K) add to the columns, shape (..., m, 2n) [rad/N]."""
-        errors = coefficients @ self.splines(x).T.toarray()
-        both = self.sizes(x) * np.swapaxes(errors, -1, -2)
-        return both.reshape(*both.shape[:-1], 2, -1).sum(axis=-2)
+        return self.at(x).forward(coefficients)
 
     def root(self, length: float) -> Array:
         """A root L of the splines' prior covariance L L' for unit size, shape (K, r)."""

@@ -7,19 +7,16 @@ frames and P pixels, only the information on the matrix of every pixel, shape (P
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.columns.prior import Shapes
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise, eliminated
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.normal_equations import NormalEquations, linearised
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,19 +53,6 @@ class Quadratic:
         return float(own + 2 * step @ self.cross @ change)
 
 
-class _Sides(NamedTuple):
-    """Derivatives as in `Quadratic`, but by the matrix of every pixel instead of coefficients.
-
-    Shapes of those: pull (P, 2n), cross (U, P, 2n), information (P, 2n, 2n).
-    """
-
-    gradient: Array
-    hessian: Array
-    column_gradient: Array
-    cross: Array
-    information: Array
-
-
 def expanded(
     measured: Measurements, at: Unknowns, jacobian: DesignJacobian, possible: Shapes, weight: Array
 ) -> Quadratic:
@@ -88,26 +72,19 @@ def expanded(
         Weights of the pixels.
     """
     normal = linearised(measured, at, jacobian, weight)
-    sides = _sides(measured, normal)
+    by_pixel = _by_pixel(measured, normal)
     if measured.pattern is not None:
-        sides = _without_pattern(sides, normal, measured.pattern)
-    positions = at.positions(measured.sensor)
-    sizes, splines = possible.sizes(positions), possible.splines(positions)
+        by_pixel = _without_pattern(by_pixel, measured.pattern)
+    columns = possible.at(at.positions(measured.sensor))
     doubled = np.tile(np.arange(measured.loads.shape[1]), 2)  # a column's height and its place
-
-    def along(rows: Array) -> Array:
-        """Derivatives by the coefficients, from those by the matrix of every pixel (P, 2n)."""
-        return (splines.T @ (sizes * rows[:, doubled])).T.ravel()
-
-    return Quadratic(
-        normal=normal,
-        gradient=sides.gradient,
-        hessian=sides.hessian,
-        column_gradient=along(sides.column_gradient),
-        cross=np.array([along(rows) for rows in sides.cross]),
+    information = by_pixel.information[:, doubled][:, :, doubled]
+    return replace(
+        by_pixel,
+        column_gradient=columns.adjoint(by_pixel.column_gradient).ravel(),
+        cross=np.array([columns.adjoint(rows).ravel() for rows in by_pixel.cross]),
         information=_information(
-            sides.information[:, doubled][:, :, doubled] * sizes[:, :, None] * sizes[:, None, :],
-            splines,
+            information * columns.sizes[:, :, None] * columns.sizes[:, None, :],
+            columns.splines,
             possible.count,
         ),
     )
@@ -134,7 +111,7 @@ def pattern_after(
     pattern = measured.pattern
     if pattern is None:
         return measured
-    by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)
+    by_matrix = normal.by_matrix(normal.jacobian.lit)
     moved = np.einsum("pua,u->ap", normal.coupling, step)
     moved += np.einsum("apj,pj->ap", by_matrix, correction)
     aim = pattern.improved(normal.pixel_gradient + moved, normal.pixels).levels
@@ -142,16 +119,19 @@ def pattern_after(
     return replace(measured, pattern=replace(pattern, levels=levels))
 
 
-def _sides(measured: Measurements, normal: NormalEquations) -> _Sides:
-    """Derivatives with the pattern fixed."""
-    derivatives, predicted = normal.derivatives, normal.predicted
-    loads, heavy = derivatives.loads, derivatives.weights * derivatives.turn
+def _by_pixel(measured: Measurements, normal: NormalEquations) -> Quadratic:
+    """Derivatives by the matrix of every pixel instead of coefficients, with the pattern fixed.
+
+    Shapes of the last three: (P, 2n), (U, P, 2n) and (P, 2n, 2n).
+    """
+    jacobian, predicted = normal.jacobian, normal.predicted
+    loads, heavy = jacobian.loads, normal.weights * jacobian.turn
     pairs = (loads[:, :, None] * loads[:, None, :]).reshape(len(loads), -1)
-    information = ((heavy * derivatives.turn).T @ pairs).reshape(-1, *[loads.shape[1]] * 2)
-    cross = [np.einsum("pij,pj->pi", information, change) for change in derivatives.changes]
+    information = ((heavy * jacobian.turn).T @ pairs).reshape(-1, *[loads.shape[1]] * 2)
+    cross = [np.einsum("pij,pj->pi", information, change) for change in jacobian.changes]
     cross += [
         rows * shape[:, None]
-        for rows in derivatives.by_matrix(derivatives.lit)
+        for rows in normal.by_matrix(jacobian.lit)
         for shape in measured.basis.T
     ]
     cross += [
@@ -161,28 +141,31 @@ def _sides(measured: Measurements, normal: NormalEquations) -> _Sides:
     ]
     # frames' own light is where it is likeliest already
     still = np.zeros(normal.side.shape[1])
-    return _Sides(
+    return Quadratic(
+        normal=normal,
         gradient=np.concatenate([normal.gradient, still]),
         hessian=normal.whole,
-        column_gradient=derivatives.by_matrix(predicted.residuals),
+        column_gradient=normal.by_matrix(predicted.residuals),
         cross=np.array(cross),
         information=information,
     )
 
 
-def _without_pattern(sides: _Sides, normal: NormalEquations, pattern: FixedPatternNoise) -> _Sides:
-    """Derivatives with the pattern free."""
+def _without_pattern(fixed: Quadratic, pattern: FixedPatternNoise) -> Quadratic:
+    """Derivatives by the matrix of every pixel with the pattern free."""
+    normal = fixed.normal
     pixels = pattern.information(normal.pixels)
     pixel_gradients = normal.pixel_gradient + pattern.precision * (pattern.levels - pattern.known)
-    by_matrix = np.swapaxes(normal.derivatives.by_matrix(normal.derivatives.lit), 0, 1)
+    by_matrix = np.swapaxes(normal.by_matrix(normal.jacobian.lit), 0, 1)
     told = np.linalg.solve(pixels, by_matrix)
     wanted = np.linalg.solve(pixels, pixel_gradients.T[..., None])[..., 0]
-    return _Sides(
-        gradient=sides.gradient - np.einsum("pua,pa->u", normal.coupling, wanted),
-        hessian=eliminated(sides.hessian, normal.coupling, pixels),
-        column_gradient=sides.column_gradient - np.einsum("paj,ap->pj", told, pixel_gradients),
-        cross=sides.cross - np.moveaxis(normal.coupling @ told, 1, 0),
-        information=sides.information - np.swapaxes(by_matrix, 1, 2) @ told,
+    return replace(
+        fixed,
+        gradient=fixed.gradient - np.einsum("pua,pa->u", normal.coupling, wanted),
+        hessian=eliminated(fixed.hessian, normal.coupling, pixels),
+        column_gradient=fixed.column_gradient - np.einsum("paj,ap->pj", told, pixel_gradients),
+        cross=fixed.cross - np.moveaxis(normal.coupling @ told, 1, 0),
+        information=fixed.information - np.swapaxes(by_matrix, 1, 2) @ told,
     )
 
 

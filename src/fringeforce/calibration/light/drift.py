@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.design_jacobian import DesignJacobian
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.predictions import (
@@ -15,15 +15,13 @@ from fringeforce.calibration.predictions import (
     predict,
 )
 
-Array = NDArray[np.float64]
-
 DETECTED = 4.0
 """Standard deviations of chance that a scatter must exceed noise by to be called a drift."""
 DRIFT_TOLERANCE = 0.1
 """Relative change of a drift's size below which it stays."""
 OUTSIDE = 4.0
-"""Standard deviations beyond which a frame's own light is taken for a wrong press."""
-UNSURE = 4.0
+"""Standard deviations beyond which a frame's own light is taken for a wrong load."""
+TOO_UNSURE = 4.0
 """Times the variance of the best quarter beyond which a frame says too little of its own light."""
 FREE = 1e-6
 """Inverse variance of a frame's own light before it is seen, next to none."""
@@ -35,7 +33,7 @@ def drifting(
     """The measurements with the size of its drift; the very same one if that hardly changes.
 
     Every frame's own gain and offset are estimated freely.  What they scatter beyond their own
-    errors, by the median so that wrong presses do not count, is the drift; a scatter that chance
+    errors, by the median so that wrong loads do not count, is the drift; a scatter that chance
     explains is none.
 
     Parameters
@@ -65,7 +63,7 @@ def drifting(
 
 def _scatter(estimates: Array, variances: Array) -> float:
     """Standard deviation beyond the estimates' own, or zero if chance explains it."""
-    sure = variances <= UNSURE * np.quantile(variances, 0.25)
+    sure = variances <= TOO_UNSURE * np.quantile(variances, 0.25)
     values, noise = estimates[sure], float(np.median(variances[sure]))
     spread = (1.4826 * float(np.median(np.abs(values - np.median(values))))) ** 2
     # the variance from a median of n values is itself sure to 2.33 / sqrt(n)

@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array
 
 NONE = 1e-6
 """Standard deviation that stands for no pattern at all, grey levels."""

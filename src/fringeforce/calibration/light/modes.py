@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fringeforce.calibration.derivatives import EVERY, matrix_changes
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.frame_fit import FrameFit
 from fringeforce.calibration.light.references import pattern_response, pattern_variance
 from fringeforce.calibration.measurements import Measurements
+from fringeforce.calibration.normal_equations import EVERY, matrix_changes
 from fringeforce.models.imaging import Imaging
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 def fitted_imaging(

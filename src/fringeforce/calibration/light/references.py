@@ -12,20 +12,17 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.derivatives import EVERY
 from fringeforce.calibration.frame_fit import FrameFit
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
 from fringeforce.calibration.measurements import Measurements, Unknowns
-from fringeforce.calibration.normal_equations import NormalEquations, linearised
+from fringeforce.calibration.normal_equations import EVERY, NormalEquations, linearised
 from fringeforce.calibration.predictions import predict
 from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import noise_variance
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 CLIPPED = 0.01
 """Share of grey levels at full scale beyond which a reference says nothing of the light."""
@@ -231,7 +228,7 @@ def pattern_response(
         return np.zeros((2, modes.shape[1], len(coupling)))
     pulled = np.swapaxes(coupling, 1, 2) @ modes
     if columns is not None:
-        by_matrix = normal.derivatives.by_matrix(normal.derivatives.lit)[:, pixels]
+        by_matrix = normal.by_matrix(normal.jacobian.lit)[:, pixels]
         pulled += np.einsum("apj,kpj->pak", by_matrix, columns, optimize=True)
     follow = -np.linalg.solve(measured.pattern.information(normal.pixels)[pixels], pulled)
     return np.asarray(np.moveaxis(follow, 0, 2), dtype=float)

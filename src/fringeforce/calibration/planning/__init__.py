@@ -1,1 +1,1 @@
-"""What to press to calibrate a sensor."""
+"""Which loads to calibrate a sensor with."""

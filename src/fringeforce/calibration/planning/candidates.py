@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.models.strip import SensorModel
 
-Array = NDArray[np.float64]
-
 SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Parts of the largest force that presses are tried with."""
+"""Parts of the largest force that calibration loads are tried with."""
 TOUCHED, TILT = 0.7, 20.0
 """Share of tactels that a typical load touches, and its largest angle [degrees]."""
 
@@ -26,9 +24,9 @@ class Limits:
     Attributes
     ----------
     force : float
-        Largest force of one press [N].
+        Largest force of one calibration load [N].
     friction : float or None
-        Largest tangential force over the normal one, for presses that would slip beyond it;
+        Largest tangential force over the normal one, for loads that would slip beyond it;
         without it a tangential force can be applied alone.
     fringe_density : float
         Largest number of fringes per pixel; an intensity is sampled well enough up to 0.5, and
@@ -80,7 +78,7 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
     Raises
     ------
     InputError
-        If even the smallest press makes fringes that the camera does not resolve.
+        If even the smallest load makes fringes that the camera does not resolve.
     """
     n = model.sensor.tactels.count
     groups = [(j,) for j in range(n)]
@@ -97,7 +95,7 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
     kept = pressed[fringes_per_pixel(model, pressed) <= limits.fringe_density]
     if len(kept) < 2:
         raise InputError(
-            f"Presses from {SHARES[0] * limits.force:g} N on make more than "
+            f"Loads from {SHARES[0] * limits.force:g} N on make more than "
             f"{limits.fringe_density:g} fringes per pixel; press less or take more pixels."
         )
     return kept

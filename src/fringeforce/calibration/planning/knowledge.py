@@ -1,4 +1,4 @@
-"""What is known of a sensor before the next press: from its drawing, or from a calibration."""
+"""What is known of a sensor before the next load: from its drawing, or from a calibration."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.calibrate import LIGHTS, PARAMETERS
 from fringeforce.calibration.design_entries import (
@@ -27,8 +27,6 @@ from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
 from fringeforce.design.strip import Sensor
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 0.1
 """Standard deviation of entries that a drawing is trusted to when the truth is imagined."""
@@ -61,12 +59,12 @@ class Knowledge:
     jacobian: DesignJacobian
     unknowns: Unknowns
     root: Array
-    used: NDArray[np.bool_]
+    used: Mask
     light_variance: float = 0.0
 
     @property
     def sensor(self) -> Sensor:
-        """As drawn, or as calibrated."""
+        """The sensor, as drawn or as calibrated."""
         return self.measured.sensor
 
     @property
@@ -88,8 +86,8 @@ class Knowledge:
         design = np.where(places, 1.0, np.abs(self.values[:-2]))
         return np.concatenate([design, [1.0, 1.0]]) * _units(self.sensor, self.paths)
 
-    def presses(self, loads: Array, truth: Unknowns) -> Measurements:
-        """Presses of loads (F, n, 2) and the frames that are expected of them."""
+    def expected(self, loads: Array, truth: Unknowns) -> Measurements:
+        """Calibration loads (F, n, 2) and the frames that are expected of them."""
         flat, turned, averaged = loads.reshape(len(loads), -1), np.zeros(1), np.ones(1)
         matrix = self.jacobian.matrix(truth.design, truth.positions(self.sensor))
         levels = truth.response(self.measured).level(flat @ matrix.T)

@@ -1,7 +1,8 @@
-"""Which known loads to press, so that readings of the calibrated sensor err least.
+"""Which calibration loads to apply, so that readings of the calibrated sensor err least.
 
-Frames of a press are predicted, and so is what they tell of all unknowns (Fisher's information, as
-in the fit).  What is made small is not the unknowns' covariance but what it does to readings.
+Frames of a calibration load are predicted, and so is what they tell of all unknowns (Fisher's
+information, as in the fit).  What is made small is not the unknowns' covariance but what it does to
+readings.
 """
 
 from __future__ import annotations
@@ -10,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.findings import named
 from fringeforce.calibration.measurements import Unknowns
@@ -25,25 +27,23 @@ from fringeforce.estimation.bounds import covariance, systematic_errors
 from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.models.strip import SensorModel
 
-Array = NDArray[np.float64]
-
 TYPICAL = 24
 """Typical loads over which the error of readings is averaged."""
 PAIRS = 2
 """Pairs of imagined designs, one the mirror of the other, over which a plan is averaged."""
 MOST = 1000
-"""Presses beyond which nobody plans."""
+"""Calibration loads beyond which nobody plans."""
 GAIN = 0.01
-"""Part of the error of readings below which further presses do not pay."""
+"""Part of the error of readings below which further loads do not pay."""
 NEXT = 3
-"""Presses that a calibration proposes to do next."""
+"""Calibration loads that a calibration proposes to apply next."""
 DOMINATED = 1.1
 """Error of readings, over that of a known sensor, beyond which a calibration asks for more."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Presses in the order of their worth, and what is expected of them.
+    """Calibration loads in the order of their worth, and what is expected of them.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Plan:
     values : ndarray, shape (d,)
         As known before.
     covariance : ndarray, shape (k + 1, d, d)
-        Before the first press and after each, in the values' own units.
+        Before the first load and after each, in the values' own units.
     ratio : ndarray, shape (k + 1,)
         Expected error of readings over that of a perfectly known sensor, to first order.
 
@@ -73,12 +73,12 @@ class Plan:
 
     @property
     def std(self) -> Array:
-        """Standard deviations before the first press and after each, shape (k + 1, d)."""
+        """Standard deviations before the first load and after each, shape (k + 1, d)."""
         return np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
 
     @property
     def enough(self) -> int:
-        """Number of presses from which on all others together gain less than GAIN."""
+        """Number of loads from which on all others together gain less than GAIN."""
         return int(np.argmax(self.ratio <= self.ratio[-1] * (1 + GAIN)))
 
 
@@ -89,14 +89,14 @@ def plan_presses(
     limits: Limits | None = None,
     typical: ArrayLike | None = None,
 ) -> Plan:
-    """Loads to press so that readings of the calibrated sensor err least.
+    """Calibration loads after which readings of the calibrated sensor err least.
 
     Parameters
     ----------
     source : Sensor or SensorModel
         The drawing, or a calibrated model, whose covariance is what is known already.
     presses : int
-        Number of presses, a frame each; one load may come several times.
+        Number of calibration loads, a frame each; one may come several times.
     parameters : sequence of str, optional
         Dotted paths of the design values to estimate, as in `calibrate`.
     limits : Limits, optional
@@ -122,7 +122,7 @@ def plan_presses(
     """
     if not (isinstance(presses, int | np.integer) and 1 <= presses <= MOST):
         raise InputError(f"presses = {presses}: must be a whole number from 1 to {MOST}.")
-    problem = _planning_problem(source, parameters, limits or Limits(), typical)
+    problem = planning_problem(source, parameters, limits or Limits(), typical)
     return problem.best(int(presses))
 
 
@@ -133,7 +133,7 @@ def assess_presses(
     limits: Limits | None = None,
     typical: ArrayLike | None = None,
 ) -> Plan:
-    """What given presses are expected to achieve in the order given, as in `plan_presses`.
+    """What given loads are expected to achieve in the order given, as in `plan_presses`.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def assess_presses(
     >>> ff.assess_presses(ff.load_sensor("saad"), presses).ratio.shape
     (3,)
     """
-    problem = _planning_problem(source, parameters, limits or Limits(), typical)
+    problem = planning_problem(source, parameters, limits or Limits(), typical)
     loads = _checked(forces, problem.known.sensor)
     return problem.plan(loads, problem.experiments(loads), list(range(len(loads))))
 
@@ -166,26 +166,40 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     loads = np.asarray(forces, dtype=float)
     strongest = float(np.hypot(loads[..., 0], loads[..., 1]).max())
     try:
-        plan = _planning_problem(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
+        plan = planning_problem(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
     except InputError as reason:
-        return f"No press is proposed: {reason}"
+        return f"No load is proposed: {reason}"
     before, after = plan.ratio[0], plan.ratio[-1]
     said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
     if before <= DOMINATED:
-        return f"{said}: more presses gain less than {before - 1:.1%}."
+        return f"{said}: more loads gain less than {before - 1:.1%}."
     words = "; ".join(named(load) for load in plan.loads)
     return f"{said}. Press next: {words}. That would leave {after:.3g} times."
 
 
 @dataclass(frozen=True, eq=False)
-class _PlanningProblem:
+class PlanningProblem:
+    """What is known of a sensor, what can be pressed, and what it is to read.
+
+    Attributes
+    ----------
+    known : Knowledge
+        Estimate and covariance of all unknowns.
+    limits : Limits
+        What can be applied.
+    typical : ndarray, shape (j, n, 2)
+        Loads that the sensor is to read [N].
+    pairs : int
+        Pairs of imagined designs over which a plan is averaged, beside the estimate.
+    """
+
     known: Knowledge
     limits: Limits
     typical: Array
     pairs: int
 
     def experiments(self, loads: Array) -> CandidateExperiments:
-        """What presses tell of the unknowns, and what the unknowns do to typical readings."""
+        """What loads tell of the unknowns, and what the unknowns do to typical readings."""
         information, weights = [], []
         for truth in self.known.imagined(self.pairs):
             information.append(self._information(truth, loads))
@@ -193,23 +207,25 @@ class _PlanningProblem:
         return CandidateExperiments(np.array(information), np.array(weights))
 
     def _information(self, truth: Unknowns, loads: Array) -> Array:
-        known, presses = self.known, self.known.presses(loads, truth)
-        jacobian, used = level_jacobian(presses, truth, known.jacobian), known.used.astype(float)
+        known, expected = self.known, self.known.expected(loads, truth)
+        jacobian, used = level_jacobian(expected, truth, known.jacobian), known.used.astype(float)
         return np.array(
             [known.root.T @ one.normal(used).profiled @ known.root for one in jacobian.frames()]
         )
 
     def _weights(self, truth: Unknowns) -> Array:
         """Variance that errors of the unknowns add to readings, over that of noise alone."""
-        known, presses = self.known, self.known.presses(self.typical, truth)
+        known, expected = self.known, self.known.expected(self.typical, truth)
         used, root = known.used, known.root
         influence = known.jacobian.matrix(truth.design, truth.positions(known.sensor))
-        jacobian = level_jacobian(presses, truth, known.jacobian)
-        found, drift = jacobian.predicted.response.at(used), presses.drift
+        jacobian = level_jacobian(expected, truth, known.jacobian)
+        found, drift = jacobian.predicted.response.at(used), expected.drift
         response = replace(found, variance=found.variance + known.light_variance)
         seen = np.ascontiguousarray(influence[used])
         noise, added = 0.0, np.zeros_like(root)
-        for load, level, one in zip(presses.loads, presses.levels, jacobian.frames(), strict=True):
+        for load, level, one in zip(
+            expected.loads, expected.levels, jacobian.frames(), strict=True
+        ):
             phase, modes = one.predicted.phase[0, used], root.T @ one.dense[:, 0, used]
             spread = covariance(phase, seen, response)
             if any(drift):
@@ -225,14 +241,14 @@ class _PlanningProblem:
         return added / noise
 
     def best(self, presses: int) -> Plan:
-        """The best so many presses within the limits."""
+        """The best so many loads within the limits."""
         loads = candidates(self.known.jacobian.model, self.limits)
         experiments = self.experiments(loads)
         rows = experiments.chosen(presses)
         return self.plan(loads[rows], experiments, rows)
 
     def plan(self, loads: Array, experiments: CandidateExperiments, rows: list[int]) -> Plan:
-        """What some of the presses achieve in order."""
+        """What some of the loads achieve in order."""
         covariances = experiments.covariances(rows).mean(axis=0)
         d = len(self.known.names)
         root = self.known.units[:, None] * self.known.root[:d, :d]
@@ -241,19 +257,20 @@ class _PlanningProblem:
         return Plan(loads, self.known.names, self.known.values, covariance, ratio)
 
 
-def _planning_problem(
+def planning_problem(
     source: Sensor | SensorModel,
     parameters: Sequence[str] | None,
     limits: Limits,
     typical: ArrayLike | None,
     pairs: int = PAIRS,
-) -> _PlanningProblem:
+) -> PlanningProblem:
+    """What is to be planned; parameters as in `plan_presses` and `PlanningProblem`."""
     known = knowledge(source, parameters)
     if typical is None:
         loads = typical_loads(known.jacobian.model, limits, TYPICAL)
     else:
         loads = _checked(typical, known.sensor)
-    return _PlanningProblem(known, limits, loads, pairs)
+    return PlanningProblem(known, limits, loads, pairs)
 
 
 def _checked(forces: ArrayLike, sensor: Sensor) -> Array:

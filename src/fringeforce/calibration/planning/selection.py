@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fringeforce.base.arrays import Array
 
 PASSES = 3
 """Largest number of rounds in which every choice may be exchanged."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fringeforce.acquisition.sinks.sink import Readings
-from fringeforce.explorer.live import Follower, Glimpse
+from fringeforce.contacts.resultant import resultant
+from fringeforce.explorer.live import ContactFollower, Glimpse
+from fringeforce.explorer.pads.fingers import SHOWN
 from fringeforce.explorer.pads.pictures import camera_picture
-from fringeforce.explorer.pads.resultants import resultant
 from fringeforce.models.pad import PadModel
 
 
@@ -28,11 +29,10 @@ class PadDisplay:
     def glimpse(self, readings: Readings) -> Glimpse:
         """The last image, and what all forces amount to."""
         tactels = self.model.sensor.tactels
-        everywhere = np.ones(tactels.total, dtype=bool)
-        sums, _ = resultant(tactels.places, readings.forces[-1], everywhere)
+        sums = resultant(tactels.places, readings.forces[-1], np.arange(tactels.total))
         image = camera_picture(self.model, "camera-0", readings.lines[-1])
-        return Glimpse({"shape": image.shape}, {"image": image, "sums": sums})
+        return Glimpse({"shape": image.shape}, {"image": image, "sums": sums.values[SHOWN]})
 
-    def follower(self) -> Follower:
+    def follower(self) -> ContactFollower:
         """Nothing is remembered from one image to the next."""
         return lambda glimpse, friction: {}

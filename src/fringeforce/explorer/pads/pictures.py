@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Single
 from fringeforce.design.light import Plates
 from fringeforce.design.pad import Pad, PadPolariscope
 from fringeforce.models.pad import PadModel
@@ -18,7 +19,6 @@ from fringeforce.optics.arrangement import arranged
 from fringeforce.optics.colour import encoded, light_colour, white_light
 from fringeforce.optics.integrated import turn
 
-Single = NDArray[np.float32]
 Octets = NDArray[np.uint8]
 
 COARSE, FINE = 96, 256

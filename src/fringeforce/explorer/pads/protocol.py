@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from fringeforce.explorer.pads.contacts import Contact
 from fringeforce.explorer.protocol import (
     AboutDesign,
     DesignRequest,
@@ -18,12 +17,26 @@ from fringeforce.explorer.protocol import (
 )
 
 MOST = 12
-"""Contacts at a time."""
+"""Fingers at a time."""
 Place = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
 
 
-class ContactMessage(BaseModel):
-    """A contact, in metres, newtons and newton metres."""
+class Finger(BaseModel):
+    """A fingertip on the pad.
+
+    Attributes
+    ----------
+    x, y : float
+        Centre of its contact [m].
+    radius : float
+        Radius of the round patch that touches [m].
+    normal : float
+        How hard it presses [N].
+    shear_x, shear_y : float
+        What it drags with [N].
+    twist : float
+        Moment about the normal, positive from x to y [N m].
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     x: Place
@@ -34,16 +47,11 @@ class ContactMessage(BaseModel):
     shear_y: Force = 0.0
     twist: Force = 0.0
 
-    @property
-    def contact(self) -> Contact:
-        """As the pad feels it."""
-        return Contact(**self.model_dump())
-
 
 class PressedRequest(AboutDesign):
     """About a design that is pressed."""
 
-    contacts: Annotated[list[ContactMessage], Field(max_length=MOST)]
+    contacts: Annotated[list[Finger], Field(max_length=MOST)]
     seed: Seed = 0
 
 

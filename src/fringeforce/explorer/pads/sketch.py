@@ -9,14 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Single
 from fringeforce.models import splines
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_symmetry import FIELDS, PARITIES, load_basis, unfold
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 NOTHING = 1e-7
 """Share of the largest load below which one is lost in single precision."""

@@ -12,8 +12,9 @@ import numpy as np
 from fringeforce.design.pad import AreaCamera, Pad, PadPolariscope, PadTactels, PadTransducer
 from fringeforce.explorer.figures import Figure
 from fringeforce.explorer.limits import check_pad
-from fringeforce.explorer.pads.contacts import Contact, tactel_forces
+from fringeforce.explorer.pads.fingers import tactel_forces
 from fringeforce.explorer.pads.pictures import eye, views
+from fringeforce.explorer.pads.protocol import Finger
 from fringeforce.explorer.values import flat_values
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_influence import PadInfluence
@@ -22,7 +23,7 @@ from fringeforce.optics.photoelasticity import stress_optic_constant
 
 WAVELENGTH, OPTIC = 632.8e-9, 0.05
 """Light and strain-optic coefficient at which designs are solved; retardance goes with both."""
-FINGER = Contact(0.0, 0.0, 4e-3, 10.0, shear_x=3.0)
+FINGER = Finger(x=0.0, y=0.0, radius=4e-3, normal=10.0, shear_x=3.0)
 """By which designs are compared: 10 N with 3 N of shear, on a patch of 8 mm."""
 
 
@@ -75,6 +76,11 @@ def facts(model: PadModel) -> Mapping[str, Any]:
         "light": light_colour(pad.polariscope.wavelength).tolist(),
         "camera": {"pixels": list(camera.pixels), "full_scale": camera.full_scale},
     }
+
+
+def blocks(model: PadModel) -> Mapping[str, Any]:
+    """Numbers that the page is told before anything touches the pad: none."""
+    return {}
 
 
 def figures(model: PadModel) -> list[Figure]:

@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-import pickle
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.explorer.pads.contacts import Contact
 from fringeforce.explorer.pads.protocol import (
     PadDownloadRequest,
     PressedRequest,
     PressRequest,
     SlicesRequest,
 )
-from fringeforce.explorer.tasks import Answer, Solved, download, model_of, stored
+from fringeforce.explorer.tasks import Answer, download, model_of
 from fringeforce.explorer.values import verdict
 
 if TYPE_CHECKING:
-    from fringeforce.design.pad import Pad
     from fringeforce.explorer.pads.sketch import Sketch
     from fringeforce.models.pad import PadModel
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading
-
-Array = NDArray[np.float64]
-
-
-def solve(pad: Pad, known: bytes | None, folder: str) -> Solved:
-    """Characterise a pad; parameters as of `fringeforce.explorer.tasks.solve`."""
-    from fringeforce.explorer.pads.solution import facts, solved
-
-    model = solved(pad, None if known is None else pickle.loads(known))
-    return Solved(stored(model, folder), facts(model), {})
 
 
 def prepare() -> None:
@@ -83,16 +70,17 @@ def slices(path: str, wish: SlicesRequest) -> Answer:
 
 def read(path: str, wish: PressedRequest) -> Answer:
     """Expose one noisy frame, read it, and sum up what was read and what is true."""
-    from fringeforce.explorer.pads.contacts import groups
-    from fringeforce.explorer.pads.resultants import resultant
+    from fringeforce.contacts.resultant import resultant
+    from fringeforce.explorer.pads.fingers import SHOWN, groups
 
     tactels = model_of(path).sensor.tactels
     forces, reading = _read(path, wish)
-    members = np.vstack([np.ones((1, tactels.total), dtype=bool), groups(tactels, _contacts(wish))])
-    places, rows = tactels.places, []
+    members = [np.arange(tactels.total), *map(np.flatnonzero, groups(tactels, wish.contacts))]
+    rows = []
     for group in members:
-        truth, _ = resultant(places, forces, group)
-        rows.append([truth, *resultant(places, reading.forces, group, reading.covariance)])
+        truth = resultant(tactels.places, forces, group)
+        found = resultant(tactels.places, reading.forces, group, reading.covariance)
+        rows.append([one[SHOWN] for one in (truth.values, found.values, found.std)])
     facts = verdict(reading.status, reading.advice, reading.chi2)
     return facts, {"forces": reading.forces, "std": reading.std, "sums": np.array(rows)}
 
@@ -103,14 +91,10 @@ def file(path: str, wish: PadDownloadRequest) -> Answer:
     return download(wish.kind, model, _forces(model, wish), lambda: _read(path, wish)[1])
 
 
-def _contacts(wish: PressedRequest) -> list[Contact]:
-    return [one.contact for one in wish.contacts]
-
-
 def _forces(model: PadModel, wish: PressedRequest) -> Array:
-    from fringeforce.explorer.pads.contacts import tactel_forces
+    from fringeforce.explorer.pads.fingers import tactel_forces
 
-    return tactel_forces(model.sensor.tactels, _contacts(wish))
+    return tactel_forces(model.sensor.tactels, wish.contacts)
 
 
 def _read(path: str, wish: PressedRequest) -> tuple[Array, Reading]:

@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Layer
 
-Array = NDArray[np.float64]
 Sides = Literal["free", "roller", "bonded"]
 
 NORMAL, ALONG, ACROSS = range(3)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.mechanics.elements import interval
 from fringeforce.mechanics.solid.section import mirrored_interval
-
-Array = NDArray[np.float64]
 
 
 def brick_stiffness(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.mechanics.moduli import lame_parameters
@@ -17,9 +17,6 @@ from fringeforce.mechanics.solid.mesh import BoxMesh
 from fringeforce.mechanics.solid.section import Section
 from fringeforce.mechanics.solid.slabs import slabs
 from fringeforce.mechanics.solid.symmetry import EVEN, ODD, Mirror, mirrored_load
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)

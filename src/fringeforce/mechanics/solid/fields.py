@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.mechanics.elements import along, interpolation
@@ -13,8 +14,6 @@ from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.elasticity import Loads, SymmetricPart, symmetric_parts
 from fringeforce.mechanics.solid.mesh import BoxMesh
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
-
-Array = NDArray[np.float64]
 
 
 def superposed(

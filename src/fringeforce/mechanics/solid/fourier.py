@@ -16,13 +16,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array
 from fringeforce.mechanics.fourier import harmonic_displacement
 from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
-
-Array = NDArray[np.float64]
 
 
 def stress_influence(

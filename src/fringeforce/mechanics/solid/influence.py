@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.progress import Progress
 from fringeforce.mechanics.elements import along, interpolation
 from fringeforce.mechanics.moduli import lame_parameters
@@ -19,8 +20,6 @@ from fringeforce.mechanics.solid.elasticity import (
 )
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
 from fringeforce.mechanics.solid.symmetry import mirrored_interpolation
-
-Array = NDArray[np.float64]
 
 PAD = Grading(order=5, load=2.0, surface=1.0, below=2.0, corner=1.0)
 """Bricks of a pad whose tactels are about as wide as they are apart."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.mechanics.mesh import Progression, cut, snapped, subdivision
+from fringeforce.mechanics.mesh import Progression, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,10 +45,6 @@ class Grading:
     corner_growth: float = 6.0
     largest: float = 0.8
 
-    def __post_init__(self) -> None:
-        if self.order < 2:
-            raise InputError(f"order = {self.order}: bricks need 2 or more.")
-
 
 @dataclass(frozen=True, eq=False)
 class BoxMesh:
@@ -70,18 +65,15 @@ class BoxMesh:
     z: Array
     order: int
 
+    def __post_init__(self) -> None:
+        if self.order < 2:
+            raise InputError(f"order = {self.order}: bricks need 2 or more.")
+
     @property
     def unknowns(self) -> int:
         """Displacements of the quarter that are solved for, supports at the sides included."""
         p = self.order
         return 3 * (p * (len(self.x) - 1) + 1) * (p * (len(self.y) - 1) + 1) * p * (len(self.z) - 1)
-
-    def refined(self, factor: int) -> BoxMesh:
-        """The mesh with every brick cut `factor` times in all directions."""
-        if factor < 1:
-            raise InputError(f"A mesh cannot be refined by {factor}; the factor is 1 or more.")
-        x, y, z = (cut(breaks, factor) for breaks in (self.x, self.y, self.z))
-        return BoxMesh(x, y, z, self.order)
 
 
 def box_mesh(block: Block, marks_x: ArrayLike, marks_y: ArrayLike, sizes: Grading) -> BoxMesh:

@@ -12,13 +12,10 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.mechanics.elements import Interval, interval
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 HALVES = (1, -1)
 """Even: u odd in the middle of the slab, v and w even; and odd: the other way round."""
 

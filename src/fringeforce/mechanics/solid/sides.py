@@ -12,18 +12,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fringeforce.base.errors import InputError
-from fringeforce.base.progress import Progress
+from fringeforce.base.progress import Progress, counted
 from fringeforce.mechanics.mesh import Progression, snapped, subdivision
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.elasticity import Loads, SymmetricPart, symmetric_parts
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.influence import patch_loads, stresses_of
 from fringeforce.mechanics.solid.mesh import BoxMesh
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,10 +52,6 @@ class SideGrading:
     tallest: float = 0.43
     close: float = 0.43
     cover: float = 0.2
-
-    def __post_init__(self) -> None:
-        if self.order < 2:
-            raise InputError(f"order = {self.order}: bricks need 2 or more.")
 
 
 def side_mesh(block: Block, loads: Loads, sizes: SideGrading) -> BoxMesh:
@@ -152,9 +145,6 @@ def _changes(
     rollers = replace(block, sides="roller", across=None)
     solutions = (symmetric_parts(b, loads, mesh) for b in (block, rollers))
     count = 2 * len(loads.parities_across)
-    for done, (own, slid) in enumerate(zip(*solutions, strict=True)):
-        if progress:
-            progress("what the sides change", done, count)
+    both = zip(*solutions, strict=True)
+    for own, slid in counted(both, progress, "what the sides change", count):
         yield SymmetricPart(own.mirrors, own.coefficients - slid.coefficients)
-    if progress:
-        progress("what the sides change", count, count)

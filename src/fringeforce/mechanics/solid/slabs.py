@@ -13,18 +13,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky
 from scipy.sparse import coo_array
 
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.mechanics.solid.bricks import brick_stiffness
 from fringeforce.mechanics.solid.section import Half, Section, plane_sums
 from fringeforce.mechanics.substructure import ROUNDING
 from fringeforce.mechanics.tridiagonal import BlockCholesky, backward, block_cholesky, forward
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 Place = tuple[int, int]
 
 

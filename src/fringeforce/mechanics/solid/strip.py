@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.elements import integrals
@@ -16,8 +17,6 @@ from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import light_stresses
 from fringeforce.mechanics.solid.mesh import BoxMesh, Grading, box_mesh
-
-Array = NDArray[np.float64]
 
 STRIP = Grading(order=5, load=1.6, surface=0.6, below=1.2, corner=0.1)
 """Bricks of a strip; the study of its width shows what they leave."""

@@ -12,14 +12,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.mechanics.elements import interpolation, shape_functions
 from fringeforce.mechanics.solid.block import Sides
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 EVEN, ODD = 1, -1
 
 
