@@ -24,7 +24,7 @@ from fringeforce.estimation.gauss_newton import Place
 from fringeforce.estimation.model_discrepancy import model_discrepancy
 from fringeforce.estimation.residual_monitor import begin_trend
 from fringeforce.estimation.residual_test import FALSE_CONTACT, absorbed, square_limit
-from fringeforce.estimation.running_mean import LAGGING, update_running_mean
+from fringeforce.estimation.running_mean import LAGGING, steady_covariance, update_running_mean
 from fringeforce.estimation.strip import Strip
 from fringeforce.estimation.track_status import (
     FEW,
@@ -223,7 +223,10 @@ class Tracker:
             raise RuntimeError("There is no lock yet.")
         if not self._tracker.mean["steady"][0]:
             return partial(covariance_at, self._strip, loads)
-        return partial(np.asarray, self.excess(verdict) + self._place.covariance)
+        place, variance = self._place, self._tracker.variance
+        # as they are now: they move with the next frame
+        mean = place.slope.copy(), place.work.root.copy(), variance.copy()
+        return partial(_steady, self._strip, mean, self.excess(verdict))
 
     def excess(self, verdict: int) -> Array:
         """What the last search's doubts add to the covariance of a frame, shape (2n, 2n) [N^2]."""
@@ -259,3 +262,10 @@ class Tracker:
             wrong = model_discrepancy(left, slope, influence, loads, noise, known)
             whole = whole + widening(wrong, single.model_error) ** 2 * wrong.bias
         return whole + single.calibration_covariance(loads, sound, noise)
+
+
+def _steady(strip: Strip, mean: tuple[Any, ...], excess: Array) -> Array:
+    """Covariance of a frame that was read from a mean, shape (2n, 2n) [N^2]."""
+    result = np.empty_like(excess)
+    steady_covariance(strip.arrays, *mean, result)
+    return result + excess
