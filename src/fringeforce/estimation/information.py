@@ -92,7 +92,7 @@ def _trial_squares(influence: Array, used: NDArray[np.bool_]) -> Iterator[Array]
     rng = np.random.default_rng(0)
     # slopes that no neighbour shares are harder than most fringes
     yield rng.random(len(influence))
-    pace = np.abs(np.diff(influence, axis=0)).max()
+    pace = np.abs(np.diff(influence, axis=0)).max() or 1.0
     for densest in TRIAL_PACES:
         loads = rng.uniform(-1, 1, influence.shape[1])
         yield np.sin(influence @ loads * (densest / pace)) ** 2
@@ -132,6 +132,6 @@ def factorise_information(strip, square, ridge, factor) -> None:
     trace = 0.0
     for j in range(size):
         trace += factor[j, j]
-    factorise(factor, size, ridge * trace + 1e-300)
+    factorise(factor, size, ridge * trace + 1e-12)
     if not strip.plain:
         multiply_factors(strip.units, factor)

@@ -39,6 +39,7 @@ def cold_start_with_illumination(
     channels: int,
     drift: tuple[float, float],
     calibration_uncertainty: Doubt | None,
+    start: Array | None = None,
 ) -> Hypothesis:
     """Explain a frame, with its own gain and offset where the lamp is known to drift.
 
@@ -51,6 +52,8 @@ def cold_start_with_illumination(
     drift : pair of float
         Standard deviations of gain and offset from frame to frame; zeros for a steady lamp.
     calibration_uncertainty : callable or None
+        As of `cold_start`.
+    start : ndarray, shape (2n,), optional
         As of `cold_start`.
     """
 
@@ -69,6 +72,7 @@ def cold_start_with_illumination(
             model_error,
             channels,
             calibration_uncertainty,
+            start,
         )
 
     def settled(shifts: Array) -> Hypothesis:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.evaluation import REPORT
 from fringeforce.estimation.following import (
@@ -154,16 +155,19 @@ class Tracker:
             return False
         left = np.divide(state.rest, strip.inverse, where=strip.inverse > 0, out=0 * state.rest)
         levels = strip.layout.pick(place.level - left).astype(float)
-        found, sound = self.single.explained(levels, self._sound, float(mean["spread"]))
+        spread, start = float(mean["spread"]), place.loads.copy()
+        found, sound = self.single.explained(levels, self._sound, spread, start)
         if found.status not in (Status.OK, Status.AMBIGUOUS):
             return False
         self._lock(levels, used, found, sound, mean)
         return True
 
+    @one_blas_thread()
     def search(self, levels: NDArray[Any], used: Mask) -> Reading:
-        """Read a frame without any earlier state, and take the lock if the reading allows it."""
-        grey = levels.astype(float)
-        found, sound = self.single.explained(grey, used)
+        """Search a frame, also from the last loads, and take the lock if the reading allows it."""
+        grey, last = levels.astype(float), self._place or self._last
+        start = None if last is None else last.loads.copy()
+        found, sound = self.single.explained(grey, used, start=start)
         self.release()
         explained = (Status.OK, Status.NO_CONTACT, Status.AMBIGUOUS)
         if found.status in explained and not any(self.single.drift):
@@ -191,7 +195,7 @@ class Tracker:
         self._limits, self._tracker = Limits.of(strip, self._taken(found, sound)), state
         self._place = place = Place.at(strip, loads)
         self._excess = found.covariance - found.noise
-        unsettled = found.status is Status.AMBIGUOUS
+        unsettled = found.status is Status.AMBIGUOUS or not found.settled
         state.mean["steady"] = False
         begin_trend(state.lasting, self._confirms(found))
         begin(state.known, unsettled, found.status is Status.NO_CONTACT)
