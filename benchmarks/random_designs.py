@@ -159,9 +159,7 @@ class Tally:
         ]
 
 
-def measure(
-    cold: Tally, followed: Tally, seed: list[int], covariance: bool = True
-) -> list[str]:
+def measure(cold: Tally, followed: Tally, seed: list[int], covariance: bool = True) -> list[str]:
     """Take in the frames of one random design; returns what is wrong, in words."""
     rng = np.random.default_rng(seed)
     sensor = random_design(rng)

@@ -10,61 +10,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from threading import Lock
-from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
-class _Limit:
-    """What is inside, and how the threads were before.
-
-    Attributes
-    ----------
-    lock : Lock
-        Held while these are changed.
-    inside : int
-        How many are inside.
-    before : context manager
-        Puts the number of threads back.
-    """
-
-    def __init__(self) -> None:
-        self.lock, self.inside = Lock(), 0
-        self.before: Any = None
-
-    def enter(self) -> None:
-        """Lower the number of threads, unless that was done."""
-        with self.lock:
-            if not self.inside:
-                self.before = _controller().limit(limits=1)
-                self.before.__enter__()
-            self.inside += 1
-
-    def leave(self) -> None:
-        """Put it back, unless others are inside."""
-        with self.lock:
-            self.inside -= 1
-            if not self.inside:
-                self.before.__exit__(None, None, None)
-
-
-_limit = _Limit()
+_limiting = Lock()
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
     """Run what is inside, or the function that is decorated, with one thread of BLAS.
 
-    The number of threads belongs to the process: the first to enter lowers it, the last to leave
-    puts it back, in any order and from any threads.  It takes some tens of microseconds.
+    The number of threads belongs to the process.  Who enters first lowers it and puts it back, in
+    some tens of microseconds; who enters meanwhile, from this or another thread, leaves it alone.
     """
-    _limit.enter()
-    try:
+    if not _limiting.acquire(blocking=False):
         yield
+        return
+    try:
+        with _loaded().limit(limits=1):
+            yield
     finally:
-        _limit.leave()
+        _limiting.release()
 
 
 @cache
-def _controller() -> ThreadpoolController:
+def _loaded() -> ThreadpoolController:
     """Every BLAS that is loaded; looking for them takes a hundredth of a second."""
     return ThreadpoolController().select(user_api="blas")

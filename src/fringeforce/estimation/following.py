@@ -108,7 +108,9 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
         else:
             verdicts[i] = _touch(strip, place, state, limits, frames[i], loads[i], reports[i])
             work, selected = place.work, verdicts[i] != SILENT and place.work.new[0]
-            if selected and persists(work.sums, limits.groups, limits.watched, state.trend, lasting):
+            if selected and persists(
+                work.sums, limits.groups, limits.watched, state.trend, lasting
+            ):
                 verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i

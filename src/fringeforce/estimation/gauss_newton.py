@@ -3,8 +3,8 @@
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
 the top of the likelihood.  What the last frame's evaluation left behind is where the first step
 starts, so that a frame costs one evaluation; and the matrix is kept until the phase has moved by
-some hundredths of what would bend it, see `freshness`.  Now and then the phase is computed at every pixel; its
-change since then, at the nodes.
+some hundredths of what would bend it, see `freshness`.  Now and then the phase is computed at every
+pixel; its change since then, at the nodes.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ def even_units(influence: Array, used: NDArray[np.bool_]) -> Array:
     """Units of the loads in which evenly spread squared slopes have the information one.
 
     Tactels that lie close together differ by little; in newtons the information of what they differ
-    by is lost in single precision beside that of their sum, in these units it is as large.  Newtons,
-    which are faster, where nothing is lost in them.
+    by is lost in single precision beside that of their sum, in these units it is as large.  Where
+    nothing is lost in newtons, they are newtons, which is faster.
 
     Parameters
     ----------
