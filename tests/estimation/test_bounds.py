@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
+from scipy.linalg import eigh
 from uncertain_phase import agreed
 
 import fringeforce as ff
@@ -135,3 +137,29 @@ def test_limits_of_a_dry_contact_hold_and_are_reported(model: ff.SensorModel) ->
     assert limited.forces[0].min() >= -1e-12
     assert (np.abs(limited.forces[1]) <= 0.3 * limited.forces[0] + 1e-9).all()
     assert limited.limited[[1, 3, 6]].all()
+
+
+@pytest.mark.parametrize(("pixels", "count"), [(512, 23), (600, 32), (2048, 11)])
+@pytest.mark.parametrize("largest", [0.3, 3.0])
+def test_covariances_are_those_of_all_pixels_in_every_direction(
+    sensor: ff.Sensor, pixels: int, count: int, largest: float
+) -> None:
+    """However few pixels there are for a load; the mean of sin^2 is iterated over all of them."""
+    changes = {"camera.pixels": pixels, "tactels.count": count, "tactels.pitch": 12e-3 / count}
+    model = ff.characterize(sensor.replace(**changes))
+    influence, response = model.frame_influence, model.response
+    rng = np.random.default_rng(count)
+    phase = influence @ ff.polar(largest * rng.random(count), rng.uniform(-15, 15, count)).ravel()
+    steepest = response.amplitude**2 / (8 * response.variance)
+    spread = np.linalg.inv((influence.T * steepest) @ influence)
+    for _ in range(60):
+        variance = np.einsum("ki,ij,kj->k", influence, spread, influence)
+        weight = steepest * (1 - np.exp(-2 * variance) * np.cos(2 * phase))
+        after = np.linalg.inv((influence.T * weight) @ influence)
+        moved = eigh(after, spread, eigvals_only=True)
+        spread = scipy.linalg.sqrtm(spread @ np.linalg.inv(after)).real @ after
+        spread = (spread + spread.T) / 2
+        if np.abs(moved - 1).max() < 1e-4:
+            break
+    found = eigh(covariance(phase, influence, response), spread, eigvals_only=True)
+    np.testing.assert_allclose(found, 1, atol=0.05)

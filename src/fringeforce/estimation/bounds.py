@@ -9,8 +9,11 @@ from fringeforce.estimation.likelihood import Response
 
 Array = NDArray[np.float64]
 
-COARSE = 8
-"""Every so many pixels enter the search for the variance at which information is flat."""
+COARSE, ENOUGH = 8, 8
+"""The variance at which information is flat is sought at every so many pixels, or at more where
+fewer than so many were left for each load; then at all pixels, until they agree."""
+AGREED = 0.02
+"""Relative change of the covariance, summed in squares over its directions, below which they do."""
 
 
 def fisher_information(
@@ -104,15 +107,16 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
     ndarray, shape (m, m)
         Covariance [N^2].
     """
-    coarse = slice(None, None, COARSE)
+    step = int(np.clip(len(phase) // (ENOUGH * influence.shape[1]), 1, COARSE))
     whole = np.ones(len(phase))
     most = whole * _largest(response)
     start = whole * np.sqrt(response.variance) / response.amplitude
     rows, cosine = np.ascontiguousarray(influence), np.cos(2 * (phase + response.bias))
-    few = np.ascontiguousarray(rows[coarse])
-    found = _agreed(few, cosine[coarse], COARSE * most[coarse], start[coarse], rounds)
-    everywhere = _phase_variance(rows, found)
-    return _inverse(_information(rows, cosine, most, everywhere))
+    few = slice(None, None, step)
+    found = _agreed(
+        np.ascontiguousarray(rows[few]), cosine[few], step * most[few], start[few], rounds
+    )
+    return _agreed(rows, cosine, most, _phase_variance(rows, found), rounds, found)
 
 
 def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
@@ -141,18 +145,37 @@ def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
     return pulls @ spread / variance
 
 
-def _agreed(influence: Array, cosine: Array, most: Array, variance: Array, rounds: int) -> Array:
-    """Covariance of the loads that agrees with the variance of the phase that it causes."""
-    result, before = np.empty((0, 0)), np.full(influence.shape[1], np.inf)
+def _agreed(
+    influence: Array,
+    cosine: Array,
+    most: Array,
+    variance: Array,
+    rounds: int,
+    before: Array | None = None,
+) -> Array:
+    """Covariance of the loads that agrees with the variance of the phase that it causes.
+
+    From a variance to start with, and the covariance that it belongs to where there is one.
+    """
+    result = np.empty((0, 0))
     for _ in range(rounds):
-        result = _inverse(_information(influence, cosine, most, variance))
+        information = _bounded(_information(influence, cosine, most, variance))
+        result = np.linalg.inv(information)
+        if before is not None and _change(before, information) < AGREED:
+            break
         # the geometric mean settles at once where information is proportional to the variance
         variance = np.sqrt(variance * _phase_variance(influence, result))
-        after = np.diag(result)
-        if (np.abs(after - before) < 0.02 * after).all():
-            break
-        before = after
+        before = result
     return result
+
+
+def _change(covariance: Array, information: Array) -> float:
+    """How far a covariance is from the inverse of an information, relative to it.
+
+    The root of the summed squares of the relative changes in all directions.
+    """
+    change = covariance @ information - np.eye(len(covariance))
+    return float(np.sqrt(abs((change * change.T).sum())))
 
 
 def _information(influence: Array, cosine: Array, most: Array, variance: Array) -> Array:
@@ -166,7 +189,7 @@ def _phase_variance(influence: Array, loads: Array) -> Array:
     return np.einsum("ij,ij->i", influence @ loads, influence)
 
 
-def _inverse(information: Array) -> Array:
-    """Inverse of an information matrix, bounded where a load leaves no trace at all."""
+def _bounded(information: Array) -> Array:
+    """An information matrix whose inverse is finite where a load leaves no trace at all."""
     ridge = 1e-12 * np.trace(information) + 1e-300
-    return np.linalg.inv(information + ridge * np.eye(len(information)))
+    return information + ridge * np.eye(len(information))

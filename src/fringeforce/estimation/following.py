@@ -12,7 +12,12 @@ from fringeforce.estimation.evaluation import Workspace, describe, evaluate, loa
 from fringeforce.estimation.gauss_newton import Place, follow, settle
 from fringeforce.estimation.information import factorise_information
 from fringeforce.estimation.residual_monitor import TREND, persists
-from fringeforce.estimation.running_mean import MEAN, step_steadily, update_running_mean
+from fringeforce.estimation.running_mean import (
+    MEAN,
+    steady_covariance,
+    step_steadily,
+    update_running_mean,
+)
 from fringeforce.estimation.strip import Pixels, Strip
 from fringeforce.estimation.track_status import (
     DOUBTFUL,
@@ -103,7 +108,9 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
         else:
             verdicts[i] = _touch(strip, place, state, limits, frames[i], loads[i], reports[i])
             work, selected = place.work, verdicts[i] != SILENT and place.work.new[0]
-            if selected and persists(work.sums, limits.groups, limits.sums, state.trend, lasting):
+            if selected and persists(
+                work.sums, limits.groups, limits.watched, state.trend, lasting
+            ):
                 verdicts[i] = DOUBTFUL
         if verdicts[i] == DOUBTFUL:
             return i
@@ -114,7 +121,10 @@ def follow_all(state, silent, frames, wanted, loads, covariances, reports, verdi
                 silent, mean.steady, place.loads[:] = True, False, 0
             continue
         known.hushed = 0
-        if (mean.steady and wanted != NONE) or wanted == STEP:
+        if wanted == WHOLE and mean.steady:
+            root, variance = place.work.root, state.variance
+            steady_covariance(strip, place.slope, root, variance, covariances[i])
+        elif wanted == STEP:
             for j in range(len(place.covariance)):
                 copy(place.covariance[j], covariances[i, j])
         elif wanted == WHOLE:

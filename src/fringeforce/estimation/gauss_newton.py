@@ -3,8 +3,8 @@
 Loads that were right for the last frame are nearly right for this one, and a step or two climbs to
 the top of the likelihood.  What the last frame's evaluation left behind is where the first step
 starts, so that a frame costs one evaluation; and the matrix is kept until the phase has moved by
-some hundredths of what would bend it.  Now and then the phase is computed at every pixel; its
-change since then, at the nodes.
+some hundredths of what would bend it, see `freshness`.  Now and then the phase is computed at every
+pixel; its change since then, at the nodes.
 """
 
 from __future__ import annotations
@@ -37,13 +37,11 @@ STEPS = 6
 """Largest number of steps for one frame."""
 CLOSE = 0.25
 """Gain of twice the log-likelihood that the next step promises, below which it is the last."""
-FRESH = 0.015
-"""Bend up to which a matrix is used again; deviations from it are then right within 5 %."""
 FAR = 0.1
 """Mean squared change of the phase beyond which it is computed at every pixel again [rad^2]."""
 TURNS = 3
 """Rounds of inverse iteration from any direction to that of least information, nearly."""
-RIDGE = 1e-7
+RIDGE = 1e-8
 """Share of the trace that keeps the step finite where a load leaves no trace."""
 _ZERO, _HALF = np.float32(0), np.float32(0.5)
 _TINY = np.float32(1e-20)
@@ -152,7 +150,7 @@ def follow(strip, place, frame, estimate, report) -> None:
     if way > FAR:
         relinearise(strip, place)
     report.bent = relative_curvature(strip, place.anchor, phase, place.steep, level)
-    if relative_curvature(strip, anchor, phase, steep, level) > FRESH:
+    if relative_curvature(strip, anchor, phase, steep, level) > strip.fresh:
         _anchor(strip, place, work.root)
     elif turn > 0:
         _keep_row(strip, place, anchor, steep)

@@ -24,7 +24,6 @@ from fringeforce.estimation.evaluation import (
 )
 from fringeforce.estimation.gauss_newton import (
     FAR,
-    FRESH,
     RIDGE,
     TURNS,
     keep,
@@ -38,6 +37,7 @@ from fringeforce.estimation.vector_loops import (
     ROWS,
     combine,
     copy,
+    invert,
     invert_factor,
     multiply,
     multiply_halves,
@@ -96,6 +96,25 @@ def update_running_mean(strip, place, variance, state) -> None:
         keep(strip, place)
 
 
+@entry
+def steady_covariance(strip, slope, root, variance, result) -> None:
+    """Fill in the covariance of a frame that was read from a mean, shape (m, m) [N^2].
+
+    Parameters
+    ----------
+    strip : Pixels
+        The pixels.
+    slope, root, variance
+        Of the mean: see `Place`, `Workspace` and `update_running_mean`.
+    result : ndarray, shape (m, m)
+        Filled.
+    """
+    rows = len(strip.nodes)
+    factor = np.empty((rows, rows))
+    _smooth_matrix(strip, slope, root, variance, factor)
+    invert(factor, result)
+
+
 @part
 def step_steadily(strip, place, variance, state, rest, frame, estimate, report) -> None:
     """Read one frame from the mean, and take it in.
@@ -119,7 +138,7 @@ def step_steadily(strip, place, variance, state, rest, frame, estimate, report) 
     beyond = compare(strip, slope, level, work)
     if (
         state.frames > 0
-        and relative_curvature(strip, place.anchor, phase, place.steep, level) > 2 * FRESH
+        and relative_curvature(strip, place.anchor, phase, place.steep, level) > strip.fresh
     ):
         _anchor(strip, place, work.root, variance)
         keep(strip, place)

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
-from fringeforce.estimation.information import spacing
+from fringeforce.estimation.freshness import freshness
+from fringeforce.estimation.information import even_units, spacing
 from fringeforce.estimation.layout import GROUP, Layout
 from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.vector_loops import ROWS, Single
@@ -26,8 +28,12 @@ class Strip:
     ----------
     matrix : ndarray, shape (every, rows, places)
         Influence matrix [rad/N].
-    nodes : ndarray, shape (rows, places)
-        The same at the nodes.
+    nodes, even : ndarray, shape (rows, places)
+        The same at the nodes; and there in units of `units`.
+    units : ndarray, shape (loads, loads)
+        Units of the loads in which the information is even; see `even_units` [rad/N].
+    plain : bool
+        Whether they are newtons.
     amplitude, offset : ndarray, shape (size,)
         A and I_o, grey levels.
     inverse, steepness : ndarray, shape (size,)
@@ -47,12 +53,17 @@ class Strip:
         Where the pixels lie.
     row : int
         First place of the row of which most pixels are used.
+    fresh : float
+        Bend up to which a matrix is used again; see `freshness`.
     layout : Layout
         The same for others than compiled loops.
     """
 
     matrix: Single
     nodes: Single
+    even: Single
+    units: Array
+    plain: bool
     amplitude: Single
     offset: Single
     inverse: Single
@@ -67,6 +78,7 @@ class Strip:
     shares: Single
     order: NDArray[np.uint32]
     row: int
+    fresh: float
     layout: Layout
 
     @classmethod
@@ -75,13 +87,19 @@ class Strip:
     ) -> Strip:
         """From the influence matrix (P, m), the camera's response and the pixels to use."""
         layout = Layout(len(influence), channels, spacing(influence, used, channels))
-        rows = np.zeros((len(influence), -(-influence.shape[1] // ROWS) * ROWS))
+        rows, even = np.zeros((2, len(influence), -(-influence.shape[1] // ROWS) * ROWS))
         rows[:, : influence.shape[1]] = influence
+        units = even_units(influence, used)
+        even[:, : influence.shape[1]] = solve_triangular(units, influence.T, lower=True).T
         return cls(
             matrix=np.ascontiguousarray(
                 layout.lay(rows).reshape(-1, layout.every, layout.places).swapaxes(0, 1)
             ),
             nodes=layout.at_nodes(rows),
+            even=layout.at_nodes(even),
+            units=units,
+            plain=np.array_equal(units, np.eye(len(units))),
+            fresh=freshness(influence[used], response.at(used)),
             loads=influence.shape[1],
             shares=layout.shares,
             order=layout.order,

@@ -178,7 +178,7 @@ def _climb(strip, frame, loads, steps, tolerance) -> float:
     loss = _loss(strip, slope, level, work)
     damping = FIRST
     for _ in range(steps):
-        fill_information(strip, (slope * work.root) ** 2, information)
+        fill_information(strip.nodes, strip.shares, (slope * work.root) ** 2, information)
         _factorise(information, size, 1e-6, factor)
         solve(factor, size, gradient, step)
         if np.dot(step, gradient[:size]) < tolerance / 10:

@@ -240,6 +240,19 @@ def factorise(matrix: Array, size: int, ridge: float) -> None:
             matrix[i, j] = rest / pivot
 
 
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def multiply_factors(left: Array, right: Array) -> None:
+    """Multiply two lower triangular matrices, in place in the leading block of the second."""
+    for i in range(len(left) - 1, -1, -1):
+        row, first = right[i], left[i, i]
+        for j in range(i + 1):
+            row[j] *= first
+        for k in range(i):
+            weight, other = left[i, k], right[k]
+            for j in range(k + 1):
+                row[j] += weight * other[j]
+
+
 @njit(cache=True, error_model="numpy")
 def solve(factor: Array, size: int, right: Array, solution: Array) -> None:
     """Solve with a Cholesky factor; `right` and `solution` may be the same array."""

@@ -43,8 +43,9 @@ def cold_start(
     full_scale: int,
     channels: int = 1,
     calibration_uncertainty: Doubt | None = None,
+    start: Array | None = None,
 ) -> Hypothesis:
-    """Explain a frame without any earlier state.
+    """Explain a frame without any earlier state but one more place to start from.
 
     Parameters
     ----------
@@ -64,12 +65,14 @@ def cold_start(
         Channels that see the same strip along the same pixels.
     calibration_uncertainty : callable, optional
         What grey levels are uncertain by besides noise, for given loads and pixels.
+    start : ndarray, shape (2n,), optional
+        Loads that may be nearly right [N].
     """
     problem = FrameProblem.of(
         levels, used, influence, response, strip, channels, calibration_uncertainty
     )
     lines = list(_fringes(levels, used, influence, response, channels))
-    optima: list[Optimum] = []
+    optima = [] if start is None else [problem.optimum(start)]
     spared: tuple[FrameProblem, list[Optimum]] | None = None
     for starts in explanations(lines):
         optima = sorted([*optima, *_climbed(problem, starts)], key=lambda optimum: optimum.loss)

@@ -25,8 +25,10 @@ RIVAL = 16.0
 then exp(-8) = 0.0003 times as likely."""
 SPREAD = 3.0
 """Factor in a deviation up to which rivals that widen it are one explanation, less sure."""
-ANCHOR = 1.5
-"""Phase that a frame must reach for its signs to hang together where not all was tried [rad]."""
+SETTLED = 1.4
+"""Factor up to which frames are followed as if one explanation was found."""
+MOST_PULL = RIVAL
+"""Largest loss for forces that pull."""
 PUSH = 5.0
 """Standard deviations that the sum of the pushes must have to tell a load from its negative."""
 DOUBTFUL, IMPOSSIBLE = 0.05, 1e-5
@@ -51,6 +53,9 @@ class Hypothesis:
         The verdict.
     rivals : list of ndarray, shape (2n,)
         Other loads that explain the frame as well.
+    settled : bool
+        Whether one explanation is enough to follow frames from; an OK reading may be the mean of
+        several that lie close together.
     """
 
     loads: Array
@@ -59,6 +64,7 @@ class Hypothesis:
     residuals: Array
     status: Status
     rivals: list[Array]
+    settled: bool = True
 
 
 def selected(problem: FrameProblem, fitting: list[Optimum]) -> Hypothesis:
@@ -79,16 +85,16 @@ def selected(problem: FrameProblem, fitting: list[Optimum]) -> Hypothesis:
     best = problem.climbed(loads[0])
     loads[0] = best.loads
     mean, whole = _mixture(loads, chance, spread)
-    anchored = complete or np.abs(best.phase).max() > ANCHOR
     status, rivals = Status.OK, []
-    if not anchored or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
+    settled = not (np.diag(whole) > SETTLED**2 * np.diag(spread)).any()
+    if not complete or (np.diag(whole) > SPREAD**2 * np.diag(spread)).any():
         mean, whole, status, rivals = best.loads, spread, Status.AMBIGUOUS, list(loads[1:])
     wrong = problem.model_discrepancy(best, spread)
     if wrong.chance < IMPOSSIBLE:
         status = Status.MODEL_MISMATCH
     if wrong.chance < DOUBTFUL:
         whole = whole + wrong.size**2 * wrong.bias
-    return Hypothesis(mean, whole, spread, best.misfit.slope, status, rivals)
+    return Hypothesis(mean, whole, spread, best.misfit.slope, status, rivals, settled)
 
 
 def _silence(problem: FrameProblem, best: Optimum) -> Hypothesis | None:
@@ -156,5 +162,8 @@ def _mixture(loads: Array, chance: Array, spread: Array) -> tuple[Array, Array]:
 
 
 def _pull(loads: Array, deviations: Array) -> float:
-    """Loss of an explanation for normal forces that pull, which no contact does."""
-    return float((np.minimum(loads[::2] / deviations[::2], 0) ** 2).sum())
+    """Loss of an explanation for normal forces that pull, which no contact does.
+
+    At most what rules out an explanation: a slow mean of moving forces may seem to pull a little.
+    """
+    return min(float((np.minimum(loads[::2] / deviations[::2], 0) ** 2).sum()), MOST_PULL)

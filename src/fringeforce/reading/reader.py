@@ -247,8 +247,9 @@ class Reader:
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, a megabyte each for a pad of 121 tactels.
-            That of a strip is from all of its pixels; without it the batch holds deviations only,
-            right within 5 %, and reading takes half the time.
+            That of a strip is from all of its pixels, right within 5 % in every direction; without
+            it the batch holds deviations only, whose errors are 5 % at most on the root of the mean
+            square over motions that are tried for the design, and reading takes half the time.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
         workers : int, optional

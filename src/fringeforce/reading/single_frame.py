@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
@@ -39,6 +40,7 @@ class SingleFrameReader(FrameReader):
         """Influence matrix at the pixels of a frame, shape (P, 2n) [rad/N]."""
         return self.model.frame_influence
 
+    @one_blas_thread()
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked; strips need no start, and take none."""
         if start is not None:
@@ -60,7 +62,10 @@ class SingleFrameReader(FrameReader):
         """A newton on every tactel, shape (n, 2) [N]."""
         return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
 
-    def explained(self, levels: Array, used: Mask, noise: float = 1.0) -> tuple[Hypothesis, Mask]:
+    @one_blas_thread()
+    def explained(
+        self, levels: Array, used: Mask, noise: float = 1.0, start: Array | None = None
+    ) -> tuple[Hypothesis, Mask]:
         """Hypothesis of a frame that was checked, and the pixels that it is made from.
 
         Parameters
@@ -71,6 +76,8 @@ class SingleFrameReader(FrameReader):
             Pixels to use.
         noise : float
             Variance of their noise, relative to that of one frame.
+        start : ndarray, shape (2n,), optional
+            Loads that may be nearly right, to start from besides [N].
         """
         response, calibration_uncertainty = self.model.response, self.calibration_uncertainty
         if noise != 1:
@@ -88,6 +95,7 @@ class SingleFrameReader(FrameReader):
             self.model.sensor.camera.full_scale,
             self.channels,
             calibration_uncertainty,
+            start,
         )
         return found, sound
 

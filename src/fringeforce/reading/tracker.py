@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.evaluation import REPORT
 from fringeforce.estimation.following import (
@@ -23,7 +24,7 @@ from fringeforce.estimation.following import (
 from fringeforce.estimation.gauss_newton import Place
 from fringeforce.estimation.residual_monitor import begin_trend
 from fringeforce.estimation.residual_test import FALSE_CONTACT, absorbed, square_limit
-from fringeforce.estimation.running_mean import LAGGING, update_running_mean
+from fringeforce.estimation.running_mean import LAGGING, steady_covariance, update_running_mean
 from fringeforce.estimation.strip import Strip
 from fringeforce.estimation.track_status import (
     FEW,
@@ -152,16 +153,19 @@ class Tracker:
             return False
         left = np.divide(state.rest, strip.inverse, where=strip.inverse > 0, out=0 * state.rest)
         levels = strip.layout.pick(place.level - left).astype(float)
-        found, sound = self.single.explained(levels, self._sound, float(mean["spread"]))
+        spread, start = float(mean["spread"]), place.loads.copy()
+        found, sound = self.single.explained(levels, self._sound, spread, start)
         if found.status not in (Status.OK, Status.AMBIGUOUS):
             return False
         self._lock(levels, used, found, sound, mean)
         return True
 
+    @one_blas_thread()
     def search(self, levels: NDArray[Any], used: Mask) -> Reading:
-        """Read a frame without any earlier state, and take the lock if the reading allows it."""
-        grey = levels.astype(float)
-        found, sound = self.single.explained(grey, used)
+        """Search a frame, also from the last loads, and take the lock if the reading allows it."""
+        grey, last = levels.astype(float), self._place or self._last
+        start = None if last is None else last.loads.copy()
+        found, sound = self.single.explained(grey, used, start=start)
         self.release()
         explained = (Status.OK, Status.NO_CONTACT, Status.AMBIGUOUS)
         if found.status in explained:
@@ -189,7 +193,7 @@ class Tracker:
         self._limits, self._tracker = Limits.of(strip, self._taken(found, sound)), state
         self._place = place = Place.at(strip, loads)
         self._excess = found.covariance - found.noise
-        unsettled = found.status is Status.AMBIGUOUS
+        unsettled = found.status is Status.AMBIGUOUS or not found.settled
         state.mean["steady"] = False
         begin_trend(state.lasting, self._confirms(found))
         begin(state.known, unsettled, found.status is Status.NO_CONTACT)
@@ -221,7 +225,10 @@ class Tracker:
             raise RuntimeError("There is no lock yet.")
         if not self._tracker.mean["steady"][0]:
             return partial(covariance_at, self._strip, loads)
-        return partial(np.asarray, self.excess(verdict) + self._place.covariance)
+        place, variance = self._place, self._tracker.variance
+        # as they are now: they move with the next frame
+        mean = place.slope.copy(), place.work.root.copy(), variance.copy()
+        return partial(_steady, self._strip, mean, self.excess(verdict))
 
     def excess(self, verdict: int) -> Array:
         """What the last search's doubts add to the covariance of a frame, shape (2n, 2n) [N^2]."""
@@ -239,3 +246,10 @@ class Tracker:
     def widened(self, noise: Array, loads: Array) -> Array:
         """Covariance from all causes, given that from noise, shape (2n, 2n) [N^2]."""
         return noise + self.single.calibration_covariance(loads, self._sound, noise)
+
+
+def _steady(strip: Strip, mean: tuple[Any, ...], excess: Array) -> Array:
+    """Covariance of a frame that was read from a mean, shape (2n, 2n) [N^2]."""
+    result = np.empty_like(excess)
+    steady_covariance(strip.arrays, *mean, result)
+    return result + excess

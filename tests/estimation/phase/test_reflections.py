@@ -118,3 +118,14 @@ def test_an_image_within_the_noise_of_what_it_mirrors_is_no_other_explanation() 
     for size, some in ((1.5, True), (0.6, False)):
         found = reflections(phase, influence, size * SHIFT / most * information(phase))
         assert bool(len(found)) is some
+
+
+def test_a_phase_that_runs_along_a_multiple_may_have_crossed_it() -> None:
+    """From -1.15 rad up to a shelf just below zero, where it may lie as well just above."""
+    x = np.linspace(0, 1, 801)
+    influence = np.cos(np.pi * np.outer(x, np.arange(12)))
+    phase = -np.exp(-8 * x) - 0.15 + 0.4 * (x - 0.6) ** 3
+    found = reflections(phase, influence, 30 * information(phase))
+    images = phase + found @ influence.T
+    beyond = x > 0.8
+    assert any(np.abs(image + phase)[beyond].max() < 0.03 for image in images)

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 TOUCH = 0.6
 """How near a multiple of pi the phase must come for a crossing to be mistaken for a turn [rad]."""
+KNEE = (0.05, 0.3)
+"""And where it only runs along one: nearer, it meets it [rad]."""
 LOSS = 250.0
 """Expected growth of the loss beyond which a mirror image is not worth trying."""
 SHIFT = 30.0
@@ -101,17 +103,31 @@ def _ordered(loss: Array) -> NDArray[np.intp]:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _contacts(phase, touch):
-    """Pixels where the phase meets a multiple of pi or turns near it, and both ends."""
+    """Pixels where the phase meets a multiple of pi, turns or runs along near it, and both ends."""
     places = np.empty(len(phase) + 1, np.int64)
     places[0], count = 0, 1
     distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
     for k in range(1, len(phase) - 1):
         here = distance[k]
-        if here < touch and here <= distance[k - 1] and here < distance[k + 1]:
+        if here >= touch:
+            continue
+        met = here <= distance[k - 1] and here < distance[k + 1]
+        if met or (KNEE[0] < here < KNEE[1] and _runs_along(phase, k)):
             places[count] = k
             count += 1
     places[count] = len(phase)
     return places[: count + 1]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _runs_along(phase, k):
+    """Whether the phase is least steep from one pixel to the next, without a turn."""
+    if k > len(phase) - 3:
+        return False
+    before, here = phase[k] - phase[k - 1], phase[k + 1] - phase[k]
+    after = phase[k + 2] - phase[k + 1]
+    same = before * here > 0 and here * after > 0
+    return same and abs(here) <= abs(before) and abs(here) < abs(after)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
