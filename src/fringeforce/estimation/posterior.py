@@ -15,6 +15,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.special import chdtrc
 
+from fringeforce.estimation.contact_sampling import (
+    contacts_about,
+    gaussian_share,
+    sampled_loads,
+)
 from fringeforce.estimation.frame_model import (
     FrameModel,
     Linearised,
@@ -42,6 +47,11 @@ RANK = 1e-5
 TOUCH = 1.0
 """How near a multiple of pi the phase must come for a stretch to be mirrored there [rad]: more than
 for a known model, for place and width bend it by that much."""
+LINEAR, WEAK = 1.0, 2 * np.pi
+"""Largest phase of a frame from which it is linear in the phase about its best one, and up to which
+loads are weak: beyond it fringes tell places and widths apart from forces [rad]."""
+GAUSSIAN = 0.5
+"""Effective share of draws from Laplace's approximation from which it stands for the posterior."""
 SECOND_ORDER = 3
 """Rounds in which the variances of forces, places and widths settle."""
 
@@ -187,6 +197,40 @@ class Posterior:
             reduced = np.linalg.solve(own + np.diag(precision), cross.T)
             covariance = np.linalg.inv(hessian - cross @ reduced)
         return covariance[: at.loads, : at.loads]
+
+    def sampled(
+        self, tops: list[Top], about: Linearised, covariance: Array, basis: Array
+    ) -> tuple[Array, Array] | None:
+        """Mean and covariance of the loads from samples about the phase of the first top.
+
+        Parameters
+        ----------
+        tops : list of Top
+            Tops of the same phase, the best first.
+        about : Linearised
+            The loss about the first one.
+        covariance : ndarray, shape (2n, 2n)
+            Laplace's approximation [N^2].
+        basis : ndarray, shape (m, r)
+            Profiles of influence; see `contact_sampling.profile_basis`.
+
+        Returns
+        -------
+        tuple of ndarray, or None
+            If that approximation is good, or loads are strong, or so faint that the frame is not
+            linear in the phase.
+        """
+        at, model = self.model.at, self.model
+        if at.fields == at.place or not LINEAR <= np.abs(self.phase(tops[0])).max() < WEAK:
+            return None
+        cross = self._cross(about, np.eye(len(model.fixed)))
+        unknowns = tops[0].unknowns
+        contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
+        beside = slice(at.place, at.fields)
+        scale = np.linalg.cholesky(np.linalg.inv(about.hessian)[beside, beside])
+        if gaussian_share(contacts, unknowns[beside], scale) > GAUSSIAN:
+            return None
+        return sampled_loads(contacts, [top.unknowns[beside] for top in tops], scale, covariance)
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""
