@@ -1,15 +1,15 @@
 """Mean and covariance of the loads of weakly loaded contacts, from samples about one phase.
 
 Loads, places and widths whose influence makes the same phase are a bent valley of the posterior,
-longer than it is wide where loads are weak.  Given places and widths z, everything else is linear in
-the phase, and the frame is taken as linear in the phase about the best one, so that all but z is
-integrated out in closed form:
+longer than it is wide where loads are weak.  Given places and widths z, everything else is linear
+in the phase, and the frame is taken as linear in the phase about the best one, so that all but z
+is integrated out in closed form:
 
     -2 log p(z | frame) = |Psi(z)' f - t|^2 + f' P f + cone(f) + log det H(z) + z' z,
 
 with the loads f(z) at which the first three terms are smallest, H half their second derivative
-there, the influence Psi(z) and the contacts' phase t in coordinates in which the frame's noise is of
-unit variance, and the prior precision P.  The cone is quadratic on each of its sides, so that its
+there, the influence Psi(z) and the contacts' phase t in coordinates in which the noise is of unit
+variance, and the prior precision P.  The cone is quadratic on each of its sides, so that its
 integral is Laplace's approximation on the side of f(z).  Fields of phase, light and camera are in
 the noise: their Schur complement is taken once.
 
@@ -46,16 +46,16 @@ ACTIVE = 4
 """Newton steps in which the contacts that pull are found."""
 DRAWS = 48
 """Draws from Laplace's approximation that tell how good it is."""
-CHAINS, WARM, COLD, KEPT = 4, 14, 8, 40
+CHAINS, WARM, COLD, KEPT = 4, 10, 6, 50
 """Walks, the trajectories of each that are hot or only find the step, and those that count."""
 HOTTEST = 10.0
 """Factor by which the first trajectory has the energy reduced: as when a top is climbed."""
 DRAWN_IN = 0.3
 """Share of places and widths from which every other walk starts."""
-LENGTH = 1.5
+LENGTH = 1.2
 """Mean length of a trajectory, in standard deviations."""
-WORSE = 4.0
-"""Mean energy over that of most walks at which one is in a valley of no weight, exp(-4) = 0.02."""
+WORSE = 6.0
+"""Mean energy over the least at which a walk is in a valley of no weight, exp(-6) = 0.002."""
 DEPENDENT = 4.0
 """Neighbouring samples that tell as much as one that is independent of others."""
 SHRINKAGE = 11.0
@@ -66,7 +66,7 @@ STEP = 0.2
 """First step of the walk, in standard deviations."""
 WANTED = 0.75
 """Share of trajectories that are to be accepted (Betancourt et al., arXiv:1411.6669)."""
-MOST = 24
+MOST = 20
 """Most steps of a trajectory."""
 
 
@@ -105,7 +105,7 @@ class Contacts(NamedTuple):
 
 
 def profile_basis(model: FrameModel) -> Array:
-    """Orthogonal profiles that hold the influence of all contacts, as large as theirs, shape (m, r)."""
+    """Orthogonal profiles of the size of all contacts' influence, which they hold, shape (m, r)."""
     order, nodes = model.moments.shape[2:]
     scaled = model.moments * TYPICAL ** np.arange(order)[:, None]
     _, size, rows = np.linalg.svd(scaled.reshape(-1, nodes), full_matrices=False)
@@ -317,14 +317,22 @@ def _density(contacts, z, loads, inverse, gradient):
     _influence(contacts, z, moments, moved, shown)
     bare, hessian, lower = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
     right = np.empty(size)
-    bare[:] = np.dot(shown, shown.T)
-    right[:] = np.dot(shown, contacts.target)
+    # loops rather than BLAS, whose sums depend on where arrays lie: readings can be repeated
     for x in range(size):
+        for y in range(x + 1):
+            total = 0.0
+            for i in range(rank):
+                total += shown[x, i] * shown[y, i]
+            bare[x, y] = total
         bare[x, x] += contacts.precision[x]
+        total = 0.0
+        for i in range(rank):
+            total += shown[x, i] * contacts.target[i]
+        right[x] = total
     # the cone is quadratic on each of its sides: Newton's steps end when the sides stay the same
     sides, before = np.zeros(size), np.zeros(size)
     hessian[:] = bare
-    for attempt in range(ACTIVE):
+    for _ in range(ACTIVE):
         _factorise(hessian, lower)
         _substitute(lower, right, loads)
         before[:] = sides
@@ -337,8 +345,10 @@ def _density(contacts, z, loads, inverse, gradient):
         if same:
             break
     _inverse(lower, inverse)
-    left = np.dot(loads, shown) - contacts.target
-    pulls = np.dot(inverse, shown)
+    left, pull = -contacts.target, np.empty(rank)
+    for x in range(size):
+        for i in range(rank):
+            left[i] += loads[x] * shown[x, i]
     value = penalty
     for i in range(rank):
         value += left[i] * left[i]
@@ -350,9 +360,12 @@ def _density(contacts, z, loads, inverse, gradient):
     placed, wider = contacts.place > 0, contacts.width_std > 0
     for x in range(size):
         j, c = x // 2, x % 2
-        pull = pulls[x]
         for i in range(rank):
-            pull[i] += loads[x] * left[i]
+            pull[i] = loads[x] * left[i]
+        for y in range(0, size, 2):
+            a, b = inverse[x, y], inverse[x, y + 1]
+            for i in range(rank):
+                pull[i] += a * shown[y, i] + b * shown[y + 1, i]
         for k in range(1, order):
             if not moved[j, c, k]:
                 continue
@@ -547,7 +560,7 @@ def sampled_loads(
     walks = [
         own
         for own, energy in zip(walks, energies, strict=True)
-        if energy <= np.median(energies) + WORSE
+        if energy <= energies.min() + WORSE
     ]
     loads = np.concatenate([given for _, given, _, _ in walks])
     within = np.mean([own for _, _, own, _ in walks], axis=0)
