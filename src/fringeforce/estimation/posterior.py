@@ -15,6 +15,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.special import chdtrc
 
+from fringeforce.estimation.contact_sampling import (
+    contacts_about,
+    gaussian_share,
+    sampled_loads,
+)
 from fringeforce.estimation.frame_model import (
     FrameModel,
     Linearised,
@@ -38,8 +43,13 @@ WAVES = 60
 clear layer is thick they pass as noise, and no load makes them."""
 RANK = 1e-5
 """Share of the largest information below which a wave is absorbed by the unknowns."""
-SECOND_ORDER = 3
-"""Rounds in which the variances of forces, places and widths settle."""
+LINEAR, WEAK = 1.0, 2 * np.pi
+"""Largest phase of a frame from which it is linear in the phase about its best one, and up to which
+loads are weak: beyond it fringes tell places and widths apart from forces [rad]."""
+GAUSSIAN = 0.5
+"""Effective share of draws from Laplace's approximation from which it stands for the posterior."""
+SECOND_ORDER, FAINT_ROUNDS = 3, 5
+"""Rounds in which the variances of forces, places and widths settle, and of a faint phase."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +167,11 @@ class Posterior:
 
         The cone is left out: a force at its border is as uncertain as the frame leaves it.  Beyond
         first order, errors of a force and of its contact's place or width move the phase by their
-        product, whose variance is the product of theirs; it is integrated out as well.
+        product, whose variance is the product of theirs; it is integrated out as well.  Where the
+        phase is faint the fringes hardly change to first order, and what bounds it is their
+        curvature: the normal distribution that is nearest to the posterior (Opper and Archambeau,
+        Neural Computation 21, 786, 2009) has the expected second derivative of the loss, which is
+        B^2 (sin^2 p + 3/2 s^2 cos^2 p) for fringes of amplitude B and a phase of variance s^2.
         """
         at, nodes = self.model.at, len(self.model.fixed)
         products = contact_columns(self.model, top.unknowns).reshape(2, -1, nodes)
@@ -169,20 +183,72 @@ class Posterior:
             np.concatenate([np.empty((0, nodes)), *(products[kind] for kind in kinds)]),
         )
         known[: at.size, : at.size] += np.diag(self.prior.precision)
-        hessian, cross, own = (
-            np.split(known[:, : at.size], [at.size])[0],
-            *np.split(known[:, at.size :], [at.size]),
-        )
-        covariance = np.linalg.inv(hessian)
-        if kinds:
-            partner = np.concatenate([np.repeat(np.arange(*at[1 + k : 3 + k]), 2) for k in kinds])
-            force = np.tile(np.arange(at.loads), len(kinds))
-        for _ in range(SECOND_ORDER if kinds else 0):
-            variance = np.diag(covariance)
-            precision = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
-            reduced = np.linalg.solve(own + np.diag(precision), cross.T)
-            covariance = np.linalg.inv(hessian - cross @ reduced)
+        partner = np.concatenate([np.repeat(np.arange(*at[1 + k : 3 + k]), 2) for k in (0, 1)])
+        force = np.tile(np.arange(at.loads), len(kinds))
+        phase = self.phase(top)
+        faint = np.abs(phase).max() < LINEAR
+        columns = np.concatenate([about.columns, *(products[kind] for kind in kinds)])
+        curvature, variance = self._curvature(phase), np.zeros(nodes)
+        covariance = np.linalg.inv(known[: at.size, : at.size])
+        for _ in range(FAINT_ROUNDS if faint else SECOND_ORDER if kinds else 0):
+            full = known
+            if faint:
+                own = (about.columns * (covariance @ about.columns)).sum(axis=0)
+                variance = np.sqrt(variance * own) if variance.any() else own
+                full = known + (columns * (1.5 * curvature * variance)) @ columns.T
+            spread = np.diag(covariance)
+            own = full[at.size :, at.size :] + np.diag(
+                1 / np.maximum(spread[force] * spread[partner], 1e-30)
+            )
+            cross = full[: at.size, at.size :]
+            reduced = np.linalg.solve(own, cross.T)
+            covariance = np.linalg.inv(full[: at.size, : at.size] - cross @ reduced)
         return covariance[: at.loads, : at.loads]
+
+    def _curvature(self, phase: Array) -> Array:
+        """Squared second derivative of the grey levels around each node, over the noise."""
+        model = self.model
+        channels = len(model.bias)
+        amplitude = model.amplitude.reshape(channels, -1)
+        strength = np.square(amplitude).mean(axis=1) * (model.visibility / 2) ** 2
+        spacing = amplitude.shape[1] / len(phase)
+        turned = np.cos(model.dispersion[:, None] * phase + model.bias[:, None])
+        share = strength * model.dispersion**4 * spacing / model.variance
+        return np.asarray(share @ np.square(turned))
+
+    def sampled(
+        self, tops: list[Top], about: Linearised, covariance: Array, basis: Array
+    ) -> tuple[Array, Array] | None:
+        """Mean and covariance of the loads from samples about the phase of the first top.
+
+        Parameters
+        ----------
+        tops : list of Top
+            Tops of the same phase, the best first.
+        about : Linearised
+            The loss about the first one.
+        covariance : ndarray, shape (2n, 2n)
+            Laplace's approximation [N^2].
+        basis : ndarray, shape (m, r)
+            Profiles of influence; see `contact_sampling.profile_basis`.
+
+        Returns
+        -------
+        tuple of ndarray, or None
+            If that approximation is good, or loads are strong, or so faint that the frame is not
+            linear in the phase.
+        """
+        at, model = self.model.at, self.model
+        if at.fields == at.place or not LINEAR <= np.abs(self.phase(tops[0])).max() < WEAK:
+            return None
+        cross = self._cross(about, np.eye(len(model.fixed)))
+        unknowns = tops[0].unknowns
+        contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
+        beside = slice(at.place, at.fields)
+        scale = np.linalg.cholesky(np.linalg.inv(about.hessian)[beside, beside])
+        if gaussian_share(contacts, unknowns[beside], scale) > GAUSSIAN:
+            return None
+        return sampled_loads(contacts, [top.unknowns[beside] for top in tops], scale, covariance)
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""

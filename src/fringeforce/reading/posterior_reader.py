@@ -13,6 +13,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
+from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.frame_model import Linearised, Prior, expose, information
 from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
@@ -101,6 +102,10 @@ class PosteriorReader(FrameReader):
     @cached_property
     def _search(self) -> PosteriorSearch:
         return PosteriorSearch(self.uncertain.frame)
+
+    @cached_property
+    def _profiles(self) -> Array:
+        return profile_basis(self.uncertain.frame)
 
     @cached_property
     def usable_pixels(self) -> Mask:
@@ -335,6 +340,12 @@ class PosteriorReader(FrameReader):
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         loads, covariance = _mixture(own, count)
+        near = [one.top for one in own]
+        about = posterior.linearised(near[0])
+        loads, covariance = posterior.sampled(near, about, covariance, self._profiles) or (
+            loads,
+            covariance,
+        )
         if self._calibration is not None:
             covariance = covariance + self._calibration.covariance(
                 loads, np.isfinite(posterior.frame), covariance

@@ -1,0 +1,570 @@
+"""Mean and covariance of the loads of weakly loaded contacts, from samples about one phase.
+
+Loads, places and widths whose influence makes the same phase are a bent valley of the posterior,
+longer than it is wide where loads are weak.  Given places and widths z, everything else is linear
+in the phase, and the frame is taken as linear in the phase about the best one, so that all but z
+is integrated out in closed form:
+
+    -2 log p(z | frame) = |Psi(z)' f - t|^2 + f' P f + cone(f) + log det H(z) + z' z,
+
+with the loads f(z) at which the first three terms are smallest, H half their second derivative
+there, the influence Psi(z) and the contacts' phase t in coordinates in which the noise is of unit
+variance, and the prior precision P.  The cone is quadratic on each of its sides, so that its
+integral is Laplace's approximation on the side of f(z).  Fields of phase, light and camera are in
+the noise: their Schur complement is taken once.
+
+Hamiltonian Monte Carlo walks along z (Neal, Handbook of Markov Chain Monte Carlo, 2011, chapter 5),
+from several starts and hot at first.  Mean and covariance of the loads are those of their
+conditional distributions together (Rao-Blackwell; Gelfand and Smith, J. Am. Stat. Assoc. 85, 398,
+1990), and the covariance of few samples is shrunk (Ledoit and Wolf, J. Multivar. Anal. 88, 365,
+2004) towards Laplace's approximation.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, eigh
+
+from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.frame_model import FrameModel, Linearised, Prior
+
+Array = NDArray[np.float64]
+
+TYPICAL = 0.35
+"""Size of a place or half width in units of the reach at which moments count by their power."""
+SMOOTH = 1e-5
+"""Share of the largest singular value at which profiles of influence are left out."""
+FAINTEST = 1.0
+"""Information about a coordinate of the phase, over that before the frame, below which it is left
+out."""
+NEGLIGIBLE = 0.003
+"""Phase, in standard deviations of the noise, below which a moment does not count."""
+ACTIVE = 4
+"""Newton steps in which the contacts that pull are found."""
+DRAWS = 48
+"""Draws from Laplace's approximation that tell how good it is."""
+CHAINS, WARM, COLD, KEPT = 4, 10, 6, 50
+"""Walks, the trajectories of each that are hot or only find the step, and those that count."""
+HOTTEST = 10.0
+"""Factor by which the first trajectory has the energy reduced: as when a top is climbed."""
+DRAWN_IN = 0.3
+"""Share of places and widths from which every other walk starts."""
+LENGTH = 1.2
+"""Mean length of a trajectory, in standard deviations."""
+WORSE = 6.0
+"""Mean energy over the least at which a walk is in a valley of no weight, exp(-6) = 0.002."""
+DEPENDENT = 4.0
+"""Neighbouring samples that tell as much as one that is independent of others."""
+SHRINKAGE = 11.0
+"""Independent samples that Laplace's approximation counts as in the covariance."""
+SEED = 20140115
+"""Of the random numbers, which are the same for every frame: readings can be repeated."""
+STEP = 0.2
+"""First step of the walk, in standard deviations."""
+WANTED = 0.75
+"""Share of trajectories that are to be accepted (Betancourt et al., arXiv:1411.6669)."""
+MOST = 20
+"""Most steps of a trajectory."""
+
+
+class Contacts(NamedTuple):
+    """The posterior of places and widths about one phase; n tactels, K moments, r coordinates.
+
+    Attributes
+    ----------
+    profiles : ndarray, shape (n, 2, K, r)
+        Influence of the moments of each contact.
+    largest : ndarray, shape (n, 2, K)
+        Sizes of these under a load of its standard deviation before the frame.
+    target : ndarray, shape (r,)
+        Phase of the contacts that the frame shows.
+    precision : ndarray, shape (2n,)
+        Of the loads before the frame.
+    friction, stiff : float
+        Largest |tangential| / normal force (negative if any), and penalty of pulling [1/N^2].
+    table : ndarray, shape (K, K // 2 + 1)
+        Coefficients of the moments.
+    place, width, width_std, narrow : float
+        As of `FrameModel`, in units of the reach; deviations are zero for what is known.
+    """
+
+    profiles: Array
+    largest: Array
+    target: Array
+    precision: Array
+    friction: float
+    stiff: float
+    table: Array
+    place: float
+    width: float
+    width_std: float
+    narrow: float
+
+
+def profile_basis(model: FrameModel) -> Array:
+    """Orthogonal profiles of the size of all contacts' influence, which they hold, shape (m, r)."""
+    order, nodes = model.moments.shape[2:]
+    scaled = model.moments * TYPICAL ** np.arange(order)[:, None]
+    _, size, rows = np.linalg.svd(scaled.reshape(-1, nodes), full_matrices=False)
+    kept = size > SMOOTH * size[0]
+    return np.ascontiguousarray((rows[kept] * size[kept, None]).T)
+
+
+def contacts_about(
+    model: FrameModel, prior: Prior, unknowns: Array, about: Linearised, cross: Array, basis: Array
+) -> Contacts:
+    """The posterior of places and widths about a top.
+
+    The frame's information about the phase is projected on the profiles, and rotated so that its
+    eigenvalues are one; coordinates that loads of their prior size do not move are left out.
+
+    Parameters
+    ----------
+    model, prior
+        Of the frame.
+    unknowns : ndarray, shape (size,)
+        The top.
+    about : Linearised
+        The loss about it.
+    cross : ndarray, shape (size, m)
+        Information that unknowns share with the phase at each node.
+    basis : ndarray, shape (m, r)
+        As of `profile_basis`.
+
+    Returns
+    -------
+    Contacts
+    """
+    at = model.at
+    beside = slice(at.fields, at.size)
+    shared = cross[beside] @ basis
+    factor = cho_factor(about.hessian[beside, beside], check_finite=False)
+    solved = cho_solve(factor, shared, check_finite=False)
+    known = (basis.T * about.weights[0, 0]) @ basis - shared.T @ solved
+    pull = basis.T @ about.pulls[0] - solved.T @ about.gradient[beside]
+    values, vectors = eigh(known, check_finite=False)
+    kept = values > FAINTEST * prior.precision[0]
+    root = np.sqrt(values[kept])
+    moments = model.moments
+    if len(model.influence):
+        powers = unknowns[at.modes : at.modes + len(model.influence), None]
+        powers = powers ** np.arange(1, model.influence.shape[1] + 1)
+        moments = moments.copy()
+        moments[:, :, 0] += np.einsum("dq,dqncm->ncm", powers, model.influence)
+    profiles = moments @ (basis / (basis**2).sum(axis=0) @ (vectors[:, kept] * root))
+    found = Contacts(
+        np.ascontiguousarray(profiles),
+        np.linalg.norm(profiles, axis=3) / np.sqrt(prior.precision[0]),
+        np.zeros(len(root)),
+        prior.precision[: at.loads].copy(),
+        prior.friction,
+        1 / prior.yielding**2,
+        model.table,
+        model.place / model.reach if at.width > at.place else 0.0,
+        model.width / model.reach,
+        model.width_std / model.reach if at.fields > at.width else 0.0,
+        model.narrow / model.reach,
+    )
+    shown = influence(found, unknowns[at.place : at.fields])
+    target = unknowns[: at.loads] @ shown - (vectors[:, kept].T @ pull) / root
+    return found._replace(target=target)
+
+
+@sums
+def _powers(table, place, square, mean, by_place, by_square):
+    """Moments of a patch at a place of squared half width `square`, and their derivatives."""
+    order = len(table)
+    places, squares = np.empty(order + 1), np.empty(order // 2 + 1)
+    places[0] = squares[0] = 1.0
+    for k in range(order):
+        places[k + 1] = places[k] * place
+    for i in range(order // 2):
+        squares[i + 1] = squares[i] * square
+    for k in range(order):
+        a = b = c = 0.0
+        for i in range(k // 2 + 1):
+            power, weight = k - 2 * i, table[k, i]
+            a += weight * places[power] * squares[i]
+            if power > 0:
+                b += weight * power * places[power - 1] * squares[i]
+            if i > 0:
+                c += weight * i * places[power] * squares[i - 1]
+        mean[k], by_place[k], by_square[k] = a, b, c
+
+
+@sums
+def _influence(contacts, z, moments, moved, out):
+    """Influence of all contacts, and moments with their derivatives by place and width."""
+    tactels = len(contacts.profiles)
+    order, rank = contacts.profiles.shape[2:]
+    placed, wider = contacts.place > 0, contacts.width_std > 0
+    out[:] = 0.0
+    for j in range(tactels):
+        shift, wide, slope = 0.0, contacts.width, 0.0
+        if placed:
+            shift = contacts.place * z[j]
+        if wider:
+            value = wide + contacts.width_std * z[len(z) - tactels + j]
+            root = np.sqrt(value * value + contacts.narrow * contacts.narrow)
+            wide, slope = (value + root) / 2, 0.5 * (1 + value / root)
+        half = wide / 2
+        _powers(contacts.table, shift, half * half, moments[0, j], moments[1, j], moments[2, j])
+        for k in range(order):
+            moments[1, j, k] *= contacts.place
+            moments[2, j, k] *= half * slope * contacts.width_std
+            factor = moments[0, j, k]
+            most = max(abs(factor), abs(moments[1, j, k]), abs(moments[2, j, k]))
+            for c in range(2):
+                moved[j, c, k] = most * contacts.largest[j, c, k] > NEGLIGIBLE
+                if not moved[j, c, k]:
+                    continue
+                row, own = contacts.profiles[j, c, k], out[2 * j + c]
+                for i in range(rank):
+                    own[i] += factor * row[i]
+
+
+@sums_entry
+def influence(contacts, z):
+    """Influence of all contacts at places and widths, shape (2n, r)."""
+    tactels, _, order, rank = contacts.profiles.shape
+    out = np.empty((2 * tactels, rank))
+    moved = np.empty((tactels, 2, order), np.bool_)
+    _influence(contacts, z, np.empty((3, tactels, order)), moved, out)
+    return out
+
+
+@sums
+def _cone(contacts, loads, hessian, push):
+    """Add what the cone adds to half the second derivative, and give its penalty."""
+    penalty = 0.0
+    for j in range(len(loads) // 2):
+        a, b = 2 * j, 2 * j + 1
+        if contacts.friction < 0:
+            if loads[a] < 0:
+                hessian[a, a] += contacts.stiff
+                penalty += contacts.stiff * loads[a] ** 2
+                push[a] = 1.0
+            continue
+        for side in (-1.0, 1.0):
+            miss = contacts.friction * loads[a] + side * loads[b]
+            if miss < 0:
+                penalty += contacts.stiff * miss * miss
+                hessian[a, a] += contacts.stiff * contacts.friction**2
+                hessian[b, b] += contacts.stiff
+                hessian[b, a] += contacts.stiff * side * contacts.friction
+                push[a if side < 0 else b] = 1.0
+    return penalty
+
+
+@sums
+def _factorise(hessian, lower):
+    size = len(hessian)
+    for i in range(size):
+        for j in range(i + 1):
+            total = hessian[i, j]
+            for k in range(j):
+                total -= lower[i, k] * lower[j, k]
+            if i == j:
+                lower[i, i] = np.sqrt(max(total, 1e-300))
+            else:
+                lower[i, j] = total / lower[j, j]
+
+
+@sums
+def _substitute(lower, right, out):
+    size = len(right)
+    for i in range(size):
+        total = right[i]
+        for k in range(i):
+            total -= lower[i, k] * out[k]
+        out[i] = total / lower[i, i]
+    for i in range(size - 1, -1, -1):
+        out[i] /= lower[i, i]
+        for k in range(i):
+            out[k] -= lower[i, k] * out[i]
+
+
+@sums
+def _inverse(lower, out):
+    """Inverse of the matrix whose factor is given."""
+    size = len(lower)
+    root = np.zeros((size, size))
+    for j in range(size):
+        root[j, j] = 1 / lower[j, j]
+        for i in range(j + 1, size):
+            total = 0.0
+            for k in range(j, i):
+                total -= lower[i, k] * root[j, k]
+            root[j, i] = total / lower[i, i]
+    for i in range(size):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(i, size):
+                total += root[i, k] * root[j, k]
+            out[i, j] = out[j, i] = total
+
+
+@sums
+def _density(contacts, z, loads, inverse, gradient):
+    """Negative logarithm of the density of places and widths, its gradient, and the loads given."""
+    tactels, _, order, rank = contacts.profiles.shape
+    size = 2 * tactels
+    moments, shown = np.empty((3, tactels, order)), np.empty((size, rank))
+    moved = np.empty((tactels, 2, order), np.bool_)
+    _influence(contacts, z, moments, moved, shown)
+    bare, hessian, lower = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    right = np.empty(size)
+    # loops rather than BLAS, whose sums depend on where arrays lie: readings can be repeated
+    for x in range(size):
+        for y in range(x + 1):
+            total = 0.0
+            for i in range(rank):
+                total += shown[x, i] * shown[y, i]
+            bare[x, y] = total
+        bare[x, x] += contacts.precision[x]
+        total = 0.0
+        for i in range(rank):
+            total += shown[x, i] * contacts.target[i]
+        right[x] = total
+    # the cone is quadratic on each of its sides: Newton's steps end when the sides stay the same
+    sides, before = np.zeros(size), np.zeros(size)
+    hessian[:] = bare
+    for _ in range(ACTIVE):
+        _factorise(hessian, lower)
+        _substitute(lower, right, loads)
+        before[:] = sides
+        sides[:] = 0.0
+        hessian[:] = bare
+        penalty = _cone(contacts, loads, hessian, sides)
+        same = True
+        for x in range(size):
+            same = same and sides[x] == before[x]
+        if same:
+            break
+    _inverse(lower, inverse)
+    left, pull = -contacts.target, np.empty(rank)
+    for x in range(size):
+        for i in range(rank):
+            left[i] += loads[x] * shown[x, i]
+    value = penalty
+    for i in range(rank):
+        value += left[i] * left[i]
+    for x in range(size):
+        value += contacts.precision[x] * loads[x] ** 2 + 2 * np.log(lower[x, x])
+    for x in range(len(z)):
+        value += z[x] * z[x]
+        gradient[x] = z[x]
+    placed, wider = contacts.place > 0, contacts.width_std > 0
+    for x in range(size):
+        j, c = x // 2, x % 2
+        for i in range(rank):
+            pull[i] = loads[x] * left[i]
+        for y in range(0, size, 2):
+            a, b = inverse[x, y], inverse[x, y + 1]
+            for i in range(rank):
+                pull[i] += a * shown[y, i] + b * shown[y + 1, i]
+        for k in range(1, order):
+            if not moved[j, c, k]:
+                continue
+            row, along = contacts.profiles[j, c, k], 0.0
+            for i in range(rank):
+                along += row[i] * pull[i]
+            if placed:
+                gradient[j] += along * moments[1, j, k]
+            if wider:
+                gradient[len(z) - tactels + j] += along * moments[2, j, k]
+    return 0.5 * value
+
+
+@sums_entry
+def density(contacts, z):
+    """Negative logarithm of the density of places and widths, its gradient, and loads given.
+
+    Parameters
+    ----------
+    contacts : Contacts
+        As of `contacts_about`.
+    z : ndarray, shape (k,)
+        Places of the contacts, then their widths, those of them that are uncertain.
+
+    Returns
+    -------
+    value : float
+        Less a constant.
+    gradient : ndarray, shape (k,)
+        Of that.
+    loads : ndarray, shape (2n,)
+        Likeliest ones [N].
+    covariance : ndarray, shape (2n, 2n)
+        Of the loads [N^2].
+    """
+    size = 2 * len(contacts.profiles)
+    loads, inverse, gradient = np.empty(size), np.empty((size, size)), np.empty(len(z))
+    value = _density(contacts, z, loads, inverse, gradient)
+    return value, gradient, loads, inverse
+
+
+@sums_entry
+def walk(contacts, start, scale, normals, uniforms, heats, length):
+    """Hamiltonian Monte Carlo along places and widths.
+
+    The step is found in the first trajectories by dual averaging (Hoffman and Gelman, J. Mach.
+    Learn. Res. 15, 1593, 2014, section 3.2).  It varies, and one in ten is short, so that a walk
+    leaves a sharp bend.
+
+    Parameters
+    ----------
+    contacts : Contacts
+        What is walked through.
+    start : ndarray, shape (k,)
+        Places and widths.
+    scale : ndarray, shape (k, k)
+        A lower triangular root of their covariance, about.
+    normals, uniforms : ndarray, shapes (w + S, k) and (w + S, 3)
+        Random numbers.
+    heats : ndarray, shape (w,)
+        Factors by which the first trajectories, which are dropped, have the energy reduced.
+    length : float
+        Of a trajectory, in standard deviations.
+
+    Returns
+    -------
+    contacts : ndarray, shape (S, k)
+        Places and widths.
+    loads : ndarray, shape (S, 2n)
+        Mean of the loads given these [N].
+    covariance : ndarray, shape (2n, 2n)
+        Mean of the covariances of the loads given these [N^2].
+    energy : ndarray, shape (S,)
+        Negative logarithm of the density, less a constant.
+    """
+    size, count, most = len(start), len(normals), 2 * len(contacts.profiles)
+    warm = len(heats)
+    loads, inverse = np.empty(most), np.empty((most, most))
+    own, within = np.empty(most), np.empty((most, most))
+    here, trial, gradient, slope = start.copy(), start.copy(), np.empty(size), np.empty(size)
+    energy = _density(contacts, here, own, within, gradient)
+    kept, given = np.empty((count - warm, size)), np.empty((count - warm, most))
+    energies, covariance = np.empty(count - warm), np.zeros((most, most))
+    averaged, surplus = np.log(STEP), 0.0
+    log_step, momentum = np.log(STEP), np.empty(size)
+    for t in range(count):
+        step = np.exp(log_step) if t < warm else np.exp(averaged)
+        step *= 0.2 if uniforms[t, 2] < 0.1 else 0.6 + 0.6 * uniforms[t, 2]
+        steps = int(min(max(np.ceil(length * (0.5 + uniforms[t, 1]) / step), 1), MOST))
+        cold = 1 / heats[t] if t < warm else 1.0
+        momentum[:] = normals[t]
+        before = cold * energy + 0.5 * (momentum * momentum).sum()
+        trial[:] = here
+        slope[:] = gradient
+        reached = energy
+        for _ in range(steps):
+            for x in range(size):
+                total = 0.0
+                for y in range(x, size):
+                    total += scale[y, x] * slope[y]
+                momentum[x] -= 0.5 * step * cold * total
+            for x in range(size):
+                total = 0.0
+                for y in range(x + 1):
+                    total += scale[x, y] * momentum[y]
+                trial[x] += step * total
+            reached = _density(contacts, trial, loads, inverse, slope)
+            for x in range(size):
+                total = 0.0
+                for y in range(x, size):
+                    total += scale[y, x] * slope[y]
+                momentum[x] -= 0.5 * step * cold * total
+            if not cold * reached < before + 1000:
+                break
+        chance = np.exp(min(before - cold * reached - 0.5 * (momentum * momentum).sum(), 0.0))
+        if not chance >= 0:
+            chance = 0.0
+        if uniforms[t, 0] < chance:
+            here[:] = trial
+            gradient[:] = slope
+            own[:] = loads
+            within[:] = inverse
+            energy = reached
+        if t < warm:
+            surplus += (WANTED - chance - surplus) / (t + 1 + 10)
+            log_step = np.log(10 * STEP) - np.sqrt(t + 1) / 0.05 * surplus
+            weight = (t + 1) ** -0.75
+            averaged = weight * log_step + (1 - weight) * averaged
+        else:
+            kept[t - warm] = here
+            given[t - warm] = own
+            energies[t - warm] = energy
+            covariance += within / (count - warm)
+    return kept, given, covariance, energies
+
+
+def gaussian_share(contacts: Contacts, top: Array, scale: Array) -> float:
+    """How good a normal distribution of places and widths is: effective share of draws from it.
+
+    The effective size of an importance sample over its size (Kong, Liu and Wong, J. Am. Stat.
+    Assoc. 89, 278, 1994).
+
+    Parameters
+    ----------
+    contacts : Contacts
+        As of `contacts_about`.
+    top : ndarray, shape (k,)
+        Places and widths at the maximum.
+    scale : ndarray, shape (k, k)
+        A lower triangular root of their covariance.
+    """
+    draws = np.random.default_rng(SEED).standard_normal((DRAWS, len(top)))
+    logs = np.square(draws).sum(axis=1) / 2
+    logs -= [density(contacts, z)[0] for z in top + draws @ scale.T]
+    weights = np.exp(logs - logs.max())
+    return float(weights.sum() ** 2 / np.square(weights).sum() / DRAWS)
+
+
+def sampled_loads(
+    contacts: Contacts, tops: list[Array], scale: Array, laplace: Array
+) -> tuple[Array, Array]:
+    """Mean and covariance of the loads from samples of places and widths.
+
+    Parameters
+    ----------
+    contacts : Contacts
+        As of `contacts_about`.
+    tops : list of ndarray, shape (k,)
+        Places and widths from which the walks start in turn.
+    scale : ndarray, shape (k, k)
+        A lower triangular root of the covariance of places and widths.
+    laplace : ndarray, shape (2n, 2n)
+        Covariance of the loads by Laplace's approximation [N^2].
+
+    Returns
+    -------
+    mean : ndarray, shape (2n,)
+        Of the loads [N].
+    covariance : ndarray, shape (2n, 2n)
+        Of them [N^2].
+    """
+    random = np.random.default_rng(SEED)
+    heats = np.concatenate([np.geomspace(HOTTEST, 1.0, WARM), np.ones(COLD)])
+    count = len(heats) + KEPT
+    walks = []
+    for chain in range(CHAINS):
+        start = tops[chain // 2 % len(tops)] * (DRAWN_IN if chain % 2 else 1.0)
+        normals = random.standard_normal((count, len(start)))
+        uniforms = random.random((count, 3))
+        walks.append(walk(contacts, start, scale, normals, uniforms, heats, LENGTH))
+    energies = np.array([own.mean() for *_, own in walks])
+    walks = [
+        own
+        for own, energy in zip(walks, energies, strict=True)
+        if energy <= energies.min() + WORSE
+    ]
+    loads = np.concatenate([given for _, given, _, _ in walks])
+    within = np.mean([own for _, _, own, _ in walks], axis=0)
+    independent = len(loads) / DEPENDENT
+    covariance = independent * (within + np.cov(loads.T)) + SHRINKAGE * laplace
+    covariance *= (1 + 1 / independent) / (independent + SHRINKAGE)
+    return loads.mean(axis=0), covariance

@@ -1,0 +1,191 @@
+"""Samples of places and widths have the moments of the exact posterior, summed by other means."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import approx_fprime
+
+import fringeforce as ff
+from fringeforce.estimation.contact_sampling import (
+    CHAINS,
+    DEPENDENT,
+    KEPT,
+    Contacts,
+    contacts_about,
+    density,
+    gaussian_share,
+    profile_basis,
+    sampled_loads,
+)
+from fringeforce.estimation.frame_model import (
+    Linearised,
+    Prior,
+    expose,
+    node_phase,
+)
+from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.models.uncertainty import uncertainty
+
+Array = NDArray[np.float64]
+
+TACTELS = 2
+LOADS = np.array([0.5, 0.1, 0.35, -0.05])
+
+
+class Case:
+    """Two contacts of uncertain place and width, pressed weakly, and what they show."""
+
+    def __init__(self, sensor: ff.Sensor) -> None:
+        drawing = {
+            "transducer.edges": "roller",
+            "tactels.count": TACTELS,
+            "tactels.placement": "0 +/- 0.1 mm",
+            "tactels.contact_width": "0.4 +/- 0.2 mm",
+            "polariscope.visibility": "0.97 +/- 0.02",
+            "camera.pixels": 400,
+        }
+        model = uncertainty(ff.characterize(sensor.replace(**drawing))).frame
+        at, rng = model.at, np.random.default_rng(7)
+        truth = np.zeros(at.size)
+        truth[: at.loads] = LOADS
+        truth[at.place : at.fields] = rng.standard_normal(2 * TACTELS)
+        levels = expose(model, truth)[0]
+        frame = np.round(levels + rng.uniform(-5, 5, len(levels)))
+        precision = np.ones(at.size)
+        precision[: at.loads] = 1 / 0.6**2
+        prior = Prior(np.zeros(at.size), precision, -1.0, 0.02)
+        self.posterior = Posterior(model, prior, frame)
+        self.top: Top = self.posterior.climbed(truth, heats=(), steps=(0, 50), tolerance=1e-6)
+        self.about: Linearised = self.posterior.linearised(self.top)
+        cross = self.posterior._cross(self.about, np.eye(len(model.fixed)))
+        self.contacts: Contacts = contacts_about(
+            model, prior, self.top.unknowns, self.about, cross, profile_basis(model)
+        )
+        self.place = slice(at.place, at.fields)
+        self.z = self.top.unknowns[self.place]
+        self.scale = np.linalg.cholesky(np.linalg.inv(self.about.hessian)[self.place, self.place])
+
+
+@pytest.fixture(scope="module")
+def case(sensor: ff.Sensor) -> Case:
+    return Case(sensor)
+
+
+def _conditional(case: Case, z: Array) -> tuple[float, Array, Array]:
+    """Minus the logarithm of the density of z, and loads and light given it, from all nodes."""
+    model, prior, about = case.posterior.model, case.posterior.prior, case.about
+    at, unknowns = model.at, case.top.unknowns.copy()
+    shown = node_phase(model, unknowns)
+    unknowns[case.place], unknowns[: at.loads] = z, 0.0
+    columns = np.empty((at.loads, len(shown)))
+    for x in range(at.loads):
+        columns[x] = node_phase(model, unknowns + np.eye(at.size)[x]) - node_phase(model, unknowns)
+    target = shown - node_phase(model, unknowns)
+    # unknowns: loads, and the visibility about that of the top
+    weights, pulls = about.weights, about.pulls
+    normal = np.empty((at.loads + 1, at.loads + 1))
+    normal[:-1, :-1] = (columns * weights[0, 0]) @ columns.T
+    normal[:-1, -1] = normal[-1, :-1] = columns @ weights[0, 3]
+    normal[-1, -1] = weights[3, 3].sum()
+    seen = unknowns[at.visibility]
+    right = np.append(columns @ (weights[0, 0] * target - pulls[0]), -pulls[3].sum())
+    right[-1] += weights[0, 3] @ target - prior.precision[at.visibility] * seen
+    constant = target @ (weights[0, 0] * target) - 2 * pulls[0] @ target
+    normal += np.diag(np.append(prior.precision[: at.loads], prior.precision[at.visibility]))
+    mean = np.linalg.solve(normal, right)
+    loss = constant - right @ mean + np.linalg.slogdet(normal)[1] + z @ z
+    return loss / 2, mean, np.linalg.inv(normal)
+
+
+def test_the_density_is_the_gaussian_integral_over_loads_and_light(case: Case) -> None:
+    case_without_cone = case.contacts._replace(stiff=0.0)
+    rng = np.random.default_rng(0)
+    draws = case.z + 0.7 * rng.standard_normal((12, len(case.z))) @ case.scale.T
+    found = [density(case_without_cone, z) for z in draws]
+    wanted = [_conditional(case, z) for z in draws]
+    values = np.array([one[0] for one in found])
+    expected = np.array([one[0] for one in wanted])
+    assert np.ptp(expected) > 1
+    np.testing.assert_allclose(values - values[0], expected - expected[0], atol=0.02)
+    for own, other in zip(found, wanted, strict=True):
+        spread = np.sqrt(np.diag(other[2])[:-1])
+        np.testing.assert_allclose(own[2], other[1][:-1], atol=0.02 * spread.max())
+        np.testing.assert_allclose(np.diag(own[3]), np.diag(other[2])[:-1], rtol=0.02)
+
+
+@pytest.mark.parametrize("friction", [-1.0, 0.3])
+def test_the_gradient_is_that_of_the_density(case: Case, friction: float) -> None:
+    contacts = case.contacts._replace(friction=friction)
+    rng = np.random.default_rng(1)
+    for z in case.z + rng.standard_normal((4, len(case.z))) @ case.scale.T:
+        slope = approx_fprime(z, lambda z: density(contacts, z)[0], 1e-6)
+        np.testing.assert_allclose(density(contacts, z)[1], slope, atol=1e-3 * np.abs(slope).max())
+
+
+def _importance(case: Case, count: int) -> tuple[Array, Array, float]:
+    """Mean and covariance of the loads under the exact posterior, and the effective sample."""
+    posterior, rng = case.posterior, np.random.default_rng(2)
+    model, prior = posterior.model, posterior.prior
+    at, sigma = model.at, np.sqrt(model.variance)
+    logs, loads = np.empty(count), np.empty((count, at.loads))
+    root = 1.5 * case.scale
+    for k in range(count):
+        normal, scale = rng.standard_normal(len(case.z)), np.sqrt(5 / rng.chisquare(5))
+        z = case.z + scale * root @ normal
+        _, mean, covariance = _conditional(case, z)
+        own = rng.standard_normal(len(mean))
+        drawn = mean + np.linalg.cholesky(covariance) @ own
+        unknowns = np.append(np.append(drawn[:-1], z), drawn[-1])
+        left = (expose(model, unknowns)[0] - posterior.frame) / sigma
+        loss = left @ left + unknowns**2 @ prior.precision
+        loss += np.square(np.minimum(drawn[:-1:2], 0) / prior.yielding).sum()
+        proposal = -own @ own / 2 - np.linalg.slogdet(covariance)[1] / 2
+        proposal -= (5 + len(z)) / 2 * np.log1p(scale**2 * normal @ normal / 5)
+        logs[k], loads[k] = -loss / 2 - proposal, drawn[:-1]
+    weights = np.exp(logs - logs.max())
+    weights /= weights.sum()
+    mean = weights @ loads
+    return mean, ((loads - mean).T * weights) @ (loads - mean), float(1 / (weights @ weights))
+
+
+def test_samples_have_mean_and_covariance_of_the_exact_posterior(case: Case) -> None:
+    mean, covariance, effective = _importance(case, 4000)
+    assert effective > 300
+    laplace = case.posterior.covariance(case.top, case.about)
+    found, spread = sampled_loads(case.contacts, [case.z], case.scale, laplace)
+    std = np.sqrt(np.diag(covariance))
+    # both samples err: walks of samples of which every fourth counts, and the importance sample
+    error = np.sqrt(DEPENDENT / (CHAINS * KEPT) + 1 / effective)
+    assert np.abs(found - mean).max() < 4 * (error * std).max()
+    np.testing.assert_allclose(np.sqrt(np.diag(spread)), std, rtol=4 * error / np.sqrt(2))
+    again = sampled_loads(case.contacts, [case.z], case.scale, laplace)
+    np.testing.assert_allclose(again[0], found, rtol=1e-9)
+    np.testing.assert_allclose(again[1], spread, rtol=1e-9, atol=1e-12)
+
+
+def test_a_normal_density_is_told_from_a_bent_one(case: Case) -> None:
+    none = case.contacts._replace(
+        target=0 * case.contacts.target, profiles=0 * case.contacts.profiles
+    )
+    assert gaussian_share(none, np.zeros(len(case.z)), np.eye(len(case.z))) == pytest.approx(1)
+    assert gaussian_share(case.contacts, case.z, 3 * case.scale) < 0.5
+
+
+def test_a_dark_frame_bounds_loads_by_the_curvature_of_its_fringes(case: Case) -> None:
+    posterior = case.posterior
+    model, at = posterior.model, posterior.model.at
+    levels = expose(model, np.zeros(at.size))[0]
+    dark = Posterior(model, posterior.prior, levels)
+    top = Top(np.zeros(at.size), 0.0, 0.0, float(len(levels)))
+    covariance = dark.covariance(top, dark.linearised(top))
+    # the exact posterior along one normal load, all else as it is
+    along = np.linspace(-1, 1, 2001)
+    unit = np.zeros(at.size)
+    unit[0] = 1.0
+    left = [expose(model, f * unit)[0] - levels for f in along]
+    loss = np.square(left).sum(axis=1) / model.variance + posterior.prior.precision[0] * along**2
+    weights = np.exp(-loss / 2)
+    exact = np.sqrt(weights @ along**2 / weights.sum())
+    given = 1 / np.sqrt(np.linalg.inv(covariance)[0, 0])
+    assert exact < 0.3 / np.sqrt(posterior.prior.precision[0])
+    assert 0.5 * exact < given < 2 * exact
