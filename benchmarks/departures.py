@@ -7,9 +7,9 @@ reader's matrix: distributed contacts by quadrature, light and camera by their o
 tactel carries up to 2 N, at up to 30 degrees from the normal; the pixels have a uniform noise of
 5 grey levels.
 
-Each departure is read twice: with the drawing alone, and with a drawing that states a tolerance for
-it.  OK: share of frames that are read as OK.  far: read as OK, but a force lies more than six stated
-standard deviations off.  inside: share of forces within their 95 % intervals.
+Each departure is read twice: with the drawing alone, and with a drawing that states a tolerance
+for it.  OK: share of frames that are read as OK.  far: read as OK, but a force lies more than six
+stated standard deviations off.  inside: share of forces within their 95 % intervals.
 """
 
 from __future__ import annotations
