@@ -1,0 +1,156 @@
+"""What may be wrong with a sensor whose frame nothing explains: the likeliest departure.
+
+Departures are added to what the design states one after the other, and the evidence of each weighs
+how well it explains the frame against how much it could explain (MacKay, Neural Computation 4,
+415-447, 1992).  Loads start from the phase that a reading finds which allows for everything at once:
+a sensor that departs is read at the wrong orders otherwise, where no departure explains anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design.tolerances import Tolerances, with_values
+from fringeforce.estimation.frame_model import expose
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.departures import Departures
+from fringeforce.models.strip import characterize
+from fringeforce.reading.departure_fit import Fit, begin, distinct
+from fringeforce.reading.findings import UNEXPLAINED, sentence
+from fringeforce.reading.posterior_reader import FITS, SAME, PosteriorReader
+
+Array = NDArray[np.float64]
+
+WIDER = {"camera.amplitude": 0.05, "polariscope.visibility": 0.05, RESIDUAL: 0.1}
+"""Deviations of the reading that allows for everything; the first is relative."""
+BLUR, BESIDE, WIDTHS = 4.0, 0.1, 0.3
+"""The same of point spread [pixels], and of places and widths of contacts over their spacing."""
+OFFSETS = (0.0, 0.5, -0.5, 0.25, -0.25)
+"""Common places of contacts, over their spacing, about which that reading looks for them."""
+ATTEMPTS = 2
+"""Efforts of a search of that reading."""
+PHASES = 3
+"""Explanations of it that are tried."""
+HOPELESS = 1.5
+"""Loss over the smallest from which a departure is not followed further."""
+RIVAL = np.log(20.0)
+"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
+ACCURACY = 2e-4
+"""Relative accuracy of the phase; departures of one number that differ less look the same."""
+CLOSE = 1.2
+"""Reduced chi-square of that reading below which its phase is tried before others."""
+MENDED = 2
+"""Places of contacts for which mirror images are tried where nothing is close."""
+NEAR = 1.5
+"""Reduced chi-square below which a departure is named that does not explain all of the frame."""
+
+
+class Diagnosis:
+    """Names the departures of one sensor in frames that its reader refuses.
+
+    Parameters
+    ----------
+    reader : PosteriorReader
+        Of the design or the calibrated sensor.
+    """
+
+    def __init__(self, reader: PosteriorReader) -> None:
+        self.reader = reader
+        self.departures = Departures(reader.model, reader.uncertain)
+        self._everything: dict[float, PosteriorReader] = {}
+
+    def findings(self, frame: Array) -> tuple[str, ...]:
+        """Sentences about a frame: the likeliest departure, or that there is none.
+
+        Parameters
+        ----------
+        frame : ndarray, shape (P,)
+            Grey levels; not finite where a pixel is not used.
+        """
+        fits = self.fits(frame)
+        best = fits[0]
+        explained = best.explains(FITS)
+        if not explained and best.top.square > NEAR * best.top.count:
+            return (UNEXPLAINED,)
+        named = [best, *(fit for fit in fits[1:] if _alike(best, fit))]
+        return (sentence(named, self.reader.model, explained),)
+
+    def fits(self, frame: Array) -> list[Fit]:
+        """Every departure at its best, the likeliest first."""
+        posterior = self.reader.own_posterior(frame)
+        best: dict[int, Fit] = {}
+        for phase in distinct(self._phases(frame), SAME):
+            started = [
+                (number, begin(posterior, departure, phase))
+                for number, departure in enumerate(self.departures.all)
+            ]
+            least = min(fit.top.loss for _, fit in started)
+            for number, fit in sorted(started, key=lambda one: one[1].top.loss):
+                if best and fit.top.loss > HOPELESS * least:
+                    continue
+                found = fit.finish()
+                least = min(least, found.top.loss)
+                if number not in best or found.evidence > best[number].evidence:
+                    best[number] = found
+            if max(best.values(), key=lambda fit: fit.evidence).explains(FITS):
+                break
+        return sorted(best.values(), key=lambda fit: -fit.evidence)
+
+    def _phases(self, frame: Array) -> Iterator[Array]:
+        """Phases at the nodes that explain a frame if everything is allowed for."""
+        missed = list[tuple[float, float]]()
+        for offset in OFFSETS[:1] if self._fixed else OFFSETS:
+            posterior, tops = self._allowing(offset).explanations(frame, ATTEMPTS, mend=False)
+            for top in tops[:PHASES]:
+                if top.square < CLOSE * top.count:
+                    yield posterior.phase(top)
+            if tops:
+                missed.append((tops[0].loss, offset))
+        for _, offset in sorted(missed)[:MENDED]:
+            posterior, tops = self._allowing(offset).explanations(frame, ATTEMPTS, mend=True)
+            for top in tops[:PHASES]:
+                yield posterior.phase(top)
+
+    @property
+    def _fixed(self) -> bool:
+        """Whether contacts cannot be solved for anywhere else."""
+        model = self.reader.model
+        return model.sensor.transducer.plane == "3d" or model.imaging is not None
+
+    def _allowing(self, offset: float) -> PosteriorReader:
+        """A reader that allows for everything, of contacts beside their tactels."""
+        if offset not in self._everything:
+            model, pitch = self.reader.model, self.departures.pitch
+            sensor = model.sensor
+            wide = dict(WIDER, **{"camera.blur": BLUR * self.departures.pixel})
+            wide["camera.amplitude"] *= sensor.camera.amplitude
+            if sensor.transducer.plane != "3d":
+                wide |= {PLACEMENT: BESIDE * pitch, WIDTH: WIDTHS * pitch}
+            for path, std in sensor.tolerances.items():
+                wide[path] = max(std, wide.get(path, 0.0))
+            if offset:
+                plain = sensor.model_copy(update={"tolerances": Tolerances()})
+                place = sensor.tactels.placement + offset * pitch
+                model = characterize(with_values(plain, {PLACEMENT: place}))
+            sensor = model.sensor.model_copy(update={"tolerances": Tolerances(wide)})
+            self._everything[offset] = PosteriorReader(replace(model, sensor=sensor))
+        return self._everything[offset]
+
+
+def _alike(best: Fit, other: Fit) -> bool:
+    """Whether a frame cannot tell a departure from the likeliest one."""
+    if other.evidence > best.evidence - RIVAL:
+        return True
+    if best.departure.one is None or other.departure.one is None:
+        return False
+    (level, phase), (beside, _) = (
+        expose(fit.posterior.model, fit.top.unknowns) for fit in (best, other)
+    )
+    model = best.posterior.model
+    swing = float(model.amplitude.mean()) * model.visibility / 2
+    apart = float(np.sqrt(np.mean(np.square(level - beside))))
+    return apart < ACCURACY * swing * float(np.abs(phase).max())
