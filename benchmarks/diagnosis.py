@@ -22,29 +22,14 @@ from departures import BENCHES, SEED, exposed, loads
 import fringeforce as ff
 
 FRAMES = 40
-SAID = {
-    "camera.shift": "camera seems shifted",
-    "camera.scale": "camera's scale",
-    "camera.blur": "blur",
-    "camera.response": "camera's response",
-    "camera.amplitude": "the light seems",
-    "camera.offset": "darkness",
-    "visibility": "visibility",
-    "bandwidth": "spectrum",
-    "uneven light": "light seems uneven",
-    "residual": "residual retardance",
-    "placement": "beside their tactels",
-    "width": "contacts seem",
-    "compliant thickness": "compliant layer seems",
-}
-"""Words of findings by departure."""
+SHOWN = 30
+"""Letters of a wrong finding."""
 RIGHT = {
     "contacts 0.8 mm wide in the place of points": (" mm wide, not", "wider or narrower"),
     "all presses 0.05 mm beside the tactels": ("beside their tactels",),
     "each press 0.1 mm rms beside its tactel": ("beside their tactels, each",),
     "forces half way between tactels": ("beside their tactels",),
     "camera shifted by 0.05 mm": ("camera seems shifted",),
-    "cover 5 % thicker": ("compliant layer seems", "thicker than drawn"),
     "light 5 % darker at the ends": ("light seems uneven",),
     "lamp 3 % dim": ("dimmer than drawn",),
     "residual retardance 0.1 rad": ("residual retardance",),
@@ -52,8 +37,6 @@ RIGHT = {
     "blur of 12 px": ("picture seems blurred",),
     "gamma 1.05": ("response seems to have a gamma",),
     "fringe visibility 0.95": ("visibility of the fringes",),
-    "LED 20 nm wide": ("spectrum",),
-    "clear layer 5 % softer (scale)": ("photoelastic layer seems",),
 }
 """What a finding must say of each departure."""
 
@@ -67,7 +50,7 @@ def claims(finding: str) -> list[str]:
 def right(name: str, claim: str) -> bool:
     """Whether a claim names a departure."""
     if name == "cover 5 % thicker":
-        return claim.startswith("the compliant layer") and "thicker" in claim
+        return "compliant layer seems" in claim and "thicker" in claim
     return any(words in claim for words in RIGHT.get(name, ()))
 
 
@@ -91,11 +74,11 @@ def main() -> None:
             times.append(perf_counter() - begun)
             named.append((any(right(name, claim) for claim in found), len(found) == 1))
             if not named[-1][0]:
-                wrong[" ".join(word for word in found[0].split() if word.isalpha())] += 1
+                wrong[found[0][:SHOWN]] += 1
         good = sum(is_right for is_right, _ in named)
         alone = sum(is_right and is_alone for is_right, is_alone in named)
         spent = f"{np.median(times):.2f} {max(times):.2f}" if times else "-"
-        most = "; ".join(f"{count} {what}" for what, count in wrong.most_common(2))
+        most = "; ".join(f"{count} {what}" for what, count in wrong.most_common(1))
         row = f"{name:<45}  {len(named):>7}  {good:>5}  {alone:>5}  {spent:<12}  {most}"
         print(row, flush=True)
 

@@ -193,7 +193,11 @@ class Departures:
         width = self.uncertain.frame.width
         return [
             Departure(
-                PLACEMENT, BESIDE * self.pitch, partial(self._placed, wider=0.0), None, (-most, most)
+                PLACEMENT,
+                BESIDE * self.pitch,
+                lambda frame, by: self._placed(frame, by, 0.0),
+                limits=(-most, most),
+                begins=(0.0, most / 2, -most / 2),
             ),
             Departure(
                 WIDTH,
@@ -340,14 +344,24 @@ class Departures:
             plain = sensor.model_copy(update={"tolerances": Tolerances()})
             found = number_at(sensor, path)
             assert found is not None
-            seen = [
+            places, drawn = np.clip(x, -half, half), self._drawn.influence
+            behind, ahead = (
                 characterize(with_values(plain, {path: found[0] * (1 + way * LAYERS[path])}))
-                for way in (-1, 0, 1)
-            ]
-            places = np.clip(x, -half, half)
-            behind, drawn, ahead = (model.influence(places) for model in seen)
-            self._solutions[path] = ahead - drawn, behind - drawn
+                for way in (-1, 1)
+            )
+            nominal = drawn(places)
+            self._solutions[path] = (
+                ahead.influence(places) - nominal,
+                behind.influence(places) - nominal,
+            )
         return self._solutions[path]
+
+    @cached_property
+    def _drawn(self) -> SensorModel:
+        """The design as drawn, which a calibrated model is not."""
+        if self.model.imaging is None and self.model.calibration is None:
+            return self.model
+        return characterize(self.model.sensor.model_copy(update={"tolerances": Tolerances()}))
 
     @cached_property
     def _solutions(self) -> dict[str, tuple[Array, Array]]:
@@ -357,9 +371,7 @@ class Departures:
 def _grown(at: Layout, group: str, count: int) -> Layout:
     """A layout with more unknowns at the end of a group."""
     names = Layout._fields
-    return Layout(*(
-        begin + count * (place > names.index(group)) for place, begin in enumerate(at)
-    ))
+    return Layout(*(begin + count * (place > names.index(group)) for place, begin in enumerate(at)))
 
 
 def plain_moments(frame: FrameModel) -> FrameModel:

@@ -76,6 +76,10 @@ class Fit:
     posterior: Posterior
     top: Top
 
+    def near(self, chi2: float) -> bool:
+        """Whether the reduced chi-square is smaller than so much."""
+        return self.top.square < chi2 * self.top.count
+
     def explains(self, chance: float) -> bool:
         """Whether noise leaves as much as this does, with some chance."""
         if self.top.chance < chance:
@@ -240,7 +244,8 @@ class _Many:
         model, self.where, self.profiles = departure.own(posterior.model)
         model = plain_moments(model)
         stated = np.ones(model.at.size, dtype=bool)
-        stated[self.where] = False
+        if model.at.size > posterior.model.at.size:  # otherwise its tolerances are widened
+            stated[self.where] = False
         precision, mean = np.ones(model.at.size), np.zeros(model.at.size)
         precision[stated], mean[stated] = posterior.prior.precision, posterior.prior.mean
         prior = posterior.prior._replace(mean=mean, precision=precision)
@@ -298,7 +303,7 @@ def _samples(model: FrameModel) -> NDArray[np.intp]:
 def _seen(model: FrameModel, nodes: Array, pixels: NDArray[np.intp]) -> Array:
     """What pixels see of lines at the nodes, shape (..., m)."""
     first, weights = model.first[pixels], model.weights[pixels]
-    return np.sum([nodes[..., first + t] * weights[:, t] for t in range(4)], axis=0)
+    return np.asarray(sum(nodes[..., first + t] * weights[:, t] for t in range(4)))
 
 
 def _columns(
@@ -312,7 +317,8 @@ def _columns(
 def _step_to(rows: Array, left: Array, precision: Array, off: Array) -> Array:
     """Least squares of a phase with a prior."""
     normal = rows @ rows.T / PHASE_ERROR**2 + np.diag(precision)
-    return np.linalg.solve(normal, rows @ left / PHASE_ERROR**2 - precision * off)
+    wanted = rows @ left / PHASE_ERROR**2 - precision * off
+    return np.asarray(np.linalg.solve(normal, wanted), dtype=np.float64)
 
 
 def distinct(phases: Iterator[Array], near: float) -> Iterator[Array]:

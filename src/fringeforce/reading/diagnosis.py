@@ -2,20 +2,21 @@
 
 Departures are added to what the design states one after the other, and the evidence of each weighs
 how well it explains the frame against how much it could explain (MacKay, Neural Computation 4,
-415-447, 1992).  Loads start from the phase that a reading finds which allows for everything at once:
-a sensor that departs is read at the wrong orders otherwise, where no departure explains anything.
+415-447, 1992).  Loads start from the phase that a reading finds which allows for everything at
+once: a sensor that departs is read at the wrong orders otherwise, where nothing explains anything.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_model import expose
+from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import Departures
 from fringeforce.models.strip import characterize
@@ -26,11 +27,9 @@ from fringeforce.reading.posterior_reader import FITS, SAME, PosteriorReader
 Array = NDArray[np.float64]
 
 WIDER = {"camera.amplitude": 0.05, "polariscope.visibility": 0.05, RESIDUAL: 0.1}
-"""Deviations of the reading that allows for everything; the first is relative."""
-BLUR, BESIDE, WIDTHS = 4.0, 0.1, 0.3
+"""Deviations of a reading that allows for everything; the first is relative."""
+BLUR, BESIDE, WIDTHS = 6.0, 0.1, 0.3
 """The same of point spread [pixels], and of places and widths of contacts over their spacing."""
-OFFSETS = (0.0, 0.5, -0.5, 0.25, -0.25)
-"""Common places of contacts, over their spacing, about which that reading looks for them."""
 ATTEMPTS = 2
 """Efforts of a search of that reading."""
 PHASES = 3
@@ -42,11 +41,39 @@ RIVAL = np.log(20.0)
 ACCURACY = 2e-4
 """Relative accuracy of the phase; departures of one number that differ less look the same."""
 CLOSE = 1.2
-"""Reduced chi-square of that reading below which its phase is tried before others."""
-MENDED = 2
-"""Places of contacts for which mirror images are tried where nothing is close."""
+"""Reduced chi-square below which a phase is tried at once, and mirror images of it are not."""
+FAR = 2.0
+"""Reduced chi-square beyond which mirror images do not mend a phase."""
 NEAR = 1.5
 """Reduced chi-square below which a departure is named that does not explain all of the frame."""
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """What a reading allows for.
+
+    Attributes
+    ----------
+    offset : float
+        Place of all contacts beside their tactels, over their spacing.
+    blur : float
+        Point spread beyond what is drawn [pixels].
+    contacts : bool
+        Whether each has a place and a width of its own.
+    """
+
+    offset: float = 0.0
+    blur: float = 0.0
+    contacts: bool = True
+
+
+ALLOWANCES = (
+    Allowance(),
+    Allowance(blur=10.0, contacts=False),
+    *(Allowance(offset) for offset in (0.5, -0.5, 0.25, -0.25)),
+)
+"""Readings whose phases are tried, the likeliest first; blur and places beyond three deviations of
+the first need readings of their own."""
 
 
 class Diagnosis:
@@ -61,7 +88,7 @@ class Diagnosis:
     def __init__(self, reader: PosteriorReader) -> None:
         self.reader = reader
         self.departures = Departures(reader.model, reader.uncertain)
-        self._everything: dict[float, PosteriorReader] = {}
+        self._everything: dict[Allowance, PosteriorReader] = {}
 
     def findings(self, frame: Array) -> tuple[str, ...]:
         """Sentences about a frame: the likeliest departure, or that there is none.
@@ -72,10 +99,9 @@ class Diagnosis:
             Grey levels; not finite where a pixel is not used.
         """
         fits = self.fits(frame)
-        best = fits[0]
-        explained = best.explains(FITS)
-        if not explained and best.top.square > NEAR * best.top.count:
+        if not fits or not fits[0].near(NEAR):
             return (UNEXPLAINED,)
+        best, explained = fits[0], fits[0].explains(FITS)
         named = [best, *(fit for fit in fits[1:] if _alike(best, fit))]
         return (sentence(named, self.reader.model, explained),)
 
@@ -83,7 +109,7 @@ class Diagnosis:
         """Every departure at its best, the likeliest first."""
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
-        for phase in distinct(self._phases(frame), SAME):
+        for phase in distinct(self._phases(frame, best), SAME):
             started = [
                 (number, begin(posterior, departure, phase))
                 for number, departure in enumerate(self.departures.all)
@@ -96,24 +122,33 @@ class Diagnosis:
                 least = min(least, found.top.loss)
                 if number not in best or found.evidence > best[number].evidence:
                     best[number] = found
-            if max(best.values(), key=lambda fit: fit.evidence).explains(FITS):
+            if _likeliest(best).explains(FITS):
                 break
         return sorted(best.values(), key=lambda fit: -fit.evidence)
 
-    def _phases(self, frame: Array) -> Iterator[Array]:
-        """Phases at the nodes that explain a frame if everything is allowed for."""
-        missed = list[tuple[float, float]]()
-        for offset in OFFSETS[:1] if self._fixed else OFFSETS:
-            posterior, tops = self._allowing(offset).explanations(frame, ATTEMPTS, mend=False)
+    def _phases(self, frame: Array, best: dict[int, Fit]) -> Iterator[Array]:
+        """Phases at the nodes that explain a frame if everything is allowed for.
+
+        Mirror images take seconds; they are tried where `best` holds nothing close by then.
+        """
+        missed = list[tuple[Top, Allowance]]()
+        for allowance in ALLOWANCES:
+            if allowance.offset and self._fixed:
+                continue
+            posterior, tops = self._allowing(allowance).explanations(frame, ATTEMPTS, mend=False)
             for top in tops[:PHASES]:
                 if top.square < CLOSE * top.count:
                     yield posterior.phase(top)
             if tops:
-                missed.append((tops[0].loss, offset))
-        for _, offset in sorted(missed)[:MENDED]:
-            posterior, tops = self._allowing(offset).explanations(frame, ATTEMPTS, mend=True)
-            for top in tops[:PHASES]:
-                yield posterior.phase(top)
+                missed.append((tops[0], allowance))
+        if not missed or (best and _likeliest(best).near(CLOSE)):
+            return
+        nearest, least = min(missed, key=lambda one: one[0].loss)
+        if nearest.square > FAR * nearest.count:
+            return
+        posterior, tops = self._allowing(least).explanations(frame, ATTEMPTS, mend=True)
+        for top in tops[:PHASES]:
+            yield posterior.phase(top)
 
     @property
     def _fixed(self) -> bool:
@@ -121,24 +156,30 @@ class Diagnosis:
         model = self.reader.model
         return model.sensor.transducer.plane == "3d" or model.imaging is not None
 
-    def _allowing(self, offset: float) -> PosteriorReader:
-        """A reader that allows for everything, of contacts beside their tactels."""
-        if offset not in self._everything:
-            model, pitch = self.reader.model, self.departures.pitch
+    def _allowing(self, allowance: Allowance) -> PosteriorReader:
+        """A reader that allows for so much."""
+        if allowance not in self._everything:
+            model, pitch, pixel = self.reader.model, self.departures.pitch, self.departures.pixel
             sensor = model.sensor
-            wide = dict(WIDER, **{"camera.blur": BLUR * self.departures.pixel})
+            wide = dict(WIDER, **{"camera.blur": BLUR * pixel})
             wide["camera.amplitude"] *= sensor.camera.amplitude
-            if sensor.transducer.plane != "3d":
+            if sensor.transducer.plane != "3d" and allowance.contacts:
                 wide |= {PLACEMENT: BESIDE * pitch, WIDTH: WIDTHS * pitch}
             for path, std in sensor.tolerances.items():
                 wide[path] = max(std, wide.get(path, 0.0))
-            if offset:
+            if allowance.offset:
                 plain = sensor.model_copy(update={"tolerances": Tolerances()})
-                place = sensor.tactels.placement + offset * pitch
+                place = sensor.tactels.placement + allowance.offset * pitch
                 model = characterize(with_values(plain, {PLACEMENT: place}))
-            sensor = model.sensor.model_copy(update={"tolerances": Tolerances(wide)})
-            self._everything[offset] = PosteriorReader(replace(model, sensor=sensor))
-        return self._everything[offset]
+            blur = (sensor.camera.blur or 0.0) + allowance.blur * pixel
+            made = with_values(model.sensor, {"camera.blur": blur} if allowance.blur else {})
+            made = made.model_copy(update={"tolerances": Tolerances(wide)})
+            self._everything[allowance] = PosteriorReader(replace(model, sensor=made))
+        return self._everything[allowance]
+
+
+def _likeliest(fits: dict[int, Fit]) -> Fit:
+    return max(fits.values(), key=lambda fit: fit.evidence)
 
 
 def _alike(best: Fit, other: Fit) -> bool:

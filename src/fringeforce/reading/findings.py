@@ -103,8 +103,8 @@ _ONE: dict[str, Callable[[float, SensorModel], str]] = {
         f"the light seems {_percent(by)} {'brighter' if by > 0 else 'dimmer'} than drawn"
     ),
     "camera.offset": lambda by, _: (
-        f"the darkness of the camera seems {abs(by):.2g} grey levels {'brighter' if by > 0 else 'darker'} "
-        "than drawn"
+        f"the dark level of the camera seems {abs(by):.2g} grey levels "
+        f"{'higher' if by > 0 else 'lower'} than drawn"
     ),
     "polariscope.visibility": _visibility,
     "polariscope.bandwidth": lambda by, _: (
