@@ -16,8 +16,8 @@ from fringeforce.cli.progress import progress_bar
 if TYPE_CHECKING:
     from fringeforce.reading.reading import Reading
 
-DIAGNOSED = 8
-"""Refused frames of a recording that are diagnosed; each takes some tenths of a second."""
+DIAGNOSED = 4
+"""Refused frames of a recording that are diagnosed: each takes a second, or some."""
 
 
 def simulate(
@@ -85,8 +85,10 @@ def _findings(readings: Sequence[Reading]) -> list[str]:
     step = max(len(refused) / DIAGNOSED, 1.0)
     some = [refused[int(place * step)] for place in range(min(len(refused), DIAGNOSED))]
     told: dict[str, str] = {}
-    for reading in some:
-        for finding in reading.findings:
-            # sizes differ from frame to frame
-            told.setdefault(re.sub(r"-?\d[\d.e-]*", "", finding), finding)
+    with progress_bar() as advance:
+        for done, reading in enumerate(some, 1):
+            for finding in reading.findings:
+                # sizes differ from frame to frame
+                told.setdefault(re.sub(r"-?\d[\d.e-]*", "", finding), finding)
+            advance("Diagnosing", done, len(some))
     return list(told.values())

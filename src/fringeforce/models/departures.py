@@ -217,13 +217,13 @@ class Departures:
 
     def _moved(self, frame: FrameModel, by: float, scale: float) -> FrameModel:
         """The camera looks elsewhere; beyond its ends it sees what is there."""
-        x, nodes = self.model.pixel_positions, self.uncertain.places
-        places = x + by + scale * x
-        count = len(nodes)
-        along = np.clip((places - nodes[0]) * (count - 1) / (nodes[-1] - nodes[0]), 0, count - 1)
-        first, weights = node_weights(along, count)
-        channels = len(frame.bias)
-        first, weights = np.tile(first, channels), np.tile(weights, (channels, 1))
+        nodes = self.uncertain.places
+        count, step = len(nodes), (nodes[-1] - nodes[0]) / (len(nodes) - 1)
+        # cubic weights give back where a pixel looks
+        along = frame.first + frame.weights @ np.arange(4.0)
+        x = nodes[0] + along * step
+        moved = along + (by + scale * x) / step
+        first, weights = node_weights(np.clip(moved, 0, count - 1), count)
         return frame._replace(
             first=first,
             weights=weights,

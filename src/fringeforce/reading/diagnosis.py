@@ -18,10 +18,10 @@ from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_model import expose
 from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
-from fringeforce.models.departures import Departures
+from fringeforce.models.departures import Departure, Departures
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
-from fringeforce.reading.findings import UNEXPLAINED, sentence
+from fringeforce.reading.findings import UNEXPLAINED, sentence, together
 from fringeforce.reading.posterior_reader import FITS, SAME, PosteriorReader
 
 Array = NDArray[np.float64]
@@ -42,6 +42,9 @@ ACCURACY = 2e-4
 """Relative accuracy of the phase; departures of one number that differ less look the same."""
 CLOSE = 1.2
 """Reduced chi-square below which a phase is tried at once, and mirror images of it are not."""
+MOST, FOLLOWED, SWEEPS = 4, 6, 2
+"""Departures that are named together at most, candidates for each that are followed to their best,
+and rounds in which sizes are corrected."""
 FAR = 2.0
 """Reduced chi-square beyond which mirror images do not mend a phase."""
 NEAR = 1.5
@@ -98,18 +101,33 @@ class Diagnosis:
         frame : ndarray, shape (P,)
             Grey levels; not finite where a pixel is not used.
         """
-        fits = self.fits(frame)
-        if not fits or not fits[0].near(NEAR):
-            return (UNEXPLAINED,)
-        best, explained = fits[0], fits[0].explains(FITS)
-        named = [best, *(fit for fit in fits[1:] if _alike(best, fit))]
-        return (sentence(named, self.reader.model, explained),)
+        phases = list[Array]()
+        fits = self.fits(frame, phases)
+        if fits and fits[0].explains(FITS):
+            named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
+            return (sentence(named, self.reader.model),)
+        several = self._together(frame, phases[0]) if phases else []
+        if several:
+            return (together(several, self.reader.model),)
+        if fits and fits[0].near(NEAR):
+            return (sentence(fits[:1], self.reader.model, explained=False),)
+        return (UNEXPLAINED,)
 
-    def fits(self, frame: Array) -> list[Fit]:
-        """Every departure at its best, the likeliest first."""
+    def fits(self, frame: Array, phases: list[Array] | None = None) -> list[Fit]:
+        """Every departure at its best, the likeliest first.
+
+        Parameters
+        ----------
+        frame : ndarray, shape (P,)
+            As of `findings`.
+        phases : list, optional
+            Filled with the phases that were tried [rad].
+        """
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
         for phase in distinct(self._phases(frame, best), SAME):
+            if phases is not None:
+                phases.append(phase)
             started = [
                 (number, begin(posterior, departure, phase))
                 for number, departure in enumerate(self.departures.all)
@@ -125,6 +143,38 @@ class Diagnosis:
             if _likeliest(best).explains(FITS):
                 break
         return sorted(best.values(), key=lambda fit: -fit.evidence)
+
+    def _together(self, frame: Array, phase: Array) -> list[Fit]:
+        """Few departures that explain a frame together, or none: the likeliest is added each time.
+
+        Sizes of those before are corrected after each (stepwise selection).
+        """
+        posterior, chosen = self.reader.own_posterior(frame), list[Fit]()
+        for _ in range(MOST):
+            known = [fit.departure for fit in chosen]
+            left = [departure for departure in self.departures.all if departure not in known]
+            started = sorted(
+                (begin(posterior, departure, phase) for departure in left),
+                key=lambda fit: fit.top.loss,
+            )
+            found = [fit.finish() for fit in started[:FOLLOWED]]
+            best = max(found, key=lambda fit: fit.evidence)
+            chosen.append(best)
+            for _ in range(SWEEPS if len(chosen) > 1 else 0):
+                for place, fit in enumerate(chosen):
+                    if fit.departure.one is None:
+                        continue
+                    more = begin(best.posterior, _beyond(fit), phase).finish()
+                    if more.top.loss < best.top.loss:
+                        best = more
+                        size = fit.size + more.size
+                        chosen[place] = replace(
+                            fit, size=size, std=more.std, significance=abs(size) / more.std
+                        )
+            if best.explains(FITS):
+                return sorted(chosen, key=lambda fit: -fit.significance)
+            posterior = best.posterior
+        return []
 
     def _phases(self, frame: Array, best: dict[int, Fit]) -> Iterator[Array]:
         """Phases at the nodes that explain a frame if everything is allowed for.
@@ -176,6 +226,13 @@ class Diagnosis:
             made = made.model_copy(update={"tolerances": Tolerances(wide)})
             self._everything[allowance] = PosteriorReader(replace(model, sensor=made))
         return self._everything[allowance]
+
+
+def _beyond(fit: Fit) -> Departure:
+    """What departs beyond what was found already."""
+    low, high = fit.departure.limits
+    limits = min(low - fit.size, 0.0), max(high - fit.size, 0.0)
+    return replace(fit.departure, limits=limits, begins=(0.0,))
 
 
 def _likeliest(fits: dict[int, Fit]) -> Fit:

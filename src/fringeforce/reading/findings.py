@@ -10,14 +10,14 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.departure_fit import Fit
 
 UNEXPLAINED = (
-    "No departure from the design that the model knows explains this frame by itself. Check that "
-    "the design is of this sensor, and that nothing covers the light."
+    "No departure from the design that the model knows explains this frame. Check that the design "
+    "is of this sensor, and that nothing covers the light."
 )
 """Where nothing fits."""
 RMS = "root mean square"
 
 
-def sentence(fits: list[Fit], model: SensorModel, explained: bool) -> str:
+def sentence(fits: list[Fit], model: SensorModel, explained: bool = True) -> str:
     """One finding.
 
     Parameters
@@ -44,6 +44,22 @@ def sentence(fits: list[Fit], model: SensorModel, explained: bool) -> str:
     if not explained:
         text += ", though this does not explain all of the frame"
     return f"{text}; {_remedy([fit.departure.path for fit in fits], model)}."
+
+
+def together(fits: list[Fit], model: SensorModel) -> str:
+    """One finding about departures that explain a frame only together.
+
+    Parameters
+    ----------
+    fits : list of Fit
+        The departures, the most significant first.
+    model : SensorModel
+        That the frame departs from.
+    """
+    claims = [f"{_claim(fit, model)} ({_deviations(fit)})" for fit in fits]
+    said = ", ".join(claims[:-1]) + " and " + claims[-1]
+    remedy = _remedy([fit.departure.path for fit in fits], model, " and ")
+    return f"Several departures together explain this frame: {said}; {remedy}."
 
 
 def _deviations(fit: Fit) -> str:
@@ -138,14 +154,14 @@ _NOT_TOLERANCES: dict[str, str] = {
 """What to do about departures that no tolerance allows for."""
 
 
-def _remedy(paths: list[str], model: SensorModel) -> str:
+def _remedy(paths: list[str], model: SensorModel, between: str = " or ") -> str:
     stated: Collection[str] = model.sensor.tolerances
     unique = list(dict.fromkeys(paths))
     found = [_NOT_TOLERANCES[path] for path in unique if path in _NOT_TOLERANCES]
     given = [path for path in unique if path not in _NOT_TOLERANCES and path not in stated]
     wider = [path for path in unique if path not in _NOT_TOLERANCES and path in stated]
     if given:
-        found.append(f"give {' or '.join(given)} a tolerance")
+        found.append(f"give {between.join(given)} a tolerance")
     if wider:
-        found.append(f"widen the tolerance of {' or '.join(wider)}")
+        found.append(f"widen the tolerance of {between.join(wider)}")
     return f"{', '.join(found)} or calibrate"
