@@ -96,3 +96,15 @@ def test_findings_are_made_when_they_are_asked_for(exact, reader) -> None:
     reading = reader.read(frame(exact, reader, "lamp 3 % dim", seed=1))
     assert "findings" not in vars(reading)
     assert reading.findings is reading.findings
+
+
+def test_departures_that_explain_a_frame_only_together_are_all_named(exact, reader) -> None:
+    rng, sensor = np.random.default_rng(3), reader.model.sensor
+    bench = exact.Bench(shift=0.05e-3, visibility=0.95)
+    forces = exact.loads(1, sensor.tactels.count, rng)
+    finding = reader.search(exact.exposed(bench, sensor, forces, rng)[0]).findings[0]
+    assert finding.startswith("Several departures together")
+    assert re.search(r"shifted by 0.0[45]\d* mm|-0.0[45]\d* mm beside their tactels", finding)
+    found = re.search(r"visibility of the fringes seems ([\d.]+), not 1", finding)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(0.95, abs=0.01)

@@ -101,33 +101,34 @@ class Diagnosis:
         frame : ndarray, shape (P,)
             Grey levels; not finite where a pixel is not used.
         """
-        phases = list[Array]()
-        fits = self.fits(frame, phases)
+        close = list[Array]()
+        fits = self.fits(frame, close)
         if fits and fits[0].explains(FITS):
             named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
             return (sentence(named, self.reader.model),)
-        several = self._together(frame, phases[0]) if phases else []
+        several = self._together(frame, close[0]) if close else []
+        if len(several) == 1:
+            return (sentence(several, self.reader.model),)
         if several:
             return (together(several, self.reader.model),)
         if fits and fits[0].near(NEAR):
             return (sentence(fits[:1], self.reader.model, explained=False),)
         return (UNEXPLAINED,)
 
-    def fits(self, frame: Array, phases: list[Array] | None = None) -> list[Fit]:
+    def fits(self, frame: Array, close: list[Array] | None = None) -> list[Fit]:
         """Every departure at its best, the likeliest first.
 
         Parameters
         ----------
         frame : ndarray, shape (P,)
             As of `findings`.
-        phases : list, optional
-            Filled with the phases that were tried [rad].
+        close : list, optional
+            Filled with phases that explain the frame if everything is allowed for [rad].
         """
+        close = [] if close is None else close
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
-        for phase in distinct(self._phases(frame, best), SAME):
-            if phases is not None:
-                phases.append(phase)
+        for phase in distinct(self._phases(frame, best, close), SAME):
             started = [
                 (number, begin(posterior, departure, phase))
                 for number, departure in enumerate(self.departures.all)
@@ -145,14 +146,23 @@ class Diagnosis:
         return sorted(best.values(), key=lambda fit: -fit.evidence)
 
     def _together(self, frame: Array, phase: Array) -> list[Fit]:
-        """Few departures that explain a frame together, or none: the likeliest is added each time.
+        """Few departures that explain a frame together, or none.
 
-        Sizes of those before are corrected after each (stepwise selection).
+        Contacts with a place or width each can imitate much, so that others are tried first.
         """
+        plain = [
+            one for one in self.departures.all if one.one or one.path not in (PLACEMENT, WIDTH)
+        ]
+        return self._selected(frame, phase, plain) or self._selected(
+            frame, phase, list(self.departures.all)
+        )
+
+    def _selected(self, frame: Array, phase: Array, among: list[Departure]) -> list[Fit]:
+        """Departures of which the likeliest is added each time, with the sizes corrected after."""
         posterior, chosen = self.reader.own_posterior(frame), list[Fit]()
         for _ in range(MOST):
             known = [fit.departure for fit in chosen]
-            left = [departure for departure in self.departures.all if departure not in known]
+            left = [departure for departure in among if departure not in known]
             started = sorted(
                 (begin(posterior, departure, phase) for departure in left),
                 key=lambda fit: fit.top.loss,
@@ -176,7 +186,7 @@ class Diagnosis:
             posterior = best.posterior
         return []
 
-    def _phases(self, frame: Array, best: dict[int, Fit]) -> Iterator[Array]:
+    def _phases(self, frame: Array, best: dict[int, Fit], close: list[Array]) -> Iterator[Array]:
         """Phases at the nodes that explain a frame if everything is allowed for.
 
         Mirror images take seconds; they are tried where `best` holds nothing close by then.
@@ -188,7 +198,8 @@ class Diagnosis:
             posterior, tops = self._allowing(allowance).explanations(frame, ATTEMPTS, mend=False)
             for top in tops[:PHASES]:
                 if top.square < CLOSE * top.count:
-                    yield posterior.phase(top)
+                    close.append(posterior.phase(top))
+                    yield close[-1]
             if tops:
                 missed.append((tops[0], allowance))
         if not missed or (best and _likeliest(best).near(CLOSE)):
@@ -198,6 +209,8 @@ class Diagnosis:
             return
         posterior, tops = self._allowing(least).explanations(frame, ATTEMPTS, mend=True)
         for top in tops[:PHASES]:
+            if top.square < CLOSE * top.count:
+                close.append(posterior.phase(top))
             yield posterior.phase(top)
 
     @property
