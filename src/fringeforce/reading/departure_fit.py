@@ -42,6 +42,9 @@ FAINT = 1e-2
 """Information about a size that a step from a phase has at least."""
 HEAT = 30.0
 """Factor on the noise at which the climb from a phase begins."""
+REACH, FARTHEST_REACH = 2.0, 0.3
+"""Standard deviations about a size in which its information is measured: of it, and before a
+frame."""
 SETTLED = 0.1
 """Share of its standard deviation to which a size is found."""
 WORTH = 1e-3
@@ -147,7 +150,7 @@ class _One:
     def finish(self) -> Fit:
         """Climb to the top."""
         self._improve(ROUNDS)
-        own, information = self.departure.deviation, self._step().information
+        own, information = self.departure.deviation, self._information()
         posterior = Posterior(self.model, self.posterior.prior, self.posterior.frame)
         mass = posterior.evidence(self.top, posterior.linearised(self.top))
         std = 1 / np.sqrt(information)
@@ -215,6 +218,17 @@ class _One:
             else:
                 return
             self.size, self.model, self.top = size, model, top
+
+    def _information(self) -> float:
+        """About the size, with the loads following, from the loss on both sides of it."""
+        reach = min(REACH / np.sqrt(self._step().information), FARTHEST_REACH)
+        sides = np.array([self._clipped(self.size + side * reach) for side in (-1, 1)]) - self.size
+        prior, frame = self.posterior.prior, self.posterior.frame
+        rise = 0.0
+        for side in sides:
+            model = self._model(self.size + side)
+            rise += climb(model, prior, frame, self.top.unknowns, 1.0, 10, 0.01)[1] - self.top.loss
+        return max(rise / max(float(sides @ sides), 1e-12), 0.0) + 1.0
 
     def _step(self) -> _Step:
         prior, frame, unknowns = self.posterior.prior, self.posterior.frame, self.top.unknowns

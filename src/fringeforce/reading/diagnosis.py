@@ -63,16 +63,20 @@ class Allowance:
         Point spread beyond what is drawn [pixels].
     contacts : bool
         Whether each has a place and a width of its own.
+    light : bool
+        Whether amplitude, visibility and residual may be other than drawn.
     """
 
     offset: float = 0.0
     blur: float = 0.0
     contacts: bool = True
+    light: bool = True
 
 
 ALLOWANCES = (
     Allowance(),
     Allowance(blur=10.0, contacts=False),
+    Allowance(blur=10.0, contacts=False, light=False),
     *(Allowance(offset) for offset in (0.5, -0.5, 0.25, -0.25)),
 )
 """Readings whose phases are tried, the likeliest first; blur and places beyond three deviations of
@@ -224,8 +228,10 @@ class Diagnosis:
         if allowance not in self._everything:
             model, pitch, pixel = self.reader.model, self.departures.pitch, self.departures.pixel
             sensor = model.sensor
-            wide = dict(WIDER, **{"camera.blur": BLUR * pixel})
-            wide["camera.amplitude"] *= sensor.camera.amplitude
+            wide = {"camera.blur": BLUR * pixel}
+            if allowance.light:
+                wide |= WIDER
+                wide["camera.amplitude"] *= sensor.camera.amplitude
             if sensor.transducer.plane != "3d" and allowance.contacts:
                 wide |= {PLACEMENT: BESIDE * pitch, WIDTH: WIDTHS * pitch}
             for path, std in sensor.tolerances.items():

@@ -28,13 +28,6 @@ def sentence(fits: list[Fit], model: SensorModel, explained: bool = True) -> str
         That the frame departs from.
     explained : bool
         Whether the likeliest explains all of the frame.
-
-    Examples
-    --------
-    >>> # doctest: +SKIP
-    >>> sentence([fit], model, explained=True)
-    'The camera seems shifted by 0.05 mm (12 standard deviations); give camera.shift a tolerance or
-    calibrate.'
     """
     claims = [f"{_claim(fit, model)} ({_deviations(fit)})" for fit in fits]
     text = claims[0][0].upper() + claims[0][1:]
