@@ -92,6 +92,16 @@ def test_a_broken_frame_among_good_ones_costs_its_own_row_only(place: Path) -> N
     assert (place / "r.png").stat().st_size > 5000
 
 
+def test_read_says_once_what_seems_wrong_with_the_sensor(place: Path) -> None:
+    design = ff.load_model(place / "m.h5").sensor
+    dimmer = ff.characterize(design.replace(**{"camera.amplitude": 0.95 * design.camera.amplitude}))
+    frames = [dimmer.expose(ff.polar(1.0, 10, n=11), rng=i) for i in range(2)]
+    np.save(place / "dim.npy", np.stack(frames))
+    result = run("read", "m.h5", "dim.npy", "-o", "dim.csv", cwd=place)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.count("light seems 5 % dimmer") == 1
+
+
 @pytest.mark.parametrize("target", ["m.h5", "s.toml", "saad"])
 def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
     result = run("show", target, cwd=place)

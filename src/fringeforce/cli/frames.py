@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +19,12 @@ from fringeforce.cli.arguments import (
     with_tolerances,
 )
 from fringeforce.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from fringeforce.reading.reading import Reading
+
+DIAGNOSED = 4
+"""Refused frames of a recording that are diagnosed: each takes a second, or some."""
 
 
 def simulate(
@@ -70,5 +78,24 @@ def read(
     for status in {reading.status: reading for reading in readings}:
         if status.name != "OK":
             print(f"  {status.name}: {status.advice}")
+    for finding in _findings(readings):
+        print(f"  {finding}")
     if plot:
         draw_beside(output, "the forces drawn", partial(draw_readings, sensor, readings))
+
+
+def _findings(readings: Sequence[Reading]) -> list[str]:
+    """What seems wrong with the sensor, each departure once, in refused frames evenly spread."""
+    from fringeforce.reading.reading import Status
+
+    refused = [reading for reading in readings if reading.status is Status.MODEL_MISMATCH]
+    step = max(len(refused) / DIAGNOSED, 1.0)
+    some = [refused[int(place * step)] for place in range(min(len(refused), DIAGNOSED))]
+    told: dict[str, str] = {}
+    with progress_bar() as advance:
+        for done, reading in enumerate(some, 1):
+            for finding in reading.findings:
+                # sizes differ from frame to frame
+                told.setdefault(re.sub(r"-?\d[\d.e-]*", "", finding), finding)
+            advance("Diagnosing", done, len(some))
+    return list(told.values())

@@ -7,16 +7,19 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fringeforce.cli.arguments import Exposure, Friction, Model, Rate, Tolerance, with_tolerances
 
 if TYPE_CHECKING:
-    from fringeforce.acquisition.sinks.sink import Sink
+    from fringeforce.acquisition.loop import Report
+    from fringeforce.acquisition.run_statistics import Statistics
+    from fringeforce.acquisition.sinks.sink import Readings, Sink
     from fringeforce.models.pad import PadModel
     from fringeforce.models.strip import SensorModel
+    from fringeforce.reading.reader import Reader
 
 
 def live(
@@ -72,9 +75,35 @@ def live(
     sinks = _opened(targets, found, bind, token)
     with busy("Loading the reader, which is compiled for about a minute the first time ..."):
         reader.prepare()
+    refused = _Refused()
     with _interruptible() as stop, display(found.sensor, source.name) as report:
-        statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=report)
-    print("\n".join(summary(statistics)))
+        told = refused.beside(report)
+        statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=told)
+    print("\n".join([*summary(statistics), *refused.findings(reader)]))
+
+
+class _Refused:
+    """The last frame that no load explained, to say at the end what seems wrong."""
+
+    def __init__(self) -> None:
+        self._frame: Any = None
+
+    def beside(self, report: Report) -> Report:
+        """A report that also looks for refused frames."""
+
+        def told(statistics: Statistics, readings: Readings | None) -> None:
+            for place, status in enumerate(readings.status if readings is not None else ()):
+                if status.name == "MODEL_MISMATCH" and readings is not None:
+                    self._frame = readings.lines[place]
+            report(statistics, readings)
+
+        return told
+
+    def findings(self, reader: Reader) -> list[str]:
+        """What is said of it."""
+        if self._frame is None:
+            return []
+        return [f"  {finding}" for finding in reader.search(self._frame).findings]
 
 
 def _opened(

@@ -92,12 +92,15 @@ class Uncertainty:
         matrix; empty if there are none.
     shapes : int
         Modes that stand for them, the last ones of the frame's fields.
+    places : ndarray, shape (m,)
+        Of the nodes along the strip [m].
     """
 
     frame: FrameModel
     modes: tuple[Mode, ...]
     shape: Array
     shapes: int
+    places: Array
 
     def under(self, loads: Array) -> FrameModel:
         """The frame's model with the errors of shape that loads of about this size cause.
@@ -252,7 +255,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
         at=at,
     )
-    return Uncertainty(frame, tuple(modes), shape, shapes)
+    return Uncertainty(frame, tuple(modes), shape, shapes, x)
 
 
 def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:
@@ -281,7 +284,20 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     spacing = model.sensor.transducer.compliant.thickness / NODES
     count = max(int(np.ceil(pixels * step / spacing)) + 1, 5)
     count = min(count, max(pixels + 1, 5))
-    along = (np.arange(pixels) + 0.5) * (count - 1) / pixels
+    first, weights = node_weights((np.arange(pixels) + 0.5) * (count - 1) / pixels, count)
+    return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
+
+
+def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
+    """First node and weights of cubic interpolation at places between evenly spaced nodes.
+
+    Parameters
+    ----------
+    along : ndarray, shape (P,)
+        Places, in steps from the first node.
+    count : int
+        Number of nodes.
+    """
     first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
     t = along - first
     weights = np.stack(
@@ -293,7 +309,7 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
         ],
         axis=1,
     )
-    return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
+    return first, weights
 
 
 def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -186,6 +187,20 @@ class PosteriorReader(FrameReader):
         reading = self._stated(posterior, tops)
         return reading, tops[0].unknowns if reading.ok else None
 
+    def own_posterior(self, frame: Array) -> Posterior:
+        """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
+        return self._own(frame, self._search.lines(frame))
+
+    def explanations(
+        self, frame: Array, attempts: int, mend: bool
+    ) -> tuple[Posterior, list[Top]]:
+        """What some attempts find in a frame, the best first, whether it explains it or not."""
+        lines = self._search.lines(frame)
+        posterior = self._own(frame, lines)
+        met = _Met(posterior)
+        self._searched(posterior, lines, met, [], attempts, mend)
+        return posterior, met.tops
+
     def _faint(self, posterior: Posterior, top: Top) -> bool:
         """Whether the phase stays so small that loads are hardly told from others, or none."""
         return bool(np.abs(posterior.phase(top)).max() < FAINT)
@@ -237,10 +252,19 @@ class PosteriorReader(FrameReader):
         normal = np.minimum(unknowns[: posterior.model.at.loads : 2], 0)
         return bool(np.square(normal / posterior.prior.yielding).sum() < 10 * CLOSE)
 
-    def _searched(self, posterior: Posterior, lines: Lines, met: _Met, tried: list[Array]) -> bool:
-        """Search until something explains the frame plainly."""
+    def _searched(
+        self,
+        posterior: Posterior,
+        lines: Lines,
+        met: _Met,
+        tried: list[Array],
+        attempts: int | None = None,
+        mend: bool = True,
+    ) -> bool:
+        """Search until something explains the frame plainly, or so often; mend by mirror images."""
         at, signs = posterior.model.at, (1, -1) if posterior.even else (1,)
-        for number, (starts, scores, _) in enumerate(self._search.attempts(lines, met.tops)):
+        efforts = islice(self._search.attempts(lines, met.tops), attempts)
+        for number, (starts, scores, _) in enumerate(efforts):
             fits = list[Top]()
             done = False
             for start, score in zip(starts[:CANDIDATES], scores, strict=False):
@@ -259,7 +283,7 @@ class PosteriorReader(FrameReader):
             if done:
                 return True
             for top in sorted(fits, key=lambda top: top.loss)[:3]:
-                if top.square < 2 * top.count:
+                if mend and top.square < 2 * top.count:
                     mended = self._improved(met, top, IMAGES, WIDE, stop=True)
                     if met.explains(mended, UNSURE):
                         return True

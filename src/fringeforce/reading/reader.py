@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,12 +14,13 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import has_tolerances
 from fringeforce.reading.batch import Batch, checked_recording
+from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.posterior_following import PosteriorFollower
 from fringeforce.reading.posterior_reader import PosteriorReader
-from fringeforce.reading.reading import Reading
+from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reading.strip_following import StripFollower
 
@@ -167,7 +169,9 @@ class Reader:
         """
         used = self._single.usable(mask)
         levels = self._single.checked(frame, used)
-        return levels if isinstance(levels, Reading) else self._follower.read(levels, used)
+        if isinstance(levels, Reading):
+            return levels
+        return self._diagnosed(self._follower.read(levels, used), levels, used)
 
     def search(
         self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None
@@ -186,7 +190,25 @@ class Reader:
         InputError
             As of `read`, or if a start is given for a strip.
         """
-        return self._single.read(frame, mask, start)
+        used = self._single.usable(mask)
+        levels = self._single.checked(frame, used)
+        if isinstance(levels, Reading):
+            return levels
+        begin = None if start is None else np.asarray(start, dtype=float)
+        return self._diagnosed(self._single.search(levels, used, begin), levels, used)
+
+    def _diagnosed(self, reading: Reading, levels: NDArray, used: NDArray[np.bool_]) -> Reading:
+        """A reading that says what seems wrong, if no load explains its frame."""
+        if reading.status is not Status.MODEL_MISMATCH or not isinstance(self.model, SensorModel):
+            return reading
+        frame = np.where(used, levels.astype(float), np.nan)
+        return reading.with_findings(lambda: self._diagnosis.findings(frame))
+
+    @cached_property
+    def _diagnosis(self) -> Diagnosis:
+        single = self._single
+        own = single if isinstance(single, PosteriorReader) else PosteriorReader(single.model)
+        return Diagnosis(own)
 
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None

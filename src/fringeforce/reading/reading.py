@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -81,6 +81,9 @@ class Reading:
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
+    findings : tuple of str
+        What seems to differ from the design, where no load explains the frame; of strips, and
+        found when it is first asked for, which takes some tenths of a second.
 
     Examples
     --------
@@ -102,6 +105,8 @@ class Reading:
     limited: NDArray[np.bool_]
     tracked: bool = False
     probability: float = 1.0
+    # a default of the class would hide what is computed later
+    findings: tuple[str, ...] = field(default_factory=tuple)
 
     @classmethod
     def of(
@@ -117,19 +122,20 @@ class Reading:
         limited: NDArray[np.bool_] | None = None,
         tracked: bool = False,
         probability: float = 1.0,
+        findings: tuple[str, ...] | Callable[[], tuple[str, ...]] = (),
     ) -> Reading:
-        """A reading, of which covariance and phase may be computed when they are first asked for.
+        """A reading, of which covariance, phase and findings may be computed when first asked for.
 
         Parameters
         ----------
         forces, chi2, status, detail, tracked
             Attributes.
-        covariance, phase
+        covariance, phase, findings
             Attributes, or functions that return them.
         alternatives, limited
             Attributes; none if not given.
         """
-        later = {"covariance": covariance, "phase": phase}
+        later = {"covariance": covariance, "phase": phase, "findings": findings}
         reading = object.__new__(cls)
         reading.__dict__.update(
             {name: value for name, value in later.items() if not callable(value)},
@@ -143,6 +149,13 @@ class Reading:
             probability=probability,
             _later={name: value for name, value in later.items() if callable(value)},
         )
+        return reading
+
+    def with_findings(self, findings: Callable[[], tuple[str, ...]]) -> Reading:
+        """The same with findings that are computed when they are first asked for."""
+        reading, known = object.__new__(type(self)), dict(self.__dict__)
+        known.pop("findings", None)
+        reading.__dict__.update(known, _later={**known.get("_later", {}), "findings": findings})
         return reading
 
     def __getattr__(self, name: str) -> Array:
@@ -170,7 +183,8 @@ class Reading:
     @property
     def advice(self) -> str:
         """What to do, in words."""
-        return f"{self.detail} {self.status.advice}".strip()
+        said = (self.detail, self.status.advice, *self.findings[:1])
+        return " ".join(part for part in said if part)
 
     @property
     def magnitude(self) -> Array:

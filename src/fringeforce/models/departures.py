@@ -1,0 +1,386 @@
+"""What a sensor may do that its design does not state: departures, each a change of a `FrameModel`.
+
+A departure of one number, such as a shift of the camera, turns the model of the design into that of
+a sensor which departs by so much.  One of many, such as a residual retardance that varies along the
+strip, adds unknowns of its own.  Both have a generous standard deviation before any frame is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from math import comb, inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design.tolerances import Tolerances, number_at, with_values
+from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.models.uncertainty import Uncertainty, node_weights, random_field, uncertainty
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+
+Array = NDArray[np.float64]
+
+LAYERS = {
+    "transducer.compliant.thickness": 0.05,
+    "transducer.compliant.youngs_modulus": 0.2,
+    "transducer.photoelastic.thickness": 0.05,
+    "transducer.photoelastic.youngs_modulus": 0.2,
+}
+"""Standard deviations of the values of the layers, relative to them."""
+SHIFT, SCALE = 0.1, 0.01
+"""Of the camera: over the spacing of the tactels, and relative."""
+BESIDE, SCATTER, WIDE = 0.3, 0.1, 0.5
+"""Of contacts over the spacing of the tactels: common place, place of each, and width."""
+LAMP, DARK, UNEVEN = 0.1, 0.02, 0.05
+"""Of the light: amplitude and its change along the strip, relative; offset over the full scale."""
+VISIBILITY, BLUR, GAMMA, BANDWIDTH = 0.1, 6.0, 0.1, 20e-9
+"""Of fringes, point spread [pixels], power of the response, and spectrum [m]."""
+RETARDANCE = 0.1
+"""Of the residual [rad]."""
+UNEVEN_LENGTH = 0.3
+"""Correlation length of an uneven light, as a share of the frame."""
+FARTHEST = 1.0
+"""Common place of contacts that is followed, in spacings of the tactels."""
+UNEVEN_LIGHT = "uneven light"
+"""Name of the departure that no value of a design states."""
+
+
+class Widened(NamedTuple):
+    """A model with unknowns of its own for a departure.
+
+    Attributes
+    ----------
+    model : FrameModel
+        With the unknowns.
+    where : ndarray of int, shape (k,)
+        Where they stand.
+    profiles : ndarray, shape (k, q)
+        What departs, in its unit, for each of them: at the nodes or at the contacts.
+    """
+
+    model: FrameModel
+    where: NDArray[np.int64]
+    profiles: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Departure:
+    """One way in which a sensor may depart from its design.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path of the value that departs, or what it is.
+    deviation : float
+        Standard deviation before any frame, in the unit of the value.
+    one : callable, optional
+        Model of a sensor that departs by a number, from that of the design.
+    own : callable, optional
+        For a departure of many numbers: the model with unknowns for them, from that of the design.
+    limits : tuple of float
+        Smallest and largest number.
+    begins : tuple of float
+        Numbers from which it is looked for; where zero changes nothing to first order, others.
+    """
+
+    path: str
+    deviation: float
+    one: Callable[[FrameModel, float], FrameModel] | None = None
+    own: Callable[[FrameModel], Widened] | None = None
+    limits: tuple[float, float] = (-inf, inf)
+    begins: tuple[float, ...] = (0.0,)
+
+
+@dataclass(frozen=True, eq=False)
+class Departures:
+    """Departures of one strip; what they need is computed once, when it is first needed.
+
+    Attributes
+    ----------
+    model : SensorModel
+        As drawn or calibrated.
+    uncertain : Uncertainty
+        What its design states.
+    """
+
+    model: SensorModel
+    uncertain: Uncertainty
+
+    @cached_property
+    def all(self) -> tuple[Departure, ...]:
+        """All that can be told of this strip."""
+        return (*self._camera(), *self._light(), *self._contacts(), *self._layers())
+
+    @property
+    def pitch(self) -> float:
+        """Spacing of the tactels, or a millimetre if there is one [m]."""
+        places = self.model.sensor.tactels.positions
+        return float(np.diff(places).min()) if len(places) > 1 else 1e-3
+
+    @property
+    def pixel(self) -> float:
+        """Length of strip that a pixel sees [m]."""
+        return self.model.sensor.transducer.length / self.model.sensor.camera.pixels
+
+    def _camera(self) -> list[Departure]:
+        shift, frame = SHIFT * self.pitch, self.uncertain.frame
+        found = [
+            Departure("camera.shift", shift, lambda frame, by: self._moved(frame, by, 0.0)),
+            Departure("camera.scale", SCALE, lambda frame, by: self._moved(frame, 0.0, by)),
+            Departure(
+                "camera.blur",
+                BLUR * self.pixel,
+                lambda frame, by: frame._replace(blur=max(frame.blur + by / self.pixel, 0.0)),
+                limits=(-frame.blur * self.pixel, inf),
+                begins=(BLUR * self.pixel / 3, 2 * BLUR * self.pixel),
+            ),
+        ]
+        if frame.gamma > 0:
+            found.append(
+                Departure(
+                    "camera.response",
+                    GAMMA,
+                    lambda frame, by: frame._replace(gamma=frame.gamma + by),
+                    limits=(-frame.gamma / 2, inf),
+                )
+            )
+        return found
+
+    def _light(self) -> list[Departure]:
+        full, frame = self.uncertain.frame.full_scale, self.uncertain.frame
+        spread = float(np.max(frame.spread))
+        per_metre = 1 / (self.model.sensor.polariscope.wavelength * np.sqrt(8 * np.log(2)))
+        return [
+            Departure(
+                "camera.amplitude",
+                LAMP,
+                lambda frame, by: frame._replace(amplitude=frame.amplitude * (1 + by)),
+                limits=(-0.9, inf),
+            ),
+            Departure(
+                "camera.offset",
+                DARK * full,
+                lambda frame, by: frame._replace(offset=frame.offset + by),
+            ),
+            Departure(
+                "polariscope.visibility",
+                VISIBILITY,
+                lambda frame, by: frame._replace(visibility=frame.visibility + by),
+                limits=(-0.9 * frame.visibility, 1 - frame.visibility + 1e-9),
+            ),
+            Departure(
+                "polariscope.bandwidth",
+                BANDWIDTH,
+                lambda frame, by: frame._replace(spread=frame.spread + by * per_metre),
+                limits=(-spread / per_metre, inf),
+                begins=(BANDWIDTH,),
+            ),
+            Departure(UNEVEN_LIGHT, UNEVEN, own=self._uneven),
+            Departure(RESIDUAL, RETARDANCE, own=self._residual),
+        ]
+
+    def _contacts(self) -> list[Departure]:
+        if self.model.sensor.transducer.plane == "3d":
+            return []
+        most = FARTHEST * self.pitch
+        wide = WIDE * self.pitch
+        width = self.uncertain.frame.width
+        return [
+            Departure(
+                PLACEMENT,
+                BESIDE * self.pitch,
+                lambda frame, by: self._placed(frame, by, 0.0),
+                limits=(-most, most),
+                begins=(0.0, most / 2, -most / 2),
+            ),
+            Departure(
+                WIDTH,
+                wide,
+                lambda frame, by: self._placed(frame, 0.0, by),
+                limits=(-width, 4 * wide),
+            ),
+            Departure(PLACEMENT, SCATTER * self.pitch, own=partial(self._each, PLACEMENT)),
+            Departure(WIDTH, wide / 2, own=partial(self._each, WIDTH)),
+        ]
+
+    def _layers(self) -> list[Departure]:
+        return [
+            Departure(path, share, partial(self._made, path), limits=(-0.5, inf))
+            for path, share in LAYERS.items()
+        ]
+
+    def _moved(self, frame: FrameModel, by: float, scale: float) -> FrameModel:
+        """The camera looks elsewhere; beyond its ends it sees what is there."""
+        nodes = self.uncertain.places
+        count, step = len(nodes), (nodes[-1] - nodes[0]) / (len(nodes) - 1)
+        # cubic weights give back where a pixel looks
+        along = frame.first + frame.weights @ np.arange(4.0)
+        x = nodes[0] + along * step
+        moved = along + (by + scale * x) / step
+        first, weights = node_weights(np.clip(moved, 0, count - 1), count)
+        return frame._replace(
+            first=first,
+            weights=weights,
+            right=weights[:, 2:].sum(axis=1),
+            runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
+        )
+
+    def _uneven(self, frame: FrameModel) -> Widened:
+        places, at = self.uncertain.places, frame.at
+        field = UNEVEN * random_field(places, UNEVEN_LENGTH * abs(places[-1] - places[0]))
+        wider = frame._replace(
+            brightness=np.concatenate([frame.brightness, field]),
+            darkness=np.concatenate([frame.darkness, 0 * field]),
+            at=_grown(at, "modes", len(field)),
+        )
+        return Widened(wider, np.arange(at.visibility, at.visibility + len(field)), field)
+
+    def _residual(self, frame: FrameModel) -> Widened:
+        length, at = self.model.sensor.polariscope.residual_length, frame.at
+        field = RETARDANCE * random_field(self.uncertain.places, length)
+        wider = frame._replace(
+            fields=np.concatenate([frame.fields, field]), at=_grown(at, "fields", len(field))
+        )
+        return Widened(wider, np.arange(at.modes, at.modes + len(field)), field)
+
+    @cached_property
+    def _lines(self) -> Callable[[float, float], Array]:
+        """Influence of contacts moved and widened by so much, less that of the nominal ones."""
+        sensor = self.model.sensor
+        strip, tactels = sensor.transducer, sensor.tactels
+        half, x = strip.length / 2, self.uncertain.places
+        centres = tactels.positions + tactels.placement
+        reach = FARTHEST * self.pitch + 2 * WIDE * self.pitch + tactels.contact_width / 2
+        surface = surface_influence(
+            strip,
+            max(centres[0] - reach, -half),
+            min(centres[-1] + reach, half),
+            np.clip(x, -half, half),
+        )
+        constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
+        inside = np.abs(x) <= half
+        stress = np.ascontiguousarray(np.moveaxis(surface.stress, 1, 0)).reshape(
+            len(surface.places), -1
+        )
+
+        def influence(by: float, wider: float) -> Array:
+            widths = np.full(len(centres), max(tactels.contact_width + wider, 0.0))
+            lines = surface.shares(centres + by, widths) @ stress
+            lead = phase_lead(lines.reshape(len(centres), len(x), 2), constant)
+            return np.moveaxis(lead * inside[:, None], 2, 1)
+
+        drawn = influence(0.0, 0.0)
+        return lambda by, wider: influence(by, wider) - drawn
+
+    def _placed(self, frame: FrameModel, by: float, wider: float) -> FrameModel:
+        """All contacts beside their places, and wider."""
+        if frame.moments.shape[2] == 1:
+            return frame._replace(moments=frame.moments + self._lines(by, wider)[:, :, None])
+        moments = frame.moments
+        if by:
+            order, step = moments.shape[2], by / frame.reach
+            expanded = np.array(
+                [
+                    [comb(k, i) * step ** (k - i) if k >= i else 0.0 for k in range(order)]
+                    for i in range(order)
+                ]
+            )
+            moments = np.ascontiguousarray(np.einsum("ik,ntkm->ntim", expanded, moments))
+        return frame._replace(moments=moments, width=max(frame.width + wider, 0.0))
+
+    def _each(self, path: str, frame: FrameModel) -> Widened:
+        """Every contact with a place or a width of its own."""
+        wide, at = self._contact_frame(path), frame.at
+        count = self.model.sensor.tactels.count
+        begin, end = (at.place, at.width) if path == PLACEMENT else (at.width, at.fields)
+        grown = at if end > begin else _grown(at, "place" if path == PLACEMENT else "width", count)
+        wider = frame._replace(
+            moments=wide.moments,
+            table=wide.table,
+            reach=wide.reach,
+            place=wide.place,
+            width_std=wide.width_std,
+            narrow=wide.narrow,
+            at=grown,
+        )
+        std = wide.place if path == PLACEMENT else wide.width_std
+        return Widened(wider, np.arange(begin, begin + count), std * np.eye(count))
+
+    def _contact_frame(self, path: str) -> FrameModel:
+        if path not in self._contact_frames:
+            stated = dict(self.model.sensor.tolerances)
+            kept = {own: stated[own] for own in (PLACEMENT, WIDTH) if own in stated}
+            std = SCATTER if path == PLACEMENT else WIDE / 2
+            kept[path] = max(std * self.pitch, 3 * stated.get(path, 0.0))
+            sensor = self.model.sensor.model_copy(update={"tolerances": Tolerances(kept)})
+            self._contact_frames[path] = uncertainty(replace(self.model, sensor=sensor)).frame
+        return self._contact_frames[path]
+
+    @cached_property
+    def _contact_frames(self) -> dict[str, FrameModel]:
+        return {}
+
+    def _made(self, path: str, frame: FrameModel, share: float) -> FrameModel:
+        """A layer that is not as drawn, by a parabola through three solutions."""
+        ahead, behind = self._solved(path)
+        step = LAYERS[path]
+        t = share / step
+        change = (ahead - behind) / 2 * t + (ahead + behind) / 2 * t * t
+        moments = frame.moments.copy()
+        moments[:, :, 0] += np.moveaxis(change, 0, 2)
+        return frame._replace(moments=moments)
+
+    def _solved(self, path: str) -> tuple[Array, Array]:
+        """Changes of the influence matrix at the nodes with a value, ahead and behind."""
+        if path not in self._solutions:
+            sensor, x = self.model.sensor, self.uncertain.places
+            half = sensor.transducer.length / 2
+            plain = sensor.model_copy(update={"tolerances": Tolerances()})
+            found = number_at(sensor, path)
+            assert found is not None
+            places, drawn = np.clip(x, -half, half), self._drawn.influence
+            behind, ahead = (
+                characterize(with_values(plain, {path: found[0] * (1 + way * LAYERS[path])}))
+                for way in (-1, 1)
+            )
+            nominal = drawn(places)
+            self._solutions[path] = (
+                ahead.influence(places) - nominal,
+                behind.influence(places) - nominal,
+            )
+        return self._solutions[path]
+
+    @cached_property
+    def _drawn(self) -> SensorModel:
+        """The design as drawn, which a calibrated model is not."""
+        if self.model.imaging is None and self.model.calibration is None:
+            return self.model
+        return characterize(self.model.sensor.model_copy(update={"tolerances": Tolerances()}))
+
+    @cached_property
+    def _solutions(self) -> dict[str, tuple[Array, Array]]:
+        return {}
+
+
+def _grown(at: Layout, group: str, count: int) -> Layout:
+    """A layout with more unknowns at the end of a group."""
+    names = Layout._fields
+    return Layout(*(begin + count * (place > names.index(group)) for place, begin in enumerate(at)))
+
+
+def plain_moments(frame: FrameModel) -> FrameModel:
+    """The same model with contacts as drawn taken together, where none is uncertain."""
+    at, order = frame.at, frame.moments.shape[2]
+    if order == 1 or at.fields > at.place:
+        return frame
+    half, even = frame.width / 2 / frame.reach, np.arange(0, order, 2)
+    nominal = np.zeros(order)
+    nominal[even] = moment_table(order)[even, even // 2] * half**even
+    moments = np.einsum("k,ntkm->ntm", nominal, frame.moments)[:, :, None]
+    return frame._replace(moments=np.ascontiguousarray(moments), table=moment_table(1))

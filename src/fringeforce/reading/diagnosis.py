@@ -1,0 +1,273 @@
+"""What may be wrong with a sensor whose frame nothing explains: the likeliest departure.
+
+Departures are added to what the design states one after the other, and the evidence of each weighs
+how well it explains the frame against how much it could explain (MacKay, Neural Computation 4,
+415-447, 1992).  Loads start from the phase that a reading finds which allows for everything at
+once: a sensor that departs is read at the wrong orders otherwise, where nothing explains anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.design.tolerances import Tolerances, with_values
+from fringeforce.estimation.frame_model import expose
+from fringeforce.estimation.posterior import Top
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.departures import Departure, Departures
+from fringeforce.models.strip import characterize
+from fringeforce.reading.departure_fit import Fit, begin, distinct
+from fringeforce.reading.findings import UNEXPLAINED, sentence, together
+from fringeforce.reading.posterior_reader import FITS, SAME, PosteriorReader
+
+Array = NDArray[np.float64]
+
+WIDER = {"camera.amplitude": 0.05, "polariscope.visibility": 0.05, RESIDUAL: 0.1}
+"""Deviations of a reading that allows for everything; the first is relative."""
+BLUR, BESIDE, WIDTHS = 6.0, 0.1, 0.3
+"""The same of point spread [pixels], and of places and widths of contacts over their spacing."""
+ATTEMPTS = 2
+"""Efforts of a search of that reading."""
+PHASES = 3
+"""Explanations of it that are tried."""
+HOPELESS = 1.5
+"""Loss over the smallest from which a departure is not followed further."""
+RIVAL = np.log(20.0)
+"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
+ACCURACY = 2e-4
+"""Relative accuracy of the phase; departures of one number that differ less look the same."""
+CLOSE = 1.2
+"""Reduced chi-square below which a phase is tried at once, and mirror images of it are not."""
+MOST, FOLLOWED, SWEEPS = 4, 6, 2
+"""Departures that are named together at most, candidates for each that are followed to their best,
+and rounds in which sizes are corrected."""
+FAR = 2.0
+"""Reduced chi-square beyond which mirror images do not mend a phase."""
+NEAR = 1.5
+"""Reduced chi-square below which a departure is named that does not explain all of the frame."""
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """What a reading allows for.
+
+    Attributes
+    ----------
+    offset : float
+        Place of all contacts beside their tactels, over their spacing.
+    blur : float
+        Point spread beyond what is drawn [pixels].
+    contacts : bool
+        Whether each has a place and a width of its own.
+    light : bool
+        Whether amplitude, visibility and residual may be other than drawn.
+    """
+
+    offset: float = 0.0
+    blur: float = 0.0
+    contacts: bool = True
+    light: bool = True
+
+
+ALLOWANCES = (
+    Allowance(),
+    Allowance(blur=10.0, contacts=False),
+    Allowance(blur=10.0, contacts=False, light=False),
+    *(Allowance(offset) for offset in (0.5, -0.5, 0.25, -0.25)),
+)
+"""Readings whose phases are tried, the likeliest first; blur and places beyond three deviations of
+the first need readings of their own."""
+
+
+class Diagnosis:
+    """Names the departures of one sensor in frames that its reader refuses.
+
+    Parameters
+    ----------
+    reader : PosteriorReader
+        Of the design or the calibrated sensor.
+    """
+
+    def __init__(self, reader: PosteriorReader) -> None:
+        self.reader = reader
+        self.departures = Departures(reader.model, reader.uncertain)
+        self._everything: dict[Allowance, PosteriorReader] = {}
+
+    def findings(self, frame: Array) -> tuple[str, ...]:
+        """Sentences about a frame: the likeliest departure, or that there is none.
+
+        Parameters
+        ----------
+        frame : ndarray, shape (P,)
+            Grey levels; not finite where a pixel is not used.
+        """
+        close = list[Array]()
+        fits = self.fits(frame, close)
+        if fits and fits[0].explains(FITS):
+            named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
+            return (sentence(named, self.reader.model),)
+        several = self._together(frame, close[0]) if close else []
+        if len(several) == 1:
+            return (sentence(several, self.reader.model),)
+        if several:
+            return (together(several, self.reader.model),)
+        if fits and fits[0].near(NEAR):
+            return (sentence(fits[:1], self.reader.model, explained=False),)
+        return (UNEXPLAINED,)
+
+    def fits(self, frame: Array, close: list[Array] | None = None) -> list[Fit]:
+        """Every departure at its best, the likeliest first.
+
+        Parameters
+        ----------
+        frame : ndarray, shape (P,)
+            As of `findings`.
+        close : list, optional
+            Filled with phases that explain the frame if everything is allowed for [rad].
+        """
+        close = [] if close is None else close
+        posterior = self.reader.own_posterior(frame)
+        best: dict[int, Fit] = {}
+        for phase in distinct(self._phases(frame, best, close), SAME):
+            started = [
+                (number, begin(posterior, departure, phase))
+                for number, departure in enumerate(self.departures.all)
+            ]
+            least = min(fit.top.loss for _, fit in started)
+            for number, fit in sorted(started, key=lambda one: one[1].top.loss):
+                if best and fit.top.loss > HOPELESS * least:
+                    continue
+                found = fit.finish()
+                least = min(least, found.top.loss)
+                if number not in best or found.evidence > best[number].evidence:
+                    best[number] = found
+            if _likeliest(best).explains(FITS):
+                break
+        return sorted(best.values(), key=lambda fit: -fit.evidence)
+
+    def _together(self, frame: Array, phase: Array) -> list[Fit]:
+        """Few departures that explain a frame together, or none.
+
+        Contacts with a place or width each can imitate much, so that others are tried first.
+        """
+        plain = [
+            one for one in self.departures.all if one.one or one.path not in (PLACEMENT, WIDTH)
+        ]
+        return self._selected(frame, phase, plain) or self._selected(
+            frame, phase, list(self.departures.all)
+        )
+
+    def _selected(self, frame: Array, phase: Array, among: list[Departure]) -> list[Fit]:
+        """Departures of which the likeliest is added each time, with the sizes corrected after."""
+        posterior, chosen = self.reader.own_posterior(frame), list[Fit]()
+        for _ in range(MOST):
+            known = [fit.departure for fit in chosen]
+            left = [departure for departure in among if departure not in known]
+            started = sorted(
+                (begin(posterior, departure, phase) for departure in left),
+                key=lambda fit: fit.top.loss,
+            )
+            found = [fit.finish() for fit in started[:FOLLOWED]]
+            best = max(found, key=lambda fit: fit.evidence)
+            chosen.append(best)
+            for _ in range(SWEEPS if len(chosen) > 1 else 0):
+                for place, fit in enumerate(chosen):
+                    if fit.departure.one is None:
+                        continue
+                    more = begin(best.posterior, _beyond(fit), phase).finish()
+                    if more.top.loss < best.top.loss:
+                        best = more
+                        size = fit.size + more.size
+                        chosen[place] = replace(
+                            fit, size=size, std=more.std, significance=abs(size) / more.std
+                        )
+            if best.explains(FITS):
+                return sorted(chosen, key=lambda fit: -fit.significance)
+            posterior = best.posterior
+        return []
+
+    def _phases(self, frame: Array, best: dict[int, Fit], close: list[Array]) -> Iterator[Array]:
+        """Phases at the nodes that explain a frame if everything is allowed for.
+
+        Mirror images take seconds; they are tried where `best` holds nothing close by then.
+        """
+        missed = list[tuple[Top, Allowance]]()
+        for allowance in ALLOWANCES:
+            if allowance.offset and self._fixed:
+                continue
+            posterior, tops = self._allowing(allowance).explanations(frame, ATTEMPTS, mend=False)
+            for top in tops[:PHASES]:
+                if top.square < CLOSE * top.count:
+                    close.append(posterior.phase(top))
+                    yield close[-1]
+            if tops:
+                missed.append((tops[0], allowance))
+        if not missed or (best and _likeliest(best).near(CLOSE)):
+            return
+        nearest, least = min(missed, key=lambda one: one[0].loss)
+        if nearest.square > FAR * nearest.count:
+            return
+        posterior, tops = self._allowing(least).explanations(frame, ATTEMPTS, mend=True)
+        for top in tops[:PHASES]:
+            if top.square < CLOSE * top.count:
+                close.append(posterior.phase(top))
+            yield posterior.phase(top)
+
+    @property
+    def _fixed(self) -> bool:
+        """Whether contacts cannot be solved for anywhere else."""
+        model = self.reader.model
+        return model.sensor.transducer.plane == "3d" or model.imaging is not None
+
+    def _allowing(self, allowance: Allowance) -> PosteriorReader:
+        """A reader that allows for so much."""
+        if allowance not in self._everything:
+            model, pitch, pixel = self.reader.model, self.departures.pitch, self.departures.pixel
+            sensor = model.sensor
+            wide = {"camera.blur": BLUR * pixel}
+            if allowance.light:
+                wide |= WIDER
+                wide["camera.amplitude"] *= sensor.camera.amplitude
+            if sensor.transducer.plane != "3d" and allowance.contacts:
+                wide |= {PLACEMENT: BESIDE * pitch, WIDTH: WIDTHS * pitch}
+            for path, std in sensor.tolerances.items():
+                wide[path] = max(std, wide.get(path, 0.0))
+            if allowance.offset:
+                plain = sensor.model_copy(update={"tolerances": Tolerances()})
+                place = sensor.tactels.placement + allowance.offset * pitch
+                model = characterize(with_values(plain, {PLACEMENT: place}))
+            blur = (sensor.camera.blur or 0.0) + allowance.blur * pixel
+            made = with_values(model.sensor, {"camera.blur": blur} if allowance.blur else {})
+            made = made.model_copy(update={"tolerances": Tolerances(wide)})
+            self._everything[allowance] = PosteriorReader(replace(model, sensor=made))
+        return self._everything[allowance]
+
+
+def _beyond(fit: Fit) -> Departure:
+    """What departs beyond what was found already."""
+    low, high = fit.departure.limits
+    limits = min(low - fit.size, 0.0), max(high - fit.size, 0.0)
+    return replace(fit.departure, limits=limits, begins=(0.0,))
+
+
+def _likeliest(fits: dict[int, Fit]) -> Fit:
+    return max(fits.values(), key=lambda fit: fit.evidence)
+
+
+def _alike(best: Fit, other: Fit) -> bool:
+    """Whether a frame cannot tell a departure from the likeliest one."""
+    if other.evidence > best.evidence - RIVAL:
+        return True
+    if best.departure.one is None or other.departure.one is None:
+        return False
+    (level, phase), (beside, _) = (
+        expose(fit.posterior.model, fit.top.unknowns) for fit in (best, other)
+    )
+    model = best.posterior.model
+    swing = float(model.amplitude.mean()) * model.visibility / 2
+    apart = float(np.sqrt(np.mean(np.square(level - beside))))
+    return apart < ACCURACY * swing * float(np.abs(phase).max())

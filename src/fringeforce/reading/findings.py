@@ -1,0 +1,160 @@
+"""Departures in words: what seems to differ from the design, by how much, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.departures import UNEVEN_LIGHT
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.departure_fit import Fit
+
+UNEXPLAINED = (
+    "No departure from the design that the model knows explains this frame. Check that the design "
+    "is of this sensor, and that nothing covers the light."
+)
+"""Where nothing fits."""
+RMS = "root mean square"
+
+
+def sentence(fits: list[Fit], model: SensorModel, explained: bool = True) -> str:
+    """One finding.
+
+    Parameters
+    ----------
+    fits : list of Fit
+        What a frame cannot tell apart, the likeliest first; one if it can.
+    model : SensorModel
+        That the frame departs from.
+    explained : bool
+        Whether the likeliest explains all of the frame.
+    """
+    claims = [f"{_claim(fit, model)} ({_deviations(fit)})" for fit in fits]
+    text = claims[0][0].upper() + claims[0][1:]
+    if len(claims) > 1:
+        others = ", or ".join(claims[1:])
+        text += f", or {others}, which this frame cannot tell apart"
+    if not explained:
+        text += ", though this does not explain all of the frame"
+    return f"{text}; {_remedy([fit.departure.path for fit in fits], model)}."
+
+
+def together(fits: list[Fit], model: SensorModel) -> str:
+    """One finding about departures that explain a frame only together.
+
+    Parameters
+    ----------
+    fits : list of Fit
+        The departures, the most significant first.
+    model : SensorModel
+        That the frame departs from.
+    """
+    claims = [f"{_claim(fit, model)} ({_deviations(fit)})" for fit in fits]
+    said = ", ".join(claims[:-1]) + " and " + claims[-1]
+    remedy = _remedy([fit.departure.path for fit in fits], model, " and ")
+    return f"Several departures together explain this frame: {said}; {remedy}."
+
+
+def _deviations(fit: Fit) -> str:
+    return f"{fit.significance:.0f} standard deviations"
+
+
+def _claim(fit: Fit, model: SensorModel) -> str:
+    departure, size = fit.departure, fit.size
+    say = _ONE[departure.path] if departure.one else _MANY[departure.path]
+    return say(size, model)
+
+
+def _length(metres: float) -> str:
+    return f"{abs(metres) * 1e3:.2g} mm"
+
+
+def _percent(share: float) -> str:
+    return f"{abs(share) * 100:.2g} %"
+
+
+def _layer(name: str, more: str, less: str) -> Callable[[float, SensorModel], str]:
+    return lambda by, _: f"the {name} seems {_percent(by)} {more if by > 0 else less} than drawn"
+
+
+def _blur(by: float, model: SensorModel) -> str:
+    sensor = model.sensor
+    pixels = by * sensor.camera.pixels / sensor.transducer.length
+    if not sensor.camera.blur:
+        return f"the picture seems blurred by {_length(by)} ({abs(pixels):.2g} pixels)"
+    return f"the picture's blur seems {_length(by)} {'larger' if by > 0 else 'smaller'} than drawn"
+
+
+def _response(by: float, model: SensorModel) -> str:
+    response = model.sensor.camera.response
+    stated = 1.0 if response == "linear" else float(response)
+    return f"the camera's response seems to have a gamma of {stated + by:.3g}, not {stated:g}"
+
+
+def _visibility(by: float, model: SensorModel) -> str:
+    stated = model.sensor.polariscope.visibility
+    return f"the visibility of the fringes seems {stated + by:.3g}, not {stated:g}"
+
+
+def _width(by: float, model: SensorModel) -> str:
+    stated = model.sensor.tactels.contact_width
+    return f"the contacts seem {_length(stated + by)} wide, not {stated * 1e3:g} mm"
+
+
+_ONE: dict[str, Callable[[float, SensorModel], str]] = {
+    "camera.shift": lambda by, _: f"the camera seems shifted by {by * 1e3:.2g} mm",
+    "camera.scale": lambda by, _: (
+        f"the camera's scale seems {_percent(by)} {'larger' if by > 0 else 'smaller'} than drawn"
+    ),
+    "camera.blur": _blur,
+    "camera.response": _response,
+    "camera.amplitude": lambda by, _: (
+        f"the light seems {_percent(by)} {'brighter' if by > 0 else 'dimmer'} than drawn"
+    ),
+    "camera.offset": lambda by, _: (
+        f"the dark level of the camera seems {abs(by):.2g} grey levels "
+        f"{'higher' if by > 0 else 'lower'} than drawn"
+    ),
+    "polariscope.visibility": _visibility,
+    "polariscope.bandwidth": lambda by, _: (
+        f"the light's spectrum seems {abs(by) * 1e9:.2g} nm {'wider' if by > 0 else 'narrower'} "
+        "than drawn"
+    ),
+    PLACEMENT: lambda by, _: f"all contacts seem {by * 1e3:.2g} mm beside their tactels",
+    WIDTH: _width,
+    "transducer.compliant.thickness": _layer("compliant layer", "thicker", "thinner"),
+    "transducer.compliant.youngs_modulus": _layer("compliant layer", "stiffer", "softer"),
+    "transducer.photoelastic.thickness": _layer("photoelastic layer", "thicker", "thinner"),
+    "transducer.photoelastic.youngs_modulus": _layer("photoelastic layer", "stiffer", "softer"),
+}
+_MANY: dict[str, Callable[[float, SensorModel], str]] = {
+    UNEVEN_LIGHT: lambda by, _: f"the light seems uneven along the strip by {_percent(by)} {RMS}",
+    RESIDUAL: lambda by, _: (
+        f"the strip seems to have a residual retardance of {by:.2g} rad {RMS} without load"
+    ),
+    PLACEMENT: lambda by, _: (
+        f"the contacts seem {_length(by)} {RMS} beside their tactels, each by its own distance"
+    ),
+    WIDTH: lambda by, _: (
+        f"the contacts seem {_length(by)} {RMS} wider or narrower than drawn, each by its own"
+    ),
+}
+_NOT_TOLERANCES: dict[str, str] = {
+    "camera.response": "state camera.response",
+    "polariscope.bandwidth": "state polariscope.bandwidth",
+    UNEVEN_LIGHT: "take reference frames of the light",
+}
+"""What to do about departures that no tolerance allows for."""
+
+
+def _remedy(paths: list[str], model: SensorModel, between: str = " or ") -> str:
+    stated: Collection[str] = model.sensor.tolerances
+    unique = list(dict.fromkeys(paths))
+    found = [_NOT_TOLERANCES[path] for path in unique if path in _NOT_TOLERANCES]
+    given = [path for path in unique if path not in _NOT_TOLERANCES and path not in stated]
+    wider = [path for path in unique if path not in _NOT_TOLERANCES and path in stated]
+    if given:
+        found.append(f"give {between.join(given)} a tolerance")
+    if wider:
+        found.append(f"widen the tolerance of {between.join(wider)}")
+    return f"{', '.join(found)} or calibrate"
