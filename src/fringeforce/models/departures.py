@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.mechanics.surface_influence import surface_influence
-from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.models.uncertainty import Uncertainty, node_weights, random_field, uncertainty
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
@@ -43,12 +43,9 @@ VISIBILITY, BLUR, GAMMA, BANDWIDTH = 0.1, 6.0, 0.1, 20e-9
 """Of fringes, point spread [pixels], power of the response, and spectrum [m]."""
 RETARDANCE = 0.1
 """Of the residual [rad]."""
-UNEVEN_LENGTH = 0.3
-"""Correlation length of an uneven light, as a share of the frame."""
 FARTHEST = 1.0
 """Common place of contacts that is followed, in spacings of the tactels."""
-UNEVEN_LIGHT = "uneven light"
-"""Name of the departure that no value of a design states."""
+UNEVEN_LIGHT = "camera.unevenness"
 
 
 class Widened(NamedTuple):
@@ -144,7 +141,7 @@ class Departures:
         if frame.gamma > 0:
             found.append(
                 Departure(
-                    "camera.response",
+                    "camera.gamma",
                     GAMMA,
                     lambda frame, by: frame._replace(gamma=frame.gamma + by),
                     limits=(-frame.gamma / 2, inf),
@@ -233,7 +230,7 @@ class Departures:
 
     def _uneven(self, frame: FrameModel) -> Widened:
         places, at = self.uncertain.places, frame.at
-        field = UNEVEN * random_field(places, UNEVEN_LENGTH * abs(places[-1] - places[0]))
+        field = UNEVEN * random_field(places, LIGHT_LENGTH * abs(places[-1] - places[0]))
         wider = frame._replace(
             brightness=np.concatenate([frame.brightness, field]),
             darkness=np.concatenate([frame.darkness, 0 * field]),

@@ -86,8 +86,7 @@ def _blur(by: float, model: SensorModel) -> str:
 
 
 def _response(by: float, model: SensorModel) -> str:
-    response = model.sensor.camera.response
-    stated = 1.0 if response == "linear" else float(response)
+    stated = model.sensor.camera.gamma
     return f"the camera's response seems to have a gamma of {stated + by:.3g}, not {stated:g}"
 
 
@@ -107,7 +106,7 @@ _ONE: dict[str, Callable[[float, SensorModel], str]] = {
         f"the camera's scale seems {_percent(by)} {'larger' if by > 0 else 'smaller'} than drawn"
     ),
     "camera.blur": _blur,
-    "camera.response": _response,
+    "camera.gamma": _response,
     "camera.amplitude": lambda by, _: (
         f"the light seems {_percent(by)} {'brighter' if by > 0 else 'dimmer'} than drawn"
     ),
@@ -140,9 +139,8 @@ _MANY: dict[str, Callable[[float, SensorModel], str]] = {
     ),
 }
 _NOT_TOLERANCES: dict[str, str] = {
-    "camera.response": "state camera.response",
     "polariscope.bandwidth": "state polariscope.bandwidth",
-    UNEVEN_LIGHT: "take reference frames of the light",
+    UNEVEN_LIGHT: "state camera.unevenness",
 }
 """What to do about departures that no tolerance allows for."""
 
