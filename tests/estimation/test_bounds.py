@@ -157,7 +157,7 @@ def test_covariances_are_those_of_all_pixels_in_every_direction(
         weight = steepest * (1 - np.exp(-2 * variance) * np.cos(2 * phase))
         after = np.linalg.inv((influence.T * weight) @ influence)
         moved = eigh(after, spread, eigvals_only=True)
-        spread = scipy.linalg.sqrtm(spread @ np.linalg.inv(after)).real @ after
+        spread = np.real(np.asarray(scipy.linalg.sqrtm(spread @ np.linalg.inv(after)))) @ after
         spread = (spread + spread.T) / 2
         if np.abs(moved - 1).max() < 1e-4:
             break

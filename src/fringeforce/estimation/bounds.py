@@ -157,10 +157,10 @@ def _agreed(
 
     From a variance to start with, and the covariance that it belongs to where there is one.
     """
-    result = np.empty((0, 0))
+    result: Array = np.empty((0, 0))
     for _ in range(rounds):
         information = _bounded(_information(influence, cosine, most, variance))
-        result = np.linalg.inv(information)
+        result = np.asarray(np.linalg.inv(information), dtype=float)
         if before is not None and _change(before, information) < AGREED:
             break
         # the geometric mean settles at once where information is proportional to the variance

@@ -248,7 +248,7 @@ class Tracker:
         return noise + self.single.calibration_covariance(loads, self._sound, noise)
 
 
-def _steady(strip: Strip, mean: tuple[Any, ...], excess: Array) -> Array:
+def _steady(strip: Strip, mean: tuple[Any, Any, Any], excess: Array) -> Array:
     """Covariance of a frame that was read from a mean, shape (2n, 2n) [N^2]."""
     result = np.empty_like(excess)
     steady_covariance(strip.arrays, *mean, result)
