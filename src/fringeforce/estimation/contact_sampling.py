@@ -332,6 +332,7 @@ def _density(contacts, z, loads, inverse, gradient):
     # the cone is quadratic on each of its sides: Newton's steps end when the sides stay the same
     sides, before = np.zeros(size), np.zeros(size)
     hessian[:] = bare
+    penalty = 0.0
     for _ in range(ACTIVE):
         _factorise(hessian, lower)
         _substitute(lower, right, loads)
@@ -558,9 +559,7 @@ def sampled_loads(
         walks.append(walk(contacts, start, scale, normals, uniforms, heats, LENGTH))
     energies = np.array([own.mean() for *_, own in walks])
     walks = [
-        own
-        for own, energy in zip(walks, energies, strict=True)
-        if energy <= energies.min() + WORSE
+        own for own, energy in zip(walks, energies, strict=True) if energy <= energies.min() + WORSE
     ]
     loads = np.concatenate([given for _, given, _, _ in walks])
     within = np.mean([own for _, _, own, _ in walks], axis=0)

@@ -203,18 +203,21 @@ class Posterior:
             cross = full[: at.size, at.size :]
             reduced = np.linalg.solve(own, cross.T)
             covariance = np.linalg.inv(full[: at.size, : at.size] - cross @ reduced)
-        return covariance[: at.loads, : at.loads]
+        return np.asarray(covariance[: at.loads, : at.loads], dtype=float)
 
     def _curvature(self, phase: Array) -> Array:
         """Squared second derivative of the grey levels around each node, over the noise."""
-        model = self.model
-        channels = len(model.bias)
-        amplitude = model.amplitude.reshape(channels, -1)
-        strength = np.square(amplitude).mean(axis=1) * (model.visibility / 2) ** 2
-        spacing = amplitude.shape[1] / len(phase)
-        turned = np.cos(model.dispersion[:, None] * phase + model.bias[:, None])
-        share = strength * model.dispersion**4 * spacing / model.variance
-        return np.asarray(share @ np.square(turned))
+        model, found = self.model, np.zeros(len(phase))
+        seen = np.isfinite(self.frame).reshape(len(model.bias), -1)
+        first = model.first[: seen.shape[1]]
+        right = model.right[: seen.shape[1]]
+        amplitude = model.amplitude.reshape(seen.shape) * model.visibility / 2
+        for c, own in enumerate(np.square(amplitude) * seen / model.variance):
+            lumped = np.bincount(first + 1, (1 - right) * own, len(phase))
+            lumped += np.bincount(first + 2, right * own, len(phase))
+            ratio = model.dispersion[c]
+            found += lumped * ratio**4 * np.square(np.cos(ratio * phase + model.bias[c]))
+        return found
 
     def sampled(
         self, tops: list[Top], about: Linearised, covariance: Array, basis: Array
@@ -245,7 +248,8 @@ class Posterior:
         unknowns = tops[0].unknowns
         contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
         beside = slice(at.place, at.fields)
-        scale = np.linalg.cholesky(np.linalg.inv(about.hessian)[beside, beside])
+        known = np.linalg.inv(about.hessian)[beside, beside]
+        scale = np.asarray(np.linalg.cholesky(known), dtype=float)
         if gaussian_share(contacts, unknowns[beside], scale) > GAUSSIAN:
             return None
         return sampled_loads(contacts, [top.unknowns[beside] for top in tops], scale, covariance)
