@@ -144,12 +144,15 @@ class Prior(NamedTuple):
         Largest |tangential| / normal force; negative if any.
     yielding : float
         Force by which a contact may miss the friction cone at one standard deviation [N].
+    joint : ndarray, shape (size, size)
+        Precision of unknowns together, beside that of each; empty if none is known together.
     """
 
     mean: Array
     precision: Array
     friction: float
     yielding: float
+    joint: Array = np.empty((0, 0))
 
 
 class Linearised(NamedTuple):
@@ -434,6 +437,11 @@ def _loss(model, prior, frame, unknowns, level, sigma, heat):
             total += _pixel(model, frame[p], level[p], sigma)[0]
     for k in range(len(unknowns)):
         total += prior.precision[k] * (unknowns[k] - prior.mean[k]) ** 2
+    for k in range(len(prior.joint)):
+        part = 0.0
+        for x in range(len(unknowns)):
+            part += prior.joint[k, x] * (unknowns[x] - prior.mean[x])
+        total += (unknowns[k] - prior.mean[k]) * part
     for j in range(model.at.loads // 2):
         normal, tangential = unknowns[2 * j], unknowns[2 * j + 1]
         if prior.friction < 0:
@@ -589,6 +597,10 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
         gradient[row] = pulls[u].sum()
         if u == 4 and at.blur > at.visibility:
             hessian[row, at.visibility] = weights[3, 4].sum()
+    for x in range(len(prior.joint)):
+        for z in range(at.size):
+            hessian[x, z] += prior.joint[x, z]
+            gradient[x] += prior.joint[x, z] * (unknowns[z] - prior.mean[z])
     for x in range(at.size):
         hessian[x, x] += prior.precision[x]
         gradient[x] += prior.precision[x] * (unknowns[x] - prior.mean[x])
@@ -692,6 +704,16 @@ def node_phase(model, unknowns):
     out = np.empty(len(model.fixed))
     _node_phase(model, unknowns, out)
     return out
+
+
+@sums_entry
+def point_spread(model, unknowns):
+    """One half of the point spread, from its middle, shape (k,); empty if there is none.
+
+    Parameters are those of `expose`.
+    """
+    deviation = _camera(model, unknowns)[1]
+    return _point_spread(deviation) if deviation > 0 else np.empty(0)
 
 
 @sums_entry

@@ -131,7 +131,7 @@ class Posterior:
         nodes = len(self.model.fixed)
         along = np.pi * (np.arange(nodes) + 0.5) / nodes
         waves = np.cos(np.outer(np.arange(min(WAVES, nodes)), along))
-        cross = self._cross(about, waves)
+        cross = shared_information(self.model, about, waves)
         factor = cho_factor(about.hessian + about.cone, check_finite=False)
         solved = cho_solve(factor, cross, check_finite=False)
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
@@ -143,20 +143,13 @@ class Posterior:
         normal = (vectors.T @ score)[kept] / np.sqrt(values[kept])
         return float(chdtrc(np.count_nonzero(kept), normal @ normal))
 
-    def _cross(self, about: Linearised, waves: Array) -> Array:
-        """Information that unknowns share with changes of phase at the nodes, shape (size, k)."""
-        at, weights = self.model.at, about.weights
-        found = about.columns @ (weights[0, 0] * waves).T
-        found[at.modes : at.visibility] += self.model.brightness @ (weights[0, 1] * waves).T
-        found[at.modes : at.visibility] += self.model.darkness @ (weights[0, 2] * waves).T
-        if at.blur > at.visibility:
-            found[at.visibility] = waves @ weights[0, 3]
-        if at.size > at.blur:
-            found[at.blur] = waves @ weights[0, 4]
-        return found
-
     def covariance(self, top: Top, about: Linearised) -> Array:
-        """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2].
+        """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2]."""
+        loads = self.model.at.loads
+        return self.spread(top, about)[:loads, :loads]
+
+    def spread(self, top: Top, about: Linearised) -> Array:
+        """Covariance of all unknowns, shape (size, size).
 
         The cone is left out: a force at its border is as uncertain as the frame leaves it.  Beyond
         first order, errors of a force and of its contact's place or width move the phase by their
@@ -165,23 +158,16 @@ class Posterior:
         at = self.model.at
         covariance = np.linalg.inv(about.hessian)
         if at.fields == at.place:
-            return covariance[: at.loads, : at.loads]
-        products = contact_columns(self.model, top.unknowns)
-        own, shared = [], []
-        for kind, begin, end in ((0, at.place, at.width), (1, at.width, at.fields)):
-            if end > begin:
-                own.append(products[kind].reshape(-1, len(self.model.fixed)))
-                shared.append(np.repeat(np.arange(begin, end), 2))
-        waves, partner = np.concatenate(own), np.concatenate(shared)
-        force = np.tile(np.arange(at.loads), len(own))
-        cross = self._cross(about, waves)
+            return covariance
+        waves, force, partner = products(self.model, top.unknowns)
+        cross = shared_information(self.model, about, waves)
         information = (waves * about.weights[0, 0]) @ waves.T
         for _ in range(SECOND_ORDER):
             variance = np.diag(covariance)
             known = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
             reduced = np.linalg.solve(information + np.diag(known), cross.T)
             covariance = np.linalg.inv(about.hessian - cross @ reduced)
-        return covariance[: at.loads, : at.loads]
+        return covariance
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""
@@ -219,3 +205,36 @@ class Posterior:
     def phase(self, top: Top) -> Array:
         """Phase at the nodes, shape (m,) [rad]."""
         return node_phase(self.model, top.unknowns)
+
+
+def products(model: FrameModel, unknowns: Array) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+    """Phase at the nodes by products of the errors of a force and of its contact's place or width.
+
+    Returns
+    -------
+    waves : ndarray, shape (k, m)
+        Phase per unit of the product.
+    force, partner : ndarray of int, shape (k,)
+        Which unknowns these are.
+    """
+    at = model.at
+    found = contact_columns(model, unknowns)
+    own, shared = [], []
+    for kind, begin, end in ((0, at.place, at.width), (1, at.width, at.fields)):
+        if end > begin:
+            own.append(found[kind].reshape(-1, len(model.fixed)))
+            shared.append(np.repeat(np.arange(begin, end), 2))
+    return np.concatenate(own), np.tile(np.arange(at.loads), len(own)), np.concatenate(shared)
+
+
+def shared_information(model: FrameModel, about: Linearised, waves: Array) -> Array:
+    """Information that unknowns share with changes of phase at the nodes, shape (size, k)."""
+    at, weights = model.at, about.weights
+    found = about.columns @ (weights[0, 0] * waves).T
+    found[at.modes : at.visibility] += model.brightness @ (weights[0, 1] * waves).T
+    found[at.modes : at.visibility] += model.darkness @ (weights[0, 2] * waves).T
+    if at.blur > at.visibility:
+        found[at.visibility] = waves @ weights[0, 3]
+    if at.size > at.blur:
+        found[at.blur] = waves @ weights[0, 4]
+    return found

@@ -9,6 +9,7 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 
 import numpy as np
@@ -42,6 +43,8 @@ SHAPE_LENGTH = 1 / 16
 """Correlation length of errors of shape of the influence matrix, as a share of the frame."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
+DRIFTS = ("camera.drift", "offset drift")
+"""Names of the modes that are new in every frame."""
 LARGEST = 4.0
 """Standard deviations of the light at which pixels are looked at for clipping."""
 
@@ -86,6 +89,15 @@ class Uncertainty:
     frame: FrameModel
     modes: tuple[Mode, ...]
     shapes: Array
+
+    @cached_property
+    def lasting(self) -> NDArray[np.bool_]:
+        """Unknowns that stay as they are from frame to frame, shape (size,)."""
+        at = self.frame.at
+        lasts = np.arange(at.size) >= at.loads
+        for number, mode in enumerate(self.modes):
+            lasts[at.modes + number] = mode.name not in DRIFTS
+        return lasts
 
     def under(self, loads: Array) -> FrameModel:
         """The frame's model with the errors of shape that loads of about this size cause.
@@ -365,8 +377,8 @@ def _drift(model: SensorModel) -> list[Mode]:
     """Light that changes from frame to frame."""
     imaging, camera = model.imaging, model.sensor.camera
     gain, offset = (camera.drift, 0.0) if imaging is None else imaging.drift
-    modes = [Mode("camera.drift", gain, brightness=gain)] if gain else []
-    return modes + ([Mode("offset drift", offset, darkness=offset)] if offset else [])
+    modes = [Mode(DRIFTS[0], gain, brightness=gain)] if gain else []
+    return modes + ([Mode(DRIFTS[1], offset, darkness=offset)] if offset else [])
 
 
 def random_field(x: Array, length: float) -> Array:

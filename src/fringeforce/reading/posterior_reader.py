@@ -60,6 +60,10 @@ DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
 
 
+Located = tuple[Posterior, Top]
+"""An explanation that stands out, and the frame's posterior."""
+
+
 @dataclass(frozen=True, eq=False)
 class Weighed:
     """An explanation of a frame and its posterior weight.
@@ -151,15 +155,15 @@ class PosteriorReader(FrameReader):
 
     def followed(
         self, levels: NDArray[Any], used: Mask, last: Array | None
-    ) -> tuple[Reading, Array | None]:
+    ) -> tuple[Reading, Located | None]:
         """Read a frame that was checked, from the unknowns of the last one if it is known.
 
         Returns
         -------
         reading : Reading
             Of the frame.
-        unknowns : ndarray, shape (size,), or None
-            From which the next one can be followed, if this one is OK.
+        located : tuple of Posterior and Top, or None
+            From where the next one can be followed, if this one is OK.
         """
         frame = np.where(used, levels.astype(float), np.nan)
         lines = self._search.lines(frame)
@@ -167,7 +171,7 @@ class PosteriorReader(FrameReader):
         if last is not None:
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
             if _Met(posterior).explains(top, FITS) and not self._faint(posterior, top):
-                return self._stated(posterior, [top], tracked=True), top.unknowns
+                return self._stated(posterior, [top], tracked=True), (posterior, top)
         silent = self._silent(posterior)
         tops = self._explained(posterior, lines, silent)
         if tops is None:
@@ -175,7 +179,7 @@ class PosteriorReader(FrameReader):
         if silent is not None and self._nothing(silent, tops[0]):
             return self._stated(posterior, [silent], Status.NO_CONTACT), None
         reading = self._stated(posterior, tops)
-        return reading, tops[0].unknowns if reading.ok else None
+        return reading, (posterior, tops[0]) if reading.ok else None
 
     def _faint(self, posterior: Posterior, top: Top) -> bool:
         """Whether the phase stays so small that loads are hardly told from others, or none."""
@@ -340,11 +344,11 @@ class PosteriorReader(FrameReader):
         limited = np.zeros(count // 2, dtype=bool)
         if self.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, self.friction)
-        return self._reading(
+        return self.reading(
             loads, covariance, best.top, status, probability, limited, np.array(others), tracked
         )
 
-    def _reading(
+    def reading(
         self,
         loads: Array,
         covariance: Array,
@@ -355,6 +359,7 @@ class PosteriorReader(FrameReader):
         others: Array,
         tracked: bool = False,
     ) -> Reading:
+        """A reading of this strip from loads, shape (2n,) [N], and the rest as of `Reading`."""
         forces = loads.reshape(self.forces_shape)
         return Reading.of(
             forces=forces,
@@ -385,7 +390,7 @@ class PosteriorReader(FrameReader):
         covariance = posterior.covariance(top, about)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
-        return self._reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
+        return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
 def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:
