@@ -20,6 +20,7 @@ from math import comb, erfc
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
@@ -32,6 +33,16 @@ PLAIN = 2.5
 """Standard deviations within which a pixel counts as sound: it is broken with a chance below 1e-3."""
 NARROWEST = 0.5
 """Deviation of the point spread that a pixel has by its own width, and less is not told [pixels]."""
+
+
+_PI, _PI_REST = 3.14159265160560607910, 1.98418714791870343106e-9
+# through Chebyshev's nodes of half a period, in the square
+_SINE, _COSINE = (
+    Chebyshev.interpolate(function, 7, [0, np.pi**2 / 4]).convert(kind=Polynomial).coef
+    for function in (lambda x: np.sinc(np.sqrt(x) / np.pi), lambda x: np.cos(np.sqrt(x)))
+)
+_S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7 = map(float, _SINE)
+_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7 = map(float, _COSINE)
 
 
 class Layout(NamedTuple):
@@ -57,6 +68,10 @@ class FrameModel(NamedTuple):
     ----------
     moments : ndarray, shape (n, 2, K, m)
         Phase lead per force and moment of its traction [rad/N].
+    profiles : ndarray, shape (n, 2, k, m)
+        The same of fewer mixtures of the moments, which are all that likely contacts need.
+    mixing : ndarray, shape (k, K)
+        The mixtures from the moments.
     table : ndarray, shape (K, K // 2 + 1)
         Coefficients of the moments; see `moment_table`.
     reach : float
@@ -91,15 +106,20 @@ class FrameModel(NamedTuple):
         Share of pixels that show anything at all.
     first, weights : ndarray, shapes (P,) and (P, 4)
         Nodes between which a pixel lies, and what they count.
-    right : ndarray, shape (P,)
-        The two right ones of these together.
-    runs : ndarray of int
-        Pixels at which another first node begins, and P.
+    starts : ndarray of int, shape (C runs,)
+        Where the pixels of each run, which have the same nodes, begin, or what is left of a short
+        one at the end.
+    shares : ndarray, shape (longest run, 4, C runs)
+        `weights` of the pixels of each run in turn, zero beyond its end.
+    halves : ndarray, shape (longest run, 2, C runs)
+        The two left and the two right ones of these together.
     at : Layout
         Where the unknowns stand.
     """
 
     moments: Array
+    profiles: Array
+    mixing: Array
     table: Array
     reach: float
     place: float
@@ -128,8 +148,9 @@ class FrameModel(NamedTuple):
     broken: float
     first: NDArray[np.int64]
     weights: Array
-    right: Array
-    runs: NDArray[np.int64]
+    starts: NDArray[np.uint32]
+    shares: Array
+    halves: Array
     at: Layout
 
 
@@ -182,6 +203,21 @@ class Linearised(NamedTuple):
     pulls: Array
 
 
+def side_by_side(
+    first: NDArray[np.int64], weights: Array
+) -> tuple[NDArray[np.uint32], Array, Array]:
+    """`starts`, `shares` and `halves` of a `FrameModel`, of one channel, from the nodes of pixels."""
+    runs = np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]])
+    longest = int(np.diff(runs).max())
+    starts = np.minimum(runs[:-1], len(first) - longest)
+    shares = np.zeros((longest, 4, len(starts)))
+    for t in range(longest):
+        own = (starts + t >= runs[:-1]) & (starts + t < runs[1:])
+        shares[t][:, own] = weights[starts[own] + t].T
+    halves = np.stack([shares[:, :2].sum(axis=1), shares[:, 2:].sum(axis=1)], axis=1)
+    return starts.astype(np.uint32), shares, halves
+
+
 def moment_table(order: int) -> Array:
     """Coefficients of the moments of a uniform traction, shape (order, order // 2 + 1).
 
@@ -217,23 +253,36 @@ def _positive(value, soft):
 
 
 @sums
+def _dot(a, b):
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@sums
 def contact_moments(model, unknowns, j, mean, by_place, by_width):
-    """Moments of contact j, and their derivatives by its standardised place and width."""
+    """Mixtures of moments of contact j, and derivatives by its standardised place and width."""
     at = model.at
     shift = model.place * unknowns[at.place + j] if at.width > at.place else 0.0
     wide, slope = model.width, 0.0
     if at.fields > at.width:
         wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
     half = wide / (2 * model.reach)
-    _moments(model.table, shift / model.reach, half * half, mean, by_place, by_width)
+    order = len(model.table)
+    own, one, other = np.empty(order), np.empty(order), np.empty(order)
+    _moments(model.table, shift / model.reach, half * half, own, one, other)
+    along, across = model.place / model.reach, half * slope * model.width_std / model.reach
     for k in range(len(mean)):
-        by_place[k] *= model.place / model.reach
-        by_width[k] *= 2 * half * slope * model.width_std / (2 * model.reach)
+        row = model.mixing[k]
+        mean[k] = _dot(row, own)
+        by_place[k] = along * _dot(row, one)
+        by_width[k] = across * _dot(row, other)
 
 
 @sums
 def _node_phase(model, unknowns, out):
-    order, at = model.moments.shape[2], model.at
+    order, at = model.profiles.shape[2], model.at
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     out[:] = model.fixed
     for j in range(len(model.moments)):
@@ -241,7 +290,7 @@ def _node_phase(model, unknowns, out):
         for c in range(2):
             force = unknowns[2 * j + c]
             for k in range(order):
-                factor, row = force * mean[k], model.moments[j, c, k]
+                factor, row = force * mean[k], model.profiles[j, c, k]
                 for i in range(len(out)):
                     out[i] += factor * row[i]
             for d in range(len(model.influence)):
@@ -257,7 +306,7 @@ def _node_phase(model, unknowns, out):
 @sums
 def _columns(model, unknowns, columns):
     """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
-    order, at = model.moments.shape[2], model.at
+    order, at = model.profiles.shape[2], model.at
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     columns[:] = 0.0
     for j in range(len(model.moments)):
@@ -265,7 +314,7 @@ def _columns(model, unknowns, columns):
         for c in range(2):
             force, own = unknowns[2 * j + c], columns[2 * j + c]
             for k in range(order):
-                row, a = model.moments[j, c, k], mean[k]
+                row, a = model.profiles[j, c, k], mean[k]
                 for i in range(len(row)):
                     own[i] += a * row[i]
                 if at.width > at.place:
@@ -311,6 +360,21 @@ def _blurred(line, kernel, out):
         factor = kernel[step]
         for p in range(size):
             out[p] += factor * (padded[reach + p - step] + padded[reach + p + step])
+
+
+@sums
+def _half_waves(phase):
+    """Sine and cosine of half a phase, both perhaps with the other sign, to 1e-13.
+
+    As `vector_loops.waves`: polynomials run in vector units, which the library's functions do not.
+    """
+    half = 0.5 * phase
+    turns = np.floor(half * (1 / np.pi) + 0.5)
+    half = (half - turns * _PI) - turns * _PI_REST
+    x = half * half
+    sine = _S0 + x * (_S1 + x * (_S2 + x * (_S3 + x * (_S4 + x * (_S5 + x * (_S6 + x * _S7))))))
+    cosine = _C0 + x * (_C1 + x * (_C2 + x * (_C3 + x * (_C4 + x * (_C5 + x * (_C6 + x * _C7))))))
+    return half * sine, cosine
 
 
 @sums
@@ -377,9 +441,12 @@ def _expose(model, unknowns, work):
                 w[0] * nodes[i] + w[1] * nodes[i + 1] + w[2] * nodes[i + 2] + w[3] * nodes[i + 3]
             )
             phase[p] = lead
-            swing[p] = np.cos(lead + bias)
-            if spread > 0:
-                swing[p] *= np.exp(-0.5 * (spread * lead) ** 2)
+        for p in range(c * pixels, (c + 1) * pixels):
+            sine, _ = _half_waves(phase[p] + bias)
+            swing[p] = 1 - 2 * sine * sine
+        if spread > 0:
+            for p in range(c * pixels, (c + 1) * pixels):
+                swing[p] *= np.exp(-0.5 * (spread * phase[p]) ** 2)
         if deviation > 0:
             _blurred(swing[lines], _point_spread(deviation), seen[lines])
         else:
@@ -454,42 +521,48 @@ def _loss(model, prior, frame, unknowns, level, sigma, heat):
 
 
 @sums
-def _dot(a, b):
-    total = 0.0
-    for i in range(len(a)):
-        total += a[i] * b[i]
-    return total
+def _side_by_side(model, values, out):
+    """Pixels of every run under each other, shape (longest run, runs); what is beyond is not used."""
+    runs = len(model.starts)
+    for t in range(len(out)):
+        line, row = values[t:], out[t]
+        for r in range(runs):
+            row[r] = line[model.starts[r]]
 
 
 @sums
 def _pulled(model, basis, pull, out):
     """Sums of a basis times the residuals, at the nodes between which each pixel lies."""
-    for r in range(len(model.runs) - 1):
-        i, a, b, c, d = model.first[model.runs[r]], 0.0, 0.0, 0.0, 0.0
-        for p in range(model.runs[r], model.runs[r + 1]):
-            value = basis[p] * pull[p]
-            a += model.weights[p, 0] * value
-            b += model.weights[p, 1] * value
-            c += model.weights[p, 2] * value
-            d += model.weights[p, 3] * value
-        out[i] += a
-        out[i + 1] += b
-        out[i + 2] += c
-        out[i + 3] += d
+    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    total = np.zeros(len(model.starts))
+    for k in range(4):
+        total[:] = 0.0
+        for t in range(len(basis)):
+            own, other, share = basis[t], pull[t], model.shares[t, k]
+            for r in range(len(total)):
+                total[r] += share[r] * (own[r] * other[r])
+        for c in range(channels):
+            i = model.first[0] + k
+            for r in range(runs):
+                out[i + r] += total[c * runs + r]
 
 
 @sums
 def _lumped(model, basis, other, out):
     """Sums of the products of two bases, at the two nodes beside each pixel."""
-    for r in range(len(model.runs) - 1):
-        total = right = 0.0
-        for p in range(model.runs[r], model.runs[r + 1]):
-            value = basis[p] * other[p]
-            total += value
-            right += model.right[p] * value
-        i = model.first[model.runs[r]]
-        out[i + 1] += total - right
-        out[i + 2] += right
+    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    left, right = np.zeros(len(model.starts)), np.zeros(len(model.starts))
+    for t in range(len(basis)):
+        one, two, share, rest = basis[t], other[t], model.halves[t, 0], model.halves[t, 1]
+        for r in range(len(left)):
+            value = one[r] * two[r]
+            left[r] += share[r] * value
+            right[r] += rest[r] * value
+    for c in range(channels):
+        i = model.first[0] + 1
+        for r in range(runs):
+            out[i + r] += left[c * runs + r]
+            out[i + 1 + r] += right[c * runs + r]
 
 
 @sums
@@ -509,9 +582,11 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
     for c in range(channels):
         ratio, bias, spread, begin = model.dispersion[c], model.bias[c], model.spread[c], c * pixels
         for k in range(pixels):
-            lead = phase[begin + k]
-            turned[k] = np.sin(lead + bias)
-            if spread > 0:
+            sine, cosine = _half_waves(phase[begin + k] + bias)
+            turned[k] = 2 * sine * cosine
+        if spread > 0:
+            for k in range(pixels):
+                lead = phase[begin + k]
                 share = np.exp(-0.5 * (spread * lead) ** 2)
                 turned[k] = share * turned[k] + spread * spread * lead * swing[begin + k]
         if deviation > 0:
@@ -531,21 +606,55 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
             curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
             curve -= 2 * seen[p]
             bases[4, p] = -own * amplitude * contrast / 2 * deviation * by_blur * curve
-    modes, weighed = at.visibility - at.modes, np.empty(len(phase))
+    modes, shape = at.visibility - at.modes, (len(model.shares), len(model.starts))
     known = (True, modes > 0, modes > 0, at.blur > at.visibility, at.size > at.blur)
+    beside, weighed = np.empty((BASES, *shape)), np.empty(shape)
+    pulling, heavy = np.empty(shape), np.empty(shape)
+    _side_by_side(model, pull, pulling)
+    _side_by_side(model, weight, heavy)
     for u in range(BASES):
         if not known[u]:
             continue
-        _pulled(model, bases[u], pull, pulls[u])
-        for p in range(len(phase)):
-            weighed[p] = weight[p] * bases[u, p]
+        _side_by_side(model, bases[u], beside[u])
+        _pulled(model, beside[u], pulling, pulls[u])
+        for t in range(len(weighed)):
+            for r in range(len(model.starts)):
+                weighed[t, r] = heavy[t, r] * beside[u, t, r]
         for v in range(u + 1):
             if known[v]:
-                _lumped(model, weighed, bases[v], weights[u, v])
+                _lumped(model, weighed, beside[v], weights[u, v])
     for u in range(BASES):
         for v in range(u):
             weights[v, u] = weights[u, v]
     _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls)
+
+
+@sums
+def _products(rows, columns, count, out):
+    """Products of the first rows with the first columns, in the lower triangle, eight at a time."""
+    for x in range(0, count - 1, 2):
+        a, b = rows[x], rows[x + 1]
+        z = 0
+        while z + 3 < count and z <= x + 1:
+            p, q, r, s = columns[z], columns[z + 1], columns[z + 2], columns[z + 3]
+            ap = aq = ar = at = bp = bq = br = bt = 0.0
+            for i in range(len(a)):
+                ap += a[i] * p[i]
+                aq += a[i] * q[i]
+                ar += a[i] * r[i]
+                at += a[i] * s[i]
+                bp += b[i] * p[i]
+                bq += b[i] * q[i]
+                br += b[i] * r[i]
+                bt += b[i] * s[i]
+            out[x, z], out[x, z + 1], out[x, z + 2], out[x, z + 3] = ap, aq, ar, at
+            out[x + 1, z], out[x + 1, z + 1], out[x + 1, z + 2], out[x + 1, z + 3] = bp, bq, br, bt
+            z += 4
+        for k in range(z, x + 2):
+            out[x, k], out[x + 1, k] = _dot(a, columns[k]), _dot(b, columns[k])
+    if count % 2 == 1:
+        for k in range(count):
+            out[count - 1, k] = _dot(rows[count - 1], columns[k])
 
 
 @sums
@@ -558,9 +667,8 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
     for x in range(first):
         for i in range(m):
             weighed[x, i] = columns[x, i] * weights[0, 0, i]
+    _products(weighed, columns, first, hessian)
     for x in range(first):
-        for z in range(x + 1):
-            hessian[x, z] = _dot(weighed[x], columns[z])
         gradient[x] = _dot(columns[x], pulls[0])
     mixed = np.empty(m)
     for s in range(modes):
@@ -730,7 +838,7 @@ def contact_columns(model, unknowns):
     ndarray, shape (2, n, 2, m)
         Place and width, contact, component, node [rad/N].
     """
-    tactels, components, order, nodes = model.moments.shape
+    tactels, components, order, nodes = model.profiles.shape
     found = np.zeros((2, tactels, components, nodes))
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     for j in range(tactels):
@@ -738,8 +846,8 @@ def contact_columns(model, unknowns):
         for c in range(components):
             for k in range(order):
                 for i in range(nodes):
-                    found[0, j, c, i] += by_place[k] * model.moments[j, c, k, i]
-                    found[1, j, c, i] += by_width[k] * model.moments[j, c, k, i]
+                    found[0, j, c, i] += by_place[k] * model.profiles[j, c, k, i]
+                    found[1, j, c, i] += by_width[k] * model.profiles[j, c, k, i]
     return found
 
 

@@ -164,23 +164,19 @@ class Reference(NamedTuple):
 def pixels_of(model: FrameModel, used: NDArray[np.bool_]) -> Pixels:
     """What the loop needs of the pixels, of which some are used, shape (P,)."""
     pixels = len(model.amplitude) // len(model.bias)
-    runs = model.runs[model.runs <= pixels].astype(np.int32)
-    begins, longest = runs[:-1], int(np.diff(runs).max())
-    starts = np.minimum(begins, pixels - longest)
-    shares = np.zeros((longest, 4, len(starts)), np.float32)
-    for t in range(longest):
-        own = (starts + t >= begins) & (starts + t < runs[1:])
-        shares[t][:, own] = model.weights[starts[own] + t].T
+    first = model.first[:pixels]
+    runs = np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [pixels]]).astype(np.int32)
+    alone = len(model.starts) // len(model.bias)
     light = np.concatenate([model.brightness, model.darkness])
     return Pixels(
         model.amplitude.astype(np.float32),
         model.offset.astype(np.float32),
         used.astype(np.float32),
         np.ascontiguousarray(model.weights[:pixels].T, dtype=np.float32),
-        model.first[:pixels].astype(np.int32),
+        first.astype(np.int32),
         runs,
-        starts.astype(np.uint32),
-        shares,
+        model.starts[:alone],
+        np.ascontiguousarray(model.shares[:, :, :alone], dtype=np.float32),
         model.brightness.astype(np.float32),
         model.darkness.astype(np.float32),
         not len(light) or bool(np.ptp(light, axis=1).max() < 1e-9),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.tolerances import number_at, with_values
-from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table, side_by_side
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH, changes_influence
 from fringeforce.models.strip import SensorModel, characterize
@@ -33,6 +33,8 @@ interpolation between them is good to 1e-4 of the peak of a line load."""
 ORDER = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
+NEGLIGIBLE = 1e-4
+"""Share of the phase, over all likely contacts, below which a mixture of moments is left out."""
 FAR = 3.5
 """Standard deviations of place and width up to which contacts are followed."""
 SMALLEST = 5e-4
@@ -171,7 +173,11 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     variance = noise_variance(camera) + (imaging.light_variance if imaging else 0.0)
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
-    first, weights = np.tile(first, len(seen)), np.tile(weights, (len(seen), 1))
+    starts, shares, halves = side_by_side(first, weights)
+    channels = len(seen)
+    starts = np.concatenate([starts + c * pixels for c in range(channels)]).astype(np.uint32)
+    shares, halves = np.tile(shares, channels), np.tile(halves, channels)
+    first, weights = np.tile(first, channels), np.tile(weights, (channels, 1))
     counts = (
         2 * sensor.tactels.count,
         sensor.tactels.count if PLACEMENT in std else 0,
@@ -189,8 +195,12 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     brightest = float(np.max(offset + amplitude)) * (1 + LARGEST * bright) + reach_noise
     darkest = float(np.min(offset)) - reach_noise
     width = float(sensor.tactels.contact_width)
+    places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
+    mixing, spread = _mixtures(moments, reach, places, (width, widths))
     frame = FrameModel(
         moments=moments,
+        profiles=np.ascontiguousarray(np.einsum("kr,ntkm->ntrm", spread, moments)),
+        mixing=mixing,
         table=moment_table(moments.shape[2]),
         reach=reach,
         place=std.get(PLACEMENT, 0.0),
@@ -223,8 +233,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         broken=BROKEN,
         first=first,
         weights=weights,
-        right=weights[:, 2:].sum(axis=1),
-        runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
+        starts=starts,
+        shares=np.ascontiguousarray(shares),
+        halves=np.ascontiguousarray(halves),
         at=at,
     )
     return Uncertainty(frame, tuple(modes), shapes)
@@ -315,6 +326,38 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
         out[j] = lines * inside
     out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
     return np.ascontiguousarray(out), reach
+
+
+def _mixtures(
+    moments: Array, reach: float, place: float, width: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Mixtures of moments that are all that likely contacts need, and moments from them.
+
+    Principal components of the phase of a unit force over places and widths of contacts; what is
+    left out is below `NEGLIGIBLE` of it.
+
+    Returns
+    -------
+    mixing, spread : ndarray, shapes (k, K) and (K, k)
+    """
+    order = moments.shape[2]
+    if order == 1:
+        return np.eye(1), np.eye(1)
+    table, steps = moment_table(order), np.linspace(-FAR, FAR, 15)
+    d, h = (
+        grid.ravel() / reach
+        for grid in np.meshgrid(place * steps, np.maximum(width[0] + width[1] * steps, 0.0) / 2)
+    )
+    k, i = np.arange(order)[:, None], np.arange(table.shape[1])
+    powers = np.power(d[:, None, None], np.maximum(k - 2 * i, 0))
+    means = np.einsum("ki,ski->sk", table, powers * h[:, None, None] ** (2 * i))
+    size = np.sqrt(np.einsum("ntkm,ntkm->k", moments, moments))
+    gram = np.einsum("ntkm,ntlm->kl", moments / size[:, None], moments / size[:, None])
+    values, vectors = np.linalg.eigh(gram)
+    root = (vectors * np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T * size
+    _, share, rows = np.linalg.svd(means @ root.T, full_matrices=False)
+    kept = rows[share > NEGLIGIBLE * share[0]]
+    return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
 def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
