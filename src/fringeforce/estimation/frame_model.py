@@ -408,18 +408,33 @@ def _encoded(model, light):
 
 
 @sums
-def _light(model, unknowns, p):
-    """Amplitude relative to the nominal one, and offset, at a pixel."""
-    bright, dark, at, start = 1.0, model.offset[p], model.at, model.first[p]
+def _interpolated(model, nodes, out):
+    """Values at the pixels of all channels, from those at the nodes."""
+    begin, weights = 0, model.weights
+    while begin < len(out):
+        i, end = model.first[begin], begin + 1
+        while end < len(out) and model.first[end] == i:
+            end += 1
+        a, b, c, d = nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]
+        for p in range(begin, end):
+            out[p] = (weights[p, 0] * a + weights[p, 1] * b) + (weights[p, 2] * c + weights[p, 3] * d)
+        begin = end
+
+
+@sums
+def _light(model, unknowns, bright, dark):
+    """Fill in the amplitude relative to the nominal one, and the offset."""
+    at, m = model.at, len(model.fixed)
+    more, darker = np.ones(m), np.zeros(m)
     for s in range(len(model.brightness)):
         e = unknowns[at.modes + s]
-        if e == 0.0:
-            continue
-        for t in range(4):
-            weight = e * model.weights[p, t]
-            bright += weight * model.brightness[s, start + t]
-            dark += weight * model.darkness[s, start + t]
-    return bright, dark
+        for i in range(m):
+            more[i] += e * model.brightness[s, i]
+            darker[i] += e * model.darkness[s, i]
+    _interpolated(model, more, bright)
+    _interpolated(model, darker, dark)
+    for p in range(len(dark)):
+        dark[p] += model.offset[p]
 
 
 @sums
@@ -430,18 +445,12 @@ def _expose(model, unknowns, work):
     contrast, deviation, _ = _camera(model, unknowns)
     channels = len(model.bias)
     pixels = len(phase) // channels
-    flat = len(model.brightness) == 0
+    _interpolated(model, nodes, phase)
     for c in range(channels):
         ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
         lines = slice(c * pixels, (c + 1) * pixels)
         for p in range(c * pixels, (c + 1) * pixels):
-            i = model.first[p]
-            w = model.weights[p]
-            lead = ratio * (
-                w[0] * nodes[i] + w[1] * nodes[i + 1] + w[2] * nodes[i + 2] + w[3] * nodes[i + 3]
-            )
-            phase[p] = lead
-        for p in range(c * pixels, (c + 1) * pixels):
+            phase[p] *= ratio
             sine, _ = _half_waves(phase[p] + bias)
             swing[p] = 1 - 2 * sine * sine
         if spread > 0:
@@ -451,13 +460,13 @@ def _expose(model, unknowns, work):
             _blurred(swing[lines], _point_spread(deviation), seen[lines])
         else:
             seen[lines] = swing[lines]
+    _light(model, unknowns, bright, slope)
     for p in range(len(phase)):
-        relative, dark = 1.0, model.offset[p]
-        if not flat:
-            relative, dark = _light(model, unknowns, p)
-        bright[p] = relative
-        light = dark + model.amplitude[p] * relative * (1 - contrast * seen[p]) / 2
-        level[p], slope[p] = _encoded(model, light)
+        level[p] = slope[p] + model.amplitude[p] * bright[p] * (1 - contrast * seen[p]) / 2
+        slope[p] = 1.0
+    if model.gamma != 1.0:
+        for p in range(len(phase)):
+            level[p], slope[p] = _encoded(model, level[p])
 
 
 @sums
@@ -878,7 +887,7 @@ def linearise(model, prior, frame, unknowns):
 
 
 @sums_entry
-def climb(model, prior, frame, start, heat, steps, tolerance):
+def climb(model, prior, frame, start, heat, steps, tolerance, bound):
     """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
 
     Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
@@ -896,6 +905,9 @@ def climb(model, prior, frame, start, heat, steps, tolerance):
         Most steps.
     tolerance : float
         Fall of the loss below which it is at its smallest.
+    bound : float
+        Loss above which a top is of no use: a climb ends where twice the fall that its linearised
+        problem has left does not lead below.
 
     Returns
     -------
@@ -928,10 +940,11 @@ def climb(model, prior, frame, start, heat, steps, tolerance):
             damping *= 6
         if not better:
             break
+        fall = -_dot(step, out.gradient)
         gain, loss, unknowns = loss - reached, reached, trial
         here, there = there, here
         damping = max(damping / 8, 1e-8)
-        if gain < tolerance:
+        if gain < tolerance or loss - 2 * max(fall, gain) > bound:
             break
     square = count = 0.0
     sigma = np.sqrt(model.variance)

@@ -684,7 +684,7 @@ class InformationFilter:
         precision[whole] = np.linalg.inv(known)
         prior = Prior(mean, 0 * mean, self.prior.friction, self.prior.yielding, precision)
         start = self.unknowns.copy()
-        top = Top(*climb(self.model, prior, frame, start, 1.0, FAR_STEPS, REACHED))
+        top = Top(*climb(self.model, prior, frame, start, 1.0, FAR_STEPS, REACHED, np.inf))
         about = Linearised(*linearise(self.model, prior, frame, top.unknowns))
         off = (top.unknowns - mean)[self._lasting]
         spread = _inverse(about.hessian)

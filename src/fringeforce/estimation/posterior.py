@@ -94,15 +94,21 @@ class Posterior:
         heats: tuple[float, ...] = HEATS,
         steps: tuple[int, int] = (6, 10),
         tolerance: float = 0.1,
+        bound: float = np.inf,
     ) -> Top:
-        """The top that a start leads to, annealed, with loads that push rather than pull."""
+        """The top that a start leads to, annealed, with loads that push rather than pull.
+
+        A climb that plainly ends above a bound of the loss may end anywhere above it.
+        """
         unknowns, loads = start, self.model.at.loads
         for heat in heats:
-            unknowns = climb(self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5)[0]
+            unknowns = climb(
+                self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5, np.inf
+            )[0]
         if heats and self.even and unknowns[:loads:2].sum() < 0:
             unknowns = self.mirrored(unknowns)
         return Top(
-            *climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance)
+            *climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance, bound)
         )
 
     @cached_property

@@ -286,7 +286,8 @@ class PosteriorReader(FrameReader):
                 count += 1
                 if count > tries:
                     break
-                reached = posterior.climbed(start, CAREFUL, (6, 15))
+                bound = met.tops[0].loss + CLOSE + 8
+                reached = posterior.climbed(start, CAREFUL, (6, 15), bound=bound)
                 met.add(reached)
                 if reached.loss < top.loss - 1:
                     better = reached
