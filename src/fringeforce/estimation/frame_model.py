@@ -188,11 +188,15 @@ class Linearised(NamedTuple):
     cone : ndarray, shape (size, size)
         What the cone adds to the Hessian.
     columns : ndarray, shape (size, m)
-        Change of the phase at the nodes with every unknown.
+        Change of the phase at the nodes with every unknown, behind the point spread.
     weights : ndarray, shape (BASES, BASES, m)
-        Sums over the pixels around a node of products of the bases, in units of the noise.
+        Sums over the pixels around a node of products of the bases, in units of the noise; that of
+        two phases is in `band`.
     pulls : ndarray, shape (BASES, m)
         The same of the bases and the residuals.
+    band : ndarray, shape (4, m)
+        The same of two phases at nodes that are so many steps apart, the first of which is given:
+        what lies between the nodes is cubic.
     """
 
     hessian: Array
@@ -201,6 +205,7 @@ class Linearised(NamedTuple):
     columns: Array
     weights: Array
     pulls: Array
+    band: Array
 
 
 def side_by_side(
@@ -336,6 +341,26 @@ def _columns(model, unknowns, columns):
 
 
 @sums
+def _spread_columns(columns, deviation):
+    """Blur columns at the nodes, by a heat equation in steps that leave no wave larger.
+
+    A blurred product of fringes and a column is that of both blurred, to the first order in how far
+    the column bends.
+    """
+    share = deviation * deviation / 2
+    passes = int(np.ceil(share / 0.25))
+    share /= passes
+    for k in range(len(columns)):
+        line = columns[k]
+        for _ in range(passes):
+            before = line[0]
+            for i in range(1, len(line) - 1):
+                here = line[i]
+                line[i] += share * (before + line[i + 1] - 2 * here)
+                before = here
+
+
+@sums
 def _point_spread(deviation):
     """One half of a Gaussian kernel, from its middle."""
     reach = max(int(4 * deviation + 0.5), 1)
@@ -385,9 +410,7 @@ def _camera(model, unknowns):
         seen += model.visibility_std * unknowns[at.visibility]
     deviation, slope = model.blur, 0.0
     if at.size > at.blur:
-        deviation, slope = _positive(
-            model.blur + model.blur_std * unknowns[at.blur], NARROWEST
-        )
+        deviation, slope = _positive(model.blur + model.blur_std * unknowns[at.blur], NARROWEST)
         slope *= model.blur_std
     return seen, deviation, slope
 
@@ -417,7 +440,9 @@ def _interpolated(model, nodes, out):
             end += 1
         a, b, c, d = nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]
         for p in range(begin, end):
-            out[p] = (weights[p, 0] * a + weights[p, 1] * b) + (weights[p, 2] * c + weights[p, 3] * d)
+            out[p] = (weights[p, 0] * a + weights[p, 1] * b) + (
+                weights[p, 2] * c + weights[p, 3] * d
+            )
         begin = end
 
 
@@ -575,16 +600,36 @@ def _lumped(model, basis, other, out):
 
 
 @sums
+def _banded(model, basis, other, band):
+    """Sums of the products of two bases, at the pairs of nodes between which each pixel lies."""
+    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    total = np.zeros(len(model.starts))
+    for k in range(4):
+        for step in range(4 - k):
+            total[:] = 0.0
+            for t in range(len(basis)):
+                one, two = basis[t], other[t]
+                near, far = model.shares[t, k], model.shares[t, k + step]
+                for r in range(len(total)):
+                    total[r] += near[r] * far[r] * (one[r] * two[r])
+            for c in range(channels):
+                i = model.first[0] + k
+                for r in range(runs):
+                    band[step, i + r] += total[c * runs + r]
+
+
+@sums
 def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
     """Fill in `out`, of the frame that `work` holds."""
     nodes, phase, swing, seen, level, slope, bright = work
     at = model.at
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     contrast, deviation, by_blur = _camera(model, unknowns)
-    hessian, gradient, cone, columns, weights, pulls = out
+    hessian, gradient, cone, columns, weights, pulls, band = out
     _columns(model, unknowns, columns)
-    weights[:] = 0.0
-    pulls[:] = 0.0
+    if deviation > 0:
+        _spread_columns(columns, deviation * (len(model.fixed) - 1) / pixels)
+    weights[:], pulls[:], band[:] = 0.0, 0.0, 0.0
     turned, smeared = np.empty(pixels), np.empty(pixels)
     bases, weight = np.zeros((BASES, len(phase))), np.zeros(len(phase))
     pull = np.zeros(len(phase))
@@ -629,13 +674,17 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
         for t in range(len(weighed)):
             for r in range(len(model.starts)):
                 weighed[t, r] = heavy[t, r] * beside[u, t, r]
-        for v in range(u + 1):
+        if u == 0:
+            _banded(model, weighed, beside[u], band)
+        else:
+            _pulled(model, weighed, beside[0], weights[u, 0])
+        for v in range(1, u + 1):
             if known[v]:
                 _lumped(model, weighed, beside[v], weights[u, v])
     for u in range(BASES):
         for v in range(u):
             weights[v, u] = weights[u, v]
-    _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls)
+    _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band)
 
 
 @sums
@@ -667,15 +716,23 @@ def _products(rows, columns, count, out):
 
 
 @sums
-def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls):
+def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band):
     """Hessian and gradient from the sums at the nodes."""
     at, m = model.at, columns.shape[1]
     first, modes = at.visibility, at.visibility - at.modes
     weighed = np.empty((first, m))
     hessian[:] = 0.0
     for x in range(first):
+        own, column = weighed[x], columns[x]
         for i in range(m):
-            weighed[x, i] = columns[x, i] * weights[0, 0, i]
+            own[i] = band[0, i] * column[i]
+        for step in range(1, 4):
+            line = band[step]
+            ahead, later = column[step:], own[step:]
+            for i in range(m - step):
+                own[i] += line[i] * ahead[i]
+            for i in range(m - step):
+                later[i] += line[i] * column[i]
     _products(weighed, columns, first, hessian)
     for x in range(first):
         gradient[x] = _dot(columns[x], pulls[0])
@@ -796,6 +853,7 @@ def _linearised(model):
         np.zeros((size, nodes)),
         np.zeros((BASES, BASES, nodes)),
         np.zeros((BASES, nodes)),
+        np.zeros((4, nodes)),
     )
 
 
@@ -821,6 +879,14 @@ def node_phase(model, unknowns):
     out = np.empty(len(model.fixed))
     _node_phase(model, unknowns, out)
     return out
+
+
+@sums_entry
+def node_columns(model, unknowns):
+    """Change of the phase at the nodes with every unknown, shape (size, m); as of `expose`."""
+    columns = np.empty((model.at.size, len(model.fixed)))
+    _columns(model, unknowns, columns)
+    return columns
 
 
 @sums_entry

@@ -40,10 +40,11 @@ from fringeforce.estimation.frame_model import (
     _pixel,
     climb,
     linearise,
+    node_columns,
     node_phase,
     point_spread,
 )
-from fringeforce.estimation.posterior import Top, products, shared_information
+from fringeforce.estimation.posterior import Top, banded, products, shared_information
 from fringeforce.estimation.residual_test import FALSE_ALARM
 from fringeforce.estimation.vector_loops import add_products, combine, waves
 
@@ -652,7 +653,7 @@ class InformationFilter:
         spread : ndarray, shape (size, size)
             Covariance of its unknowns.
         """
-        self._refer(about.hessian - np.diag(self.prior.precision), about, spread)
+        self._refer(about.hessian - np.diag(self.prior.precision), spread)
 
     def follow(self, frames: Single, loads: Array, squares: Array) -> tuple[int, int]:
         """Read frames; see `follow_frames`."""
@@ -684,7 +685,7 @@ class InformationFilter:
         precision[whole] = np.linalg.inv(known)
         prior = Prior(mean, 0 * mean, self.prior.friction, self.prior.yielding, precision)
         start = self.unknowns.copy()
-        top = Top(*climb(self.model, prior, frame, start, 1.0, FAR_STEPS, REACHED, np.inf))
+        top = Top(*climb(self.model, prior, frame, start, 1.0, FAR_STEPS, REACHED / 10, np.inf))
         about = Linearised(*linearise(self.model, prior, frame, top.unknowns))
         off = (top.unknowns - mean)[self._lasting]
         spread = _inverse(about.hessian)
@@ -698,7 +699,7 @@ class InformationFilter:
         if self.model.at.fields > self.model.at.place:
             lost = self._second_order(about, np.sqrt(np.diag(self._spread)))
             spread = _inverse(about.hessian - lost)
-        self._refer(data, about, spread)
+        self._refer(data, spread)
         return top
 
     def _before(self) -> tuple[Array, Array]:
@@ -718,7 +719,7 @@ class InformationFilter:
         mean[self._fresh] = self.prior.mean[self._fresh]
         return mean, known[np.ix_(self._lasting, self._lasting)]
 
-    def _refer(self, data: Array, about: Linearised, spread: Array) -> None:
+    def _refer(self, data: Array, spread: Array) -> None:
         """Take a linearisation: information of the frame, and covariance of its unknowns."""
         fresh, lasting = self._fresh, self._lasting
         gain = _inverse(data[np.ix_(fresh, fresh)] + np.diag(self.prior.precision[fresh]))
@@ -728,12 +729,12 @@ class InformationFilter:
         known = spread[np.ix_(lasting, lasting)]
         inner = np.eye(len(lasting)) + information @ known
         score = known @ np.linalg.inv(inner)
-        nodes = about.columns.shape[1]
         rest = self.unknowns.copy()
         rest[: self.model.at.loads] = 0.0
         self._spread, self._age = spread, 0
         self._ageing[:] = AGED**2 / 2, LOOKED
-        columns = np.concatenate([about.columns, np.zeros((-len(rest) % 4, nodes))])
+        columns = node_columns(self.model, self.unknowns)
+        columns = np.pad(columns, ((0, -len(rest) % 4), (0, 0)))
         self._reference = Reference(
             columns=columns.astype(np.float32),
             fixed=node_phase(self.model, rest).astype(np.float32),
@@ -757,7 +758,7 @@ class InformationFilter:
         variance = deviation**2
         known = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
         cross = shared_information(self.model, about, directions)
-        information = (directions * about.weights[0, 0]) @ directions.T
+        information = directions @ banded(about, directions).T
         information[np.diag_indices(len(known))] += known
         return cross @ solve(information, cross.T, assume_a="pos", check_finite=False)
 

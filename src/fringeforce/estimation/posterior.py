@@ -22,6 +22,7 @@ from fringeforce.estimation.frame_model import (
     climb,
     contact_columns,
     linearise,
+    node_columns,
     node_phase,
 )
 from fringeforce.estimation.phase.reflections import mirror_images
@@ -141,7 +142,7 @@ class Posterior:
         factor = cho_factor(about.hessian + about.cone, check_finite=False)
         solved = cho_solve(factor, cross, check_finite=False)
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
-        information = (waves * about.weights[0, 0]) @ waves.T - cross.T @ solved
+        information = waves @ banded(about, waves).T - cross.T @ solved
         values, vectors = eigh(information, check_finite=False)
         kept = values > RANK * values[-1]
         if not kept.any():
@@ -167,7 +168,7 @@ class Posterior:
             return covariance
         waves, force, partner = products(self.model, top.unknowns)
         cross = shared_information(self.model, about, waves)
-        information = (waves * about.weights[0, 0]) @ waves.T
+        information = waves @ banded(about, waves).T
         for _ in range(SECOND_ORDER):
             variance = np.diag(covariance)
             known = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
@@ -179,7 +180,7 @@ class Posterior:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""
         return float(-top.loss / 2 - np.linalg.slogdet(about.hessian)[1] / 2)
 
-    def images(self, top: Top, about: Linearised, growth: float) -> list[Array]:
+    def images(self, top: Top, growth: float) -> list[Array]:
         """Starts from which stretches of the phase are mirrored, the likeliest first."""
         at, model = self.model.at, self.model
         phase = self.phase(top)
@@ -189,7 +190,7 @@ class Posterior:
         information = (strength * np.sin(phase)) ** 2 + strength * np.sqrt(model.variance) / 16
         changes, _ = mirror_images(
             phase,
-            np.ascontiguousarray(about.columns[rows].T),
+            np.ascontiguousarray(node_columns(model, top.unknowns)[rows].T),
             information / model.variance * spacing,
             self.prior.precision[rows],
             TOUCH,
@@ -213,7 +214,9 @@ class Posterior:
         return node_phase(self.model, top.unknowns)
 
 
-def products(model: FrameModel, unknowns: Array) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+def products(
+    model: FrameModel, unknowns: Array
+) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
     """Phase at the nodes by products of the errors of a force and of its contact's place or width.
 
     Returns
@@ -233,10 +236,20 @@ def products(model: FrameModel, unknowns: Array) -> tuple[Array, NDArray[np.intp
     return np.concatenate(own), np.tile(np.arange(at.loads), len(own)), np.concatenate(shared)
 
 
+def banded(about: Linearised, waves: Array) -> Array:
+    """Information at the nodes times changes of phase there, shape (k, m)."""
+    found = about.band[0] * waves
+    for step in range(1, len(about.band)):
+        line = about.band[step, :-step]
+        found[:, :-step] += line * waves[:, step:]
+        found[:, step:] += line * waves[:, :-step]
+    return found
+
+
 def shared_information(model: FrameModel, about: Linearised, waves: Array) -> Array:
     """Information that unknowns share with changes of phase at the nodes, shape (size, k)."""
     at, weights = model.at, about.weights
-    found = about.columns @ (weights[0, 0] * waves).T
+    found = about.columns @ banded(about, waves).T
     found[at.modes : at.visibility] += model.brightness @ (weights[0, 1] * waves).T
     found[at.modes : at.visibility] += model.darkness @ (weights[0, 2] * waves).T
     if at.blur > at.visibility:

@@ -115,7 +115,9 @@ class Uncertainty:
             return self.frame
         parts = self.frame.moments[:, :, 0] * loads.reshape(-1, 2, 1)
         fields = self.frame.fields.copy()
-        fields[len(fields) - len(self.shapes) :] = self.shapes * np.sqrt((parts**2).sum(axis=(0, 1)))
+        fields[len(fields) - len(self.shapes) :] = self.shapes * np.sqrt(
+            (parts**2).sum(axis=(0, 1))
+        )
         return self.frame._replace(fields=fields)
 
 
@@ -155,7 +157,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     turning = [mode.influence for mode in modes if mode.influence is not None]
     light, camera = sensor.polariscope, sensor.camera
     residual = std.get(RESIDUAL, 0.0)
-    fields = residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+    fields = (
+        residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+    )
     shape_error = sensor.transducer.influence_error if imaging is None else 0.0
     size = (x[-1] - x[0]) * SHAPE_LENGTH
     shapes = shape_error * random_field(x, size) if shape_error else np.empty((0, len(x)))
@@ -250,7 +254,11 @@ def _profiles(rows: list[Array | float], nodes: int) -> Array:
 
 
 def _gamma(response: str) -> float:
-    return {"linear": 1.0, "sRGB": -1.0}[response] if response in ("linear", "sRGB") else float(response)
+    return (
+        {"linear": 1.0, "sRGB": -1.0}[response]
+        if response in ("linear", "sRGB")
+        else float(response)
+    )
 
 
 def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
@@ -365,9 +373,7 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
     taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur"}
-    plain = sensor.replace(
-        tolerances={path: 0.0 for path in sensor.tolerances}
-    )
+    plain = sensor.replace(tolerances={path: 0.0 for path in sensor.tolerances})
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
         if path in taken or found is None:

@@ -269,7 +269,7 @@ class PosteriorReader(FrameReader):
         posterior, seen = met.posterior, [met.posterior.phase(top)]
 
         def starts() -> Iterator[Array]:
-            yield from posterior.images(top, posterior.linearised(top), growth)
+            yield from posterior.images(top, growth)
 
         again = posterior.climbed(posterior.drawn_in(top.unknowns), CAREFUL, (6, 15))
         met.add(again)
