@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.frame_model import FrameModel, Linearised, Prior
+from fringeforce.estimation.frame_model import FrameModel, Linearised, Prior, banded
 
 Array = NDArray[np.float64]
 
@@ -143,7 +143,7 @@ def contacts_about(
     shared = cross[beside] @ basis
     factor = cho_factor(about.hessian[beside, beside], check_finite=False)
     solved = cho_solve(factor, shared, check_finite=False)
-    known = (basis.T * about.weights[0, 0]) @ basis - shared.T @ solved
+    known = basis.T @ banded(about, basis.T).T - shared.T @ solved
     pull = basis.T @ about.pulls[0] - solved.T @ about.gradient[beside]
     values, vectors = eigh(known, check_finite=False)
     kept = values > FAINTEST * prior.precision[0]

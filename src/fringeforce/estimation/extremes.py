@@ -70,6 +70,49 @@ def _fitted(line, pace, places):
     return found[:count]
 
 
+@entry
+def _predicted(sign, pace, means, stds, e):
+    """Level of a crossing, and its derivatives by gain, visibility and blur in their deviations."""
+    g, v = means[0] + stds[0] * e[0], means[1] + stds[1] * e[1]
+    s = max(means[2] + stds[2] * e[2], 0.0)
+    contrast = np.exp(-((pace * s) ** 2) / 2)
+    by_gain = (1 + sign * v * contrast) / 2
+    by_visibility = g * sign * contrast / 2
+    by_blur = -by_visibility * v * pace * pace * s
+    return g * by_gain, stds[0] * by_gain, stds[1] * by_visibility, stds[2] * by_blur
+
+
+@entry
+def _lit(found, means, stds):
+    """Gain, visibility and blur in their deviations at the top of the likelihood of extremes."""
+    best, top = np.zeros(3), -np.inf
+    turning = np.log((1 - CROSSING) / 0.5)
+    for start in range(len(STARTS)):
+        e = STARTS[start] * (stds > 0)
+        for turn in range(STEPS + 1):
+            normal, pull, total = np.eye(3), -e, -(e * e).sum() / 2
+            for k in range(len(found)):
+                sign, level, deviation, pace = found[k]
+                expected, a, b, c = _predicted(sign, pace, means, stds, e)
+                miss = sign * (level - expected) / deviation
+                crosses = np.log(CROSSING / np.sqrt(2 * np.pi) / deviation) - miss**2 / 2
+                turns = turning - (miss**2 / 2 if miss > 0 else 0.0)
+                both = max(crosses, turns) + np.log1p(np.exp(-abs(crosses - turns)))
+                total += both
+                weight = np.exp(crosses - both) / deviation**2
+                column = np.array([a, b, c])
+                for i in range(3):
+                    pull[i] += weight * column[i] * (level - expected)
+                    for j in range(3):
+                        normal[i, j] += weight * column[i] * column[j]
+            if turn == STEPS:
+                if total > top:
+                    best, top = e, total
+                break
+            e = e + np.clip(np.linalg.solve(normal, pull), -1.0, 1.0)
+    return best
+
+
 def extremes(line: Array, pace: Array, variance: float) -> Array:
     """Dark and bright extremes of a line of fringes.
 
@@ -116,33 +159,9 @@ def light_of_extremes(
         return 1.0, visibility[0]
     sign, level, deviation, pace = found.T
 
-    def predicted(e: Array) -> tuple[Array, Array]:
-        """Levels of crossings, and their derivatives, shapes (s, k) and (s, k, 3)."""
-        g, v, s = (
-            m + d * e[:, i : i + 1]
-            for i, (m, d) in enumerate(zip((1.0, visibility[0], blur[0]), stds, strict=True))
-        )
-        s = np.maximum(s, 0.0)
-        contrast = np.exp(-np.square(pace * s) / 2)
-        by_gain = (1 + sign * v * contrast) / 2
-        by_visibility = g * sign * contrast / 2
-        by_blur = -by_visibility * v * pace**2 * s
-        return g * by_gain, stds * np.stack([by_gain, by_visibility, by_blur], axis=-1)
-
-    def evidence(e: Array) -> tuple[Array, Array]:
-        """Logarithm of the posterior, and the chance of each extreme to cross."""
-        miss = sign * (level - predicted(e)[0]) / deviation
-        crosses = np.log(CROSSING / np.sqrt(2 * np.pi) / deviation) - miss**2 / 2
-        turns = np.log((1 - CROSSING) / 0.5) - np.where(miss > 0, miss**2 / 2, 0.0)
-        both = np.logaddexp(crosses, turns)
-        return both.sum(axis=1) - (e**2).sum(axis=1) / 2, np.exp(crosses - both)
-
-    e = STARTS * (stds > 0)
-    for _ in range(STEPS):
-        levels, columns = predicted(e)
-        weight = evidence(e)[1] / deviation**2
-        normal = np.einsum("ski,sk,skj->sij", columns, weight, columns) + np.eye(3)
-        pull = np.einsum("ski,sk,sk->si", columns, weight, level - levels) - e
-        e = e + np.clip(np.linalg.solve(normal, pull[..., None])[..., 0], -1, 1)
-    best = e[np.argmax(evidence(e)[0])]
+    best = _lit(
+        np.stack([sign, level, deviation, pace], axis=1),
+        np.array([1.0, visibility[0], blur[0]]),
+        stds,
+    )
     return float(1 + gain * best[0]), float(visibility[0] + visibility[1] * best[1])

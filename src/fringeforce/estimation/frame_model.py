@@ -21,6 +21,7 @@ from math import comb, erfc
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
@@ -35,6 +36,16 @@ PLAIN = 2.5
 """Standard deviations within which a pixel counts as sound; it is broken once in a thousand."""
 NARROWEST = 0.5
 """Deviation of the point spread below which it is no longer told from none [pixels]."""
+
+
+_PI, _PI_REST = 3.14159265160560607910, 1.98418714791870343106e-9
+# through Chebyshev's nodes of half a period, in the square
+_SINE, _COSINE = (
+    Chebyshev.interpolate(function, 7, [0, np.pi**2 / 4]).convert(kind=Polynomial).coef
+    for function in (lambda x: np.sinc(np.sqrt(x) / np.pi), lambda x: np.cos(np.sqrt(x)))
+)
+_S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7 = map(float, _SINE)
+_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7 = map(float, _COSINE)
 
 
 class Layout(NamedTuple):
@@ -61,6 +72,10 @@ class FrameModel(NamedTuple):
     ----------
     moments : ndarray, shape (n, 2, K, m)
         Phase lead per force and moment of its traction [rad/N].
+    profiles : ndarray, shape (n, 2, k, m)
+        The same of fewer mixtures of the moments, which are all that likely contacts need.
+    mixing : ndarray, shape (k, K)
+        The mixtures from the moments.
     table : ndarray, shape (K, K // 2 + 1)
         Coefficients of the moments; see `moment_table`.
     reach : float
@@ -97,15 +112,20 @@ class FrameModel(NamedTuple):
         Share of pixels that show anything at all.
     first, weights : ndarray, shapes (P,) and (P, 4)
         Nodes between which a pixel lies, and what they count.
-    right : ndarray, shape (P,)
-        The two right ones of these together.
-    runs : ndarray of int
-        Pixels at which another first node begins, and P.
+    starts : ndarray of int, shape (C runs,)
+        Where the pixels of each run, which have the same nodes, begin, or what is left of a short
+        one at the end.
+    shares : ndarray, shape (longest run, 4, C runs)
+        `weights` of the pixels of each run in turn, zero beyond its end.
+    halves : ndarray, shape (longest run, 2, C runs)
+        The two left and the two right ones of these together.
     at : Layout
         Where the unknowns stand.
     """
 
     moments: Array
+    profiles: Array
+    mixing: Array
     table: Array
     reach: float
     place: float
@@ -136,8 +156,9 @@ class FrameModel(NamedTuple):
     broken: float
     first: NDArray[np.int64]
     weights: Array
-    right: Array
-    runs: NDArray[np.int64]
+    starts: NDArray[np.uint32]
+    shares: Array
+    halves: Array
     at: Layout
 
 
@@ -152,12 +173,15 @@ class Prior(NamedTuple):
         Largest |tangential| / normal force; negative if any.
     yielding : float
         Force by which a contact may miss the friction cone at one standard deviation [N].
+    joint : ndarray, shape (size, size)
+        Precision of unknowns together, beside that of each; empty if none is known together.
     """
 
     mean: Array
     precision: Array
     friction: float
     yielding: float
+    joint: Array = np.empty((0, 0))
 
 
 class Linearised(NamedTuple):
@@ -172,11 +196,15 @@ class Linearised(NamedTuple):
     cone : ndarray, shape (size, size)
         What the cone adds to the Hessian.
     columns : ndarray, shape (size, m)
-        Change of the phase at the nodes with every unknown.
+        Change of the phase at the nodes with every unknown, behind the point spread.
     weights : ndarray, shape (BASES, BASES, m)
-        Sums over the pixels around a node of products of the bases, in units of the noise.
+        Sums over the pixels around a node of products of the bases, in units of the noise; that of
+        two phases is in `band`.
     pulls : ndarray, shape (BASES, m)
         The same of the bases and the residuals.
+    band : ndarray, shape (4, m)
+        The same of two phases at nodes that are so many steps apart, the first of which is given:
+        what lies between the nodes is cubic.
     """
 
     hessian: Array
@@ -185,6 +213,22 @@ class Linearised(NamedTuple):
     columns: Array
     weights: Array
     pulls: Array
+    band: Array
+
+
+def side_by_side(
+    first: NDArray[np.int64], weights: Array
+) -> tuple[NDArray[np.uint32], Array, Array]:
+    """`starts`, `shares` and `halves` of one channel of a `FrameModel`, from the nodes of pixels."""
+    runs = np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]])
+    longest = int(np.diff(runs).max())
+    starts = np.minimum(runs[:-1], len(first) - longest)
+    shares = np.zeros((longest, 4, len(starts)))
+    for t in range(longest):
+        own = (starts + t >= runs[:-1]) & (starts + t < runs[1:])
+        shares[t][:, own] = weights[starts[own] + t].T
+    halves = np.stack([shares[:, :2].sum(axis=1), shares[:, 2:].sum(axis=1)], axis=1)
+    return starts.astype(np.uint32), shares, halves
 
 
 def moment_table(order: int) -> Array:
@@ -222,23 +266,36 @@ def _positive(value, soft):
 
 
 @sums
+def _dot(a, b):
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@sums
 def contact_moments(model, unknowns, j, mean, by_place, by_width):
-    """Moments of contact j, and their derivatives by its standardised place and width."""
+    """Mixtures of moments of contact j, and derivatives by its standardised place and width."""
     at = model.at
     shift = model.place * unknowns[at.place + j] if at.width > at.place else 0.0
     wide, slope = model.width, 0.0
     if at.fields > at.width:
         wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
     half = wide / (2 * model.reach)
-    _moments(model.table, shift / model.reach, half * half, mean, by_place, by_width)
+    order = len(model.table)
+    own, one, other = np.empty(order), np.empty(order), np.empty(order)
+    _moments(model.table, shift / model.reach, half * half, own, one, other)
+    along, across = model.place / model.reach, half * slope * model.width_std / model.reach
     for k in range(len(mean)):
-        by_place[k] *= model.place / model.reach
-        by_width[k] *= 2 * half * slope * model.width_std / (2 * model.reach)
+        row = model.mixing[k]
+        mean[k] = _dot(row, own)
+        by_place[k] = along * _dot(row, one)
+        by_width[k] = across * _dot(row, other)
 
 
 @sums
 def _node_phase(model, unknowns, out):
-    order, at = model.moments.shape[2], model.at
+    order, at = model.profiles.shape[2], model.at
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     out[:] = model.fixed
     for j in range(len(model.moments)):
@@ -246,7 +303,7 @@ def _node_phase(model, unknowns, out):
         for c in range(2):
             force = unknowns[2 * j + c]
             for k in range(order):
-                factor, row = force * mean[k], model.moments[j, c, k]
+                factor, row = force * mean[k], model.profiles[j, c, k]
                 for i in range(len(out)):
                     out[i] += factor * row[i]
             for d in range(len(model.influence)):
@@ -265,7 +322,7 @@ def _node_phase(model, unknowns, out):
 @sums
 def _columns(model, unknowns, columns):
     """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
-    order, at = model.moments.shape[2], model.at
+    order, at = model.profiles.shape[2], model.at
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     columns[:] = 0.0
     for j in range(len(model.moments)):
@@ -273,7 +330,7 @@ def _columns(model, unknowns, columns):
         for c in range(2):
             force, own = unknowns[2 * j + c], columns[2 * j + c]
             for k in range(order):
-                row, a = model.moments[j, c, k], mean[k]
+                row, a = model.profiles[j, c, k], mean[k]
                 for i in range(len(row)):
                     own[i] += a * row[i]
                 if at.width > at.place:
@@ -294,6 +351,26 @@ def _columns(model, unknowns, columns):
                         turned[i] += slope * row[i]
     for r in range(len(model.fields)):
         columns[at.fields + r] = model.fields[r]
+
+
+@sums
+def _spread_columns(columns, deviation):
+    """Blur columns at the nodes, by a heat equation in steps that leave no wave larger.
+
+    A blurred product of fringes and a column is that of both blurred, to the first order in how far
+    the column bends.
+    """
+    share = deviation * deviation / 2
+    passes = int(np.ceil(share / 0.25))
+    share /= passes
+    for k in range(len(columns)):
+        line = columns[k]
+        for _ in range(passes):
+            before = line[0]
+            for i in range(1, len(line) - 1):
+                here = line[i]
+                line[i] += share * (before + line[i + 1] - 2 * here)
+                before = here
 
 
 @sums
@@ -342,6 +419,21 @@ def _blurred_back(line, kernel, out):
 
 
 @sums
+def _half_waves(phase):
+    """Sine and cosine of half a phase, both perhaps with the other sign, to 1e-13.
+
+    As `vector_loops.waves`: polynomials run in vector units, which the library's functions do not.
+    """
+    half = 0.5 * phase
+    turns = np.floor(half * (1 / np.pi) + 0.5)
+    half = (half - turns * _PI) - turns * _PI_REST
+    x = half * half
+    sine = _S0 + x * (_S1 + x * (_S2 + x * (_S3 + x * (_S4 + x * (_S5 + x * (_S6 + x * _S7))))))
+    cosine = _C0 + x * (_C1 + x * (_C2 + x * (_C3 + x * (_C4 + x * (_C5 + x * (_C6 + x * _C7))))))
+    return half * sine, cosine
+
+
+@sums
 def _camera(model, unknowns):
     """Visibility, deviation of the point spread and its derivative by its unknown."""
     at, seen = model.at, model.visibility
@@ -387,18 +479,35 @@ def _by_gamma(model, unknowns, level):
 
 
 @sums
-def _light(model, unknowns, p):
-    """Amplitude relative to the nominal one, and offset, at a pixel."""
-    bright, dark, at, start = 1.0, model.offset[p], model.at, model.first[p]
+def _interpolated(model, nodes, out):
+    """Values at the pixels of all channels, from those at the nodes."""
+    begin, weights = 0, model.weights
+    while begin < len(out):
+        i, end = model.first[begin], begin + 1
+        while end < len(out) and model.first[end] == i:
+            end += 1
+        a, b, c, d = nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]
+        for p in range(begin, end):
+            out[p] = (weights[p, 0] * a + weights[p, 1] * b) + (
+                weights[p, 2] * c + weights[p, 3] * d
+            )
+        begin = end
+
+
+@sums
+def _light(model, unknowns, bright, dark):
+    """Fill in the amplitude relative to the nominal one, and the offset."""
+    at, m = model.at, len(model.fixed)
+    more, darker = np.ones(m), np.zeros(m)
     for s in range(len(model.brightness)):
         e = unknowns[at.modes + s]
-        if e == 0.0:
-            continue
-        for t in range(4):
-            weight = e * model.weights[p, t]
-            bright += weight * model.brightness[s, start + t]
-            dark += weight * model.darkness[s, start + t]
-    return bright, dark
+        for i in range(m):
+            more[i] += e * model.brightness[s, i]
+            darker[i] += e * model.darkness[s, i]
+    _interpolated(model, more, bright)
+    _interpolated(model, darker, dark)
+    for p in range(len(dark)):
+        dark[p] += model.offset[p]
 
 
 @sums
@@ -409,35 +518,30 @@ def _expose(model, unknowns, work):
     contrast, deviation, _ = _camera(model, unknowns)
     channels = len(model.bias)
     pixels = len(phase) // channels
-    flat, gamma = len(model.brightness) == 0, _power(model, unknowns)
+    gamma = _power(model, unknowns)
     linear = gamma == 1.0 and not model.srgb
+    _interpolated(model, nodes, phase)
     for c in range(channels):
         ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
         lines = slice(c * pixels, (c + 1) * pixels)
         for p in range(c * pixels, (c + 1) * pixels):
-            i = model.first[p]
-            w = model.weights[p]
-            lead = ratio * (
-                w[0] * nodes[i] + w[1] * nodes[i + 1] + w[2] * nodes[i + 2] + w[3] * nodes[i + 3]
-            )
-            phase[p] = lead
-            swing[p] = np.cos(lead + bias)
-            if spread > 0:
-                swing[p] *= np.exp(-0.5 * (spread * lead) ** 2)
+            phase[p] *= ratio
+            sine, _ = _half_waves(phase[p] + bias)
+            swing[p] = 1 - 2 * sine * sine
+        if spread > 0:
+            for p in range(c * pixels, (c + 1) * pixels):
+                swing[p] *= np.exp(-0.5 * (spread * phase[p]) ** 2)
         if deviation > 0:
             _blurred(swing[lines], _point_spread(deviation), seen[lines])
         else:
             seen[lines] = swing[lines]
+    _light(model, unknowns, bright, slope)
     for p in range(len(phase)):
-        relative, dark = 1.0, model.offset[p]
-        if not flat:
-            relative, dark = _light(model, unknowns, p)
-        bright[p] = relative
-        light = dark + model.amplitude[p] * relative * (1 - contrast * seen[p]) / 2
-        if linear:
-            level[p], slope[p] = light, 1.0
-        else:
-            level[p], slope[p] = _encoded(model, gamma, light)
+        level[p] = slope[p] + model.amplitude[p] * bright[p] * (1 - contrast * seen[p]) / 2
+        slope[p] = 1.0
+    if not linear:
+        for p in range(len(phase)):
+            level[p], slope[p] = _encoded(model, gamma, level[p])
 
 
 @sums
@@ -484,6 +588,11 @@ def _loss(model, prior, frame, unknowns, level, sigma, heat):
             total += _pixel(model, frame[p], level[p], sigma)[0]
     for k in range(len(unknowns)):
         total += prior.precision[k] * (unknowns[k] - prior.mean[k]) ** 2
+    for k in range(len(prior.joint)):
+        part = 0.0
+        for x in range(len(unknowns)):
+            part += prior.joint[k, x] * (unknowns[x] - prior.mean[x])
+        total += (unknowns[k] - prior.mean[k]) * part
     for j in range(model.at.loads // 2):
         normal, tangential = unknowns[2 * j], unknowns[2 * j + 1]
         if prior.friction < 0:
@@ -496,42 +605,67 @@ def _loss(model, prior, frame, unknowns, level, sigma, heat):
 
 
 @sums
-def _dot(a, b):
-    total = 0.0
-    for i in range(len(a)):
-        total += a[i] * b[i]
-    return total
+def _side_by_side(model, values, out):
+    """Pixels of every run under each other, shape (longest run, runs); not used beyond its end."""
+    runs = len(model.starts)
+    for t in range(len(out)):
+        line, row = values[t:], out[t]
+        for r in range(runs):
+            row[r] = line[model.starts[r]]
 
 
 @sums
 def _pulled(model, basis, pull, out):
     """Sums of a basis times the residuals, at the nodes between which each pixel lies."""
-    for r in range(len(model.runs) - 1):
-        i, a, b, c, d = model.first[model.runs[r]], 0.0, 0.0, 0.0, 0.0
-        for p in range(model.runs[r], model.runs[r + 1]):
-            value = basis[p] * pull[p]
-            a += model.weights[p, 0] * value
-            b += model.weights[p, 1] * value
-            c += model.weights[p, 2] * value
-            d += model.weights[p, 3] * value
-        out[i] += a
-        out[i + 1] += b
-        out[i + 2] += c
-        out[i + 3] += d
+    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    total = np.zeros(len(model.starts))
+    for k in range(4):
+        total[:] = 0.0
+        for t in range(len(basis)):
+            own, other, share = basis[t], pull[t], model.shares[t, k]
+            for r in range(len(total)):
+                total[r] += share[r] * (own[r] * other[r])
+        for c in range(channels):
+            i = model.first[0] + k
+            for r in range(runs):
+                out[i + r] += total[c * runs + r]
 
 
 @sums
 def _lumped(model, basis, other, out):
     """Sums of the products of two bases, at the two nodes beside each pixel."""
-    for r in range(len(model.runs) - 1):
-        total = right = 0.0
-        for p in range(model.runs[r], model.runs[r + 1]):
-            value = basis[p] * other[p]
-            total += value
-            right += model.right[p] * value
-        i = model.first[model.runs[r]]
-        out[i + 1] += total - right
-        out[i + 2] += right
+    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    left, right = np.zeros(len(model.starts)), np.zeros(len(model.starts))
+    for t in range(len(basis)):
+        one, two, share, rest = basis[t], other[t], model.halves[t, 0], model.halves[t, 1]
+        for r in range(len(left)):
+            value = one[r] * two[r]
+            left[r] += share[r] * value
+            right[r] += rest[r] * value
+    for c in range(channels):
+        i = model.first[0] + 1
+        for r in range(runs):
+            out[i + r] += left[c * runs + r]
+            out[i + 1 + r] += right[c * runs + r]
+
+
+@sums
+def _banded(model, basis, other, band):
+    """Sums of the products of two bases, at the pairs of nodes between which each pixel lies."""
+    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    total = np.zeros(len(model.starts))
+    for k in range(4):
+        for step in range(4 - k):
+            total[:] = 0.0
+            for t in range(len(basis)):
+                one, two = basis[t], other[t]
+                near, far = model.shares[t, k], model.shares[t, k + step]
+                for r in range(len(total)):
+                    total[r] += near[r] * far[r] * (one[r] * two[r])
+            for c in range(channels):
+                i = model.first[0] + k
+                for r in range(runs):
+                    band[step, i + r] += total[c * runs + r]
 
 
 @sums
@@ -542,10 +676,9 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     contrast, deviation, by_blur = _camera(model, unknowns)
     gamma = at.size > at.gamma
-    hessian, gradient, cone, columns, weights, pulls = out
+    hessian, gradient, cone, columns, weights, pulls, band = out
     _columns(model, unknowns, columns)
-    weights[:] = 0.0
-    pulls[:] = 0.0
+    weights[:], pulls[:], band[:] = 0.0, 0.0, 0.0
     turned, smeared = np.empty(pixels), np.empty(pixels)
     pulled, sharp = np.empty(pixels), np.zeros(len(phase))
     bases, weight = np.zeros((BASES, len(phase))), np.zeros(len(phase))
@@ -553,9 +686,11 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
     for c in range(channels):
         ratio, bias, spread, begin = model.dispersion[c], model.bias[c], model.spread[c], c * pixels
         for k in range(pixels):
-            lead = phase[begin + k]
-            turned[k] = np.sin(lead + bias)
-            if spread > 0:
+            sine, cosine = _half_waves(phase[begin + k] + bias)
+            turned[k] = 2 * sine * cosine
+        if spread > 0:
+            for k in range(pixels):
+                lead = phase[begin + k]
                 share = np.exp(-0.5 * (spread * lead) ** 2)
                 turned[k] = share * turned[k] + spread * spread * lead * swing[begin + k]
         if deviation > 0:
@@ -587,40 +722,87 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
             smeared[:] = pulled
         for k in range(pixels):
             sharp[begin + k] = ratio * turned[k] * smeared[k]
-    modes, weighed = at.visibility - at.modes, np.empty(len(phase))
+    modes, shape = at.visibility - at.modes, (len(model.shares), len(model.starts))
     known = (True, modes > 0, modes > 0, at.blur > at.visibility, at.gamma > at.blur, gamma)
+    beside, weighed = np.empty((BASES, *shape)), np.empty(shape)
+    pulling, heavy = np.empty(shape), np.empty(shape)
+    _side_by_side(model, pull, pulling)
+    _side_by_side(model, weight, heavy)
+    _side_by_side(model, sharp, weighed)
+    _pulled(model, weighed, np.ones(shape), pulls[0])
     for u in range(BASES):
         if not known[u]:
             continue
+        _side_by_side(model, bases[u], beside[u])
+        if u > 0:
+            _pulled(model, beside[u], pulling, pulls[u])
+        for t in range(len(weighed)):
+            for r in range(len(model.starts)):
+                weighed[t, r] = heavy[t, r] * beside[u, t, r]
         if u == 0:
-            _pulled(model, sharp, np.ones(len(phase)), pulls[u])
+            _banded(model, weighed, beside[u], band)
         else:
-            _pulled(model, bases[u], pull, pulls[u])
-        for p in range(len(phase)):
-            weighed[p] = weight[p] * bases[u, p]
-        for v in range(u + 1):
+            _pulled(model, weighed, beside[0], weights[u, 0])
+        for v in range(1, u + 1):
             if known[v]:
-                _lumped(model, weighed, bases[v], weights[u, v])
+                _lumped(model, weighed, beside[v], weights[u, v])
     for u in range(BASES):
         for v in range(u):
             weights[v, u] = weights[u, v]
-    _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls)
+    for x in range(at.visibility):
+        gradient[x] = _dot(columns[x], pulls[0])
+    if deviation > 0:
+        _spread_columns(columns, deviation * (len(model.fixed) - 1) / pixels)
+    _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band)
 
 
 @sums
-def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls):
+def _products(rows, columns, count, out):
+    """Products of the first rows with the first columns, in the lower triangle, eight at a time."""
+    for x in range(0, count - 1, 2):
+        a, b = rows[x], rows[x + 1]
+        z = 0
+        while z + 3 < count and z <= x + 1:
+            p, q, r, s = columns[z], columns[z + 1], columns[z + 2], columns[z + 3]
+            ap = aq = ar = at = bp = bq = br = bt = 0.0
+            for i in range(len(a)):
+                ap += a[i] * p[i]
+                aq += a[i] * q[i]
+                ar += a[i] * r[i]
+                at += a[i] * s[i]
+                bp += b[i] * p[i]
+                bq += b[i] * q[i]
+                br += b[i] * r[i]
+                bt += b[i] * s[i]
+            out[x, z], out[x, z + 1], out[x, z + 2], out[x, z + 3] = ap, aq, ar, at
+            out[x + 1, z], out[x + 1, z + 1], out[x + 1, z + 2], out[x + 1, z + 3] = bp, bq, br, bt
+            z += 4
+        for k in range(z, x + 2):
+            out[x, k], out[x + 1, k] = _dot(a, columns[k]), _dot(b, columns[k])
+    if count % 2 == 1:
+        for k in range(count):
+            out[count - 1, k] = _dot(rows[count - 1], columns[k])
+
+
+@sums
+def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band):
     """Hessian and gradient from the sums at the nodes."""
     at, m = model.at, columns.shape[1]
     first, modes = at.visibility, at.visibility - at.modes
     weighed = np.empty((first, m))
     hessian[:] = 0.0
     for x in range(first):
+        own, column = weighed[x], columns[x]
         for i in range(m):
-            weighed[x, i] = columns[x, i] * weights[0, 0, i]
-    for x in range(first):
-        for z in range(x + 1):
-            hessian[x, z] = _dot(weighed[x], columns[z])
-        gradient[x] = _dot(columns[x], pulls[0])
+            own[i] = band[0, i] * column[i]
+        for step in range(1, 4):
+            line = band[step]
+            ahead, later = column[step:], own[step:]
+            for i in range(m - step):
+                own[i] += line[i] * ahead[i]
+            for i in range(m - step):
+                later[i] += line[i] * column[i]
+    _products(weighed, columns, first, hessian)
     mixed = np.empty(m)
     for s in range(modes):
         row = at.modes + s
@@ -657,6 +839,10 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
             if begins[v - 2] > begins[v - 3]:
                 hessian[row, begins[v - 3]] = weights[v, u].sum()
         gradient[row] = pulls[u].sum()
+    for x in range(len(prior.joint)):
+        for z in range(at.size):
+            hessian[x, z] += prior.joint[x, z]
+            gradient[x] += prior.joint[x, z] * (unknowns[z] - prior.mean[z])
     for x in range(at.size):
         hessian[x, x] += prior.precision[x]
         gradient[x] += prior.precision[x] * (unknowns[x] - prior.mean[x])
@@ -735,6 +921,7 @@ def _linearised(model):
         np.zeros((size, nodes)),
         np.zeros((BASES, BASES, nodes)),
         np.zeros((BASES, nodes)),
+        np.zeros((4, nodes)),
     )
 
 
@@ -763,6 +950,24 @@ def node_phase(model, unknowns):
 
 
 @sums_entry
+def node_columns(model, unknowns):
+    """Change of the phase at the nodes with every unknown, shape (size, m); as of `expose`."""
+    columns = np.empty((model.at.size, len(model.fixed)))
+    _columns(model, unknowns, columns)
+    return columns
+
+
+@sums_entry
+def point_spread(model, unknowns):
+    """One half of the point spread, from its middle, shape (k,); empty if there is none.
+
+    Parameters are those of `expose`.
+    """
+    deviation = _camera(model, unknowns)[1]
+    return _point_spread(deviation) if deviation > 0 else np.empty(0)
+
+
+@sums_entry
 def contact_columns(model, unknowns):
     """Change of the phase per force with each contact's unknown place and width.
 
@@ -776,7 +981,7 @@ def contact_columns(model, unknowns):
     ndarray, shape (2, n, 2, m)
         Place and width, contact, component, node [rad/N].
     """
-    tactels, components, order, nodes = model.moments.shape
+    tactels, components, order, nodes = model.profiles.shape
     found = np.zeros((2, tactels, components, nodes))
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     for j in range(tactels):
@@ -784,8 +989,8 @@ def contact_columns(model, unknowns):
         for c in range(components):
             for k in range(order):
                 for i in range(nodes):
-                    found[0, j, c, i] += by_place[k] * model.moments[j, c, k, i]
-                    found[1, j, c, i] += by_width[k] * model.moments[j, c, k, i]
+                    found[0, j, c, i] += by_place[k] * model.profiles[j, c, k, i]
+                    found[1, j, c, i] += by_width[k] * model.profiles[j, c, k, i]
     return found
 
 
@@ -901,7 +1106,7 @@ def information(model, frame, unknowns, more):
 
 
 @sums_entry
-def climb(model, prior, frame, start, heat, steps, tolerance):
+def climb(model, prior, frame, start, heat, steps, tolerance, bound):
     """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
 
     Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
@@ -919,6 +1124,9 @@ def climb(model, prior, frame, start, heat, steps, tolerance):
         Most steps.
     tolerance : float
         Fall of the loss below which it is at its smallest.
+    bound : float
+        Loss above which a top is of no use: a climb ends where twice the fall that its linearised
+        problem has left does not lead below.
 
     Returns
     -------
@@ -951,10 +1159,11 @@ def climb(model, prior, frame, start, heat, steps, tolerance):
             damping *= 6
         if not better:
             break
+        fall = -_dot(step, out.gradient)
         gain, loss, unknowns = loss - reached, reached, trial
         here, there = there, here
         # a short step of a large damping falls little, far from any top
-        if gain < tolerance and damping < UNDAMPED:
+        if (gain < tolerance and damping < UNDAMPED) or loss - 2 * max(fall, gain) > bound:
             break
         damping = max(damping / 8, 1e-8)
     square = count = 0.0
@@ -966,3 +1175,28 @@ def climb(model, prior, frame, start, heat, steps, tolerance):
                 square += pull * pull / weight
                 count += weight
     return unknowns, loss, square, count
+
+
+def banded(about: Linearised, waves: Array) -> Array:
+    """Information at the nodes times changes of phase there, shape (k, m)."""
+    found = about.band[0] * waves
+    for step in range(1, len(about.band)):
+        line = about.band[step, :-step]
+        found[:, :-step] += line * waves[:, step:]
+        found[:, step:] += line * waves[:, :-step]
+    return found
+
+
+def shared_information(model: FrameModel, about: Linearised, waves: Array) -> Array:
+    """Information that unknowns share with changes of phase at the nodes, shape (size, k)."""
+    at, weights = model.at, about.weights
+    found = about.columns @ banded(about, waves).T
+    found[at.modes : at.visibility] += model.brightness @ (weights[0, 1] * waves).T
+    found[at.modes : at.visibility] += model.darkness @ (weights[0, 2] * waves).T
+    if at.blur > at.visibility:
+        found[at.visibility] = waves @ weights[0, 3]
+    if at.gamma > at.blur:
+        found[at.blur] = waves @ weights[0, 4]
+    if at.size > at.gamma:
+        found[at.gamma] = waves @ weights[0, 5]
+    return found

@@ -24,11 +24,14 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Linearised,
     Prior,
+    banded,
     climb,
     contact_columns,
     information,
     linearise,
+    node_columns,
     node_phase,
+    shared_information,
 )
 
 Array = NDArray[np.float64]
@@ -101,14 +104,22 @@ class Posterior:
         heats: tuple[float, ...] = HEATS,
         steps: tuple[int, int] = (6, 10),
         tolerance: float = 0.1,
+        bound: float = np.inf,
     ) -> Top:
-        """The top that a start leads to, annealed, with loads that push rather than pull."""
+        """The top that a start leads to, annealed, with loads that push rather than pull.
+
+        A climb that plainly ends above a bound of the loss may end anywhere above it.
+        """
         unknowns, loads = start, self.model.at.loads
         for heat in heats:
-            unknowns = climb(self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5)[0]
+            unknowns = climb(
+                self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5, np.inf
+            )[0]
         if heats and self.even and unknowns[:loads:2].sum() < 0:
             unknowns = self.mirrored(unknowns)
-        return Top(*climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance))
+        return Top(
+            *climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance, bound)
+        )
 
     @cached_property
     def even(self) -> bool:
@@ -136,11 +147,11 @@ class Posterior:
         nodes = len(self.model.fixed)
         along = np.pi * (np.arange(nodes) + 0.5) / nodes
         waves = np.cos(np.outer(np.arange(min(WAVES, nodes)), along))
-        cross = self._cross(about, waves)
+        cross = shared_information(self.model, about, waves)
         factor = cho_factor(about.hessian + about.cone, check_finite=False)
         solved = cho_solve(factor, cross, check_finite=False)
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
-        information = (waves * about.weights[0, 0]) @ waves.T - cross.T @ solved
+        information = waves @ banded(about, waves).T - cross.T @ solved
         values, vectors = eigh(information, check_finite=False)
         kept = values > RANK * values[-1]
         if not kept.any():
@@ -148,22 +159,13 @@ class Posterior:
         normal = (vectors.T @ score)[kept] / np.sqrt(values[kept])
         return float(chdtrc(np.count_nonzero(kept), normal @ normal))
 
-    def _cross(self, about: Linearised, waves: Array) -> Array:
-        """Information that unknowns share with changes of phase at the nodes, shape (size, k)."""
-        at, weights = self.model.at, about.weights
-        found = about.columns @ (weights[0, 0] * waves).T
-        found[at.modes : at.visibility] += self.model.brightness @ (weights[0, 1] * waves).T
-        found[at.modes : at.visibility] += self.model.darkness @ (weights[0, 2] * waves).T
-        if at.blur > at.visibility:
-            found[at.visibility] = waves @ weights[0, 3]
-        if at.gamma > at.blur:
-            found[at.blur] = waves @ weights[0, 4]
-        if at.size > at.gamma:
-            found[at.gamma] = waves @ weights[0, 5]
-        return found
-
     def covariance(self, top: Top, about: Linearised) -> Array:
-        """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2].
+        """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2]."""
+        loads = self.model.at.loads
+        return self.spread(top, about)[:loads, :loads]
+
+    def spread(self, top: Top, about: Linearised) -> Array:
+        """Covariance of all unknowns, shape (size, size).
 
         The cone is left out: a force at its border is as uncertain as the frame leaves it.  Beyond
         first order, errors of a force and of its contact's place or width move the phase by their
@@ -174,26 +176,18 @@ class Posterior:
         B^2 (sin^2 p + 3/2 s^2 cos^2 p) for fringes of amplitude B and a phase of variance s^2.
         """
         at, nodes = self.model.at, len(self.model.fixed)
-        products = contact_columns(self.model, top.unknowns).reshape(2, -1, nodes)
-        kinds = [k for k, (begin, end) in enumerate((at[1:3], at[2:4])) if end > begin]
-        known = information(
-            self.model,
-            self.frame,
-            top.unknowns,
-            np.concatenate([np.empty((0, nodes)), *(products[kind] for kind in kinds)]),
-        )
+        waves, force, partner = products(self.model, top.unknowns)
+        known = information(self.model, self.frame, top.unknowns, waves)
         known[: at.size, : at.size] += np.diag(self.prior.precision)
-        partner = np.concatenate([np.repeat(np.arange(*at[1 + k : 3 + k]), 2) for k in (0, 1)])
-        force = np.tile(np.arange(at.loads), len(kinds))
         phase = self.phase(top)
         faint = np.abs(phase).max() < LINEAR
-        columns = np.concatenate([about.columns, *(products[kind] for kind in kinds)])
+        columns = np.concatenate([node_columns(self.model, top.unknowns), waves])
         curvature, variance = self._curvature(phase), np.zeros(nodes)
         covariance = np.linalg.inv(known[: at.size, : at.size])
-        for _ in range(FAINT_ROUNDS if faint else SECOND_ORDER if kinds else 0):
+        for _ in range(FAINT_ROUNDS if faint else SECOND_ORDER if len(waves) else 0):
             full = known
             if faint:
-                own = (about.columns * (covariance @ about.columns)).sum(axis=0)
+                own = (columns[: at.size] * (covariance @ columns[: at.size])).sum(axis=0)
                 variance = np.sqrt(variance * own) if variance.any() else own
                 full = known + (columns * (1.5 * curvature * variance)) @ columns.T
             spread = np.diag(covariance)
@@ -203,14 +197,14 @@ class Posterior:
             cross = full[: at.size, at.size :]
             reduced = np.linalg.solve(own, cross.T)
             covariance = np.linalg.inv(full[: at.size, : at.size] - cross @ reduced)
-        return np.asarray(covariance[: at.loads, : at.loads], dtype=float)
+        return np.asarray(covariance, dtype=float)
 
     def _curvature(self, phase: Array) -> Array:
         """Squared second derivative of the grey levels around each node, over the noise."""
         model, found = self.model, np.zeros(len(phase))
         seen = np.isfinite(self.frame).reshape(len(model.bias), -1)
         first = model.first[: seen.shape[1]]
-        right = model.right[: seen.shape[1]]
+        right = model.weights[: seen.shape[1], 2:].sum(axis=1)
         amplitude = model.amplitude.reshape(seen.shape) * model.visibility / 2
         for c, own in enumerate(np.square(amplitude) * seen / model.variance):
             lumped = np.bincount(first + 1, (1 - right) * own, len(phase))
@@ -244,7 +238,7 @@ class Posterior:
         at, model = self.model.at, self.model
         if at.fields == at.place or not LINEAR <= np.abs(self.phase(tops[0])).max() < WEAK:
             return None
-        cross = self._cross(about, np.eye(len(model.fixed)))
+        cross = shared_information(model, about, np.eye(len(model.fixed)))
         unknowns = tops[0].unknowns
         contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
         beside = slice(at.place, at.fields)
@@ -267,3 +261,27 @@ class Posterior:
     def phase(self, top: Top) -> Array:
         """Phase at the nodes, shape (m,) [rad]."""
         return node_phase(self.model, top.unknowns)
+
+
+def products(
+    model: FrameModel, unknowns: Array
+) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+    """Phase at the nodes by products of the errors of a force and of its contact's place or width.
+
+    Returns
+    -------
+    waves : ndarray, shape (k, m)
+        Phase per unit of the product.
+    force, partner : ndarray of int, shape (k,)
+        Which unknowns these are.
+    """
+    at = model.at
+    found = contact_columns(model, unknowns)
+    own = [np.empty((0, len(model.fixed)))]
+    shared = [np.empty(0, dtype=np.intp)]
+    for kind, begin, end in ((0, at.place, at.width), (1, at.width, at.fields)):
+        if end > begin:
+            own.append(found[kind].reshape(-1, len(model.fixed)))
+            shared.append(np.repeat(np.arange(begin, end), 2))
+    force = np.tile(np.arange(at.loads), len(own) - 1)
+    return np.concatenate(own), force, np.concatenate(shared)

@@ -21,7 +21,14 @@ from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.strip import SensorModel, characterize
-from fringeforce.models.uncertainty import Uncertainty, node_weights, random_field, uncertainty
+from fringeforce.models.uncertainty import (
+    Uncertainty,
+    mixed,
+    node_weights,
+    pixels_at,
+    random_field,
+    uncertainty,
+)
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Array = NDArray[np.float64]
@@ -217,16 +224,12 @@ class Departures:
         nodes = self.uncertain.places
         count, step = len(nodes), (nodes[-1] - nodes[0]) / (len(nodes) - 1)
         # cubic weights give back where a pixel looks
-        along = frame.first + frame.weights @ np.arange(4.0)
+        own = slice(0, len(frame.first) // len(frame.bias))
+        along = frame.first[own] + frame.weights[own] @ np.arange(4.0)
         x = nodes[0] + along * step
         moved = along + (by + scale * x) / step
         first, weights = node_weights(np.clip(moved, 0, count - 1), count)
-        return frame._replace(
-            first=first,
-            weights=weights,
-            right=weights[:, 2:].sum(axis=1),
-            runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
-        )
+        return frame._replace(**pixels_at(first, weights, len(frame.bias)))
 
     def _uneven(self, frame: FrameModel) -> Widened:
         places, at = self.uncertain.places, frame.at
@@ -278,7 +281,7 @@ class Departures:
     def _placed(self, frame: FrameModel, by: float, wider: float) -> FrameModel:
         """All contacts beside their places, and wider."""
         if frame.moments.shape[2] == 1:
-            return frame._replace(moments=frame.moments + self._lines(by, wider)[:, :, None])
+            return with_moments(frame, frame.moments + self._lines(by, wider)[:, :, None])
         moments = frame.moments
         if by:
             order, step = moments.shape[2], by / frame.reach
@@ -289,7 +292,7 @@ class Departures:
                 ]
             )
             moments = np.ascontiguousarray(np.einsum("ik,ntkm->ntim", expanded, moments))
-        return frame._replace(moments=moments, width=max(frame.width + wider, 0.0))
+        return with_moments(frame._replace(width=max(frame.width + wider, 0.0)), moments)
 
     def _each(self, path: str, frame: FrameModel) -> Widened:
         """Every contact with a place or a width of its own."""
@@ -299,6 +302,8 @@ class Departures:
         grown = at if end > begin else _grown(at, "place" if path == PLACEMENT else "width", count)
         wider = frame._replace(
             moments=wide.moments,
+            profiles=wide.profiles,
+            mixing=wide.mixing,
             table=wide.table,
             reach=wide.reach,
             place=wide.place,
@@ -331,7 +336,7 @@ class Departures:
         change = (ahead - behind) / 2 * t + (ahead + behind) / 2 * t * t
         moments = frame.moments.copy()
         moments[:, :, 0] += np.moveaxis(change, 0, 2)
-        return frame._replace(moments=moments)
+        return with_moments(frame, moments)
 
     def _solved(self, path: str) -> tuple[Array, Array]:
         """Changes of the influence matrix at the nodes with a value, ahead and behind."""
@@ -380,4 +385,10 @@ def plain_moments(frame: FrameModel) -> FrameModel:
     nominal = np.zeros(order)
     nominal[even] = moment_table(order)[even, even // 2] * half**even
     moments = np.einsum("k,ntkm->ntm", nominal, frame.moments)[:, :, None]
-    return frame._replace(moments=np.ascontiguousarray(moments), table=moment_table(1))
+    return with_moments(frame._replace(table=moment_table(1)), np.ascontiguousarray(moments))
+
+
+def with_moments(frame: FrameModel, moments: Array) -> FrameModel:
+    """The same model with other moments of its contacts, shape (n, 2, K, m)."""
+    width = frame.width, frame.width_std
+    return frame._replace(**mixed(moments, frame.reach, frame.place, width))

@@ -9,6 +9,7 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.tolerances import number_at, with_values
-from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table, side_by_side
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
     LIGHT_LENGTH,
@@ -39,6 +40,8 @@ interpolation between them is good to 1e-4 of the peak of a line load."""
 ORDER = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
+NEGLIGIBLE = 1e-4
+"""Share of the phase, over all likely contacts, below which a mixture of moments is left out."""
 FAR = 3.5
 """Standard deviations of place and width up to which contacts are followed."""
 SMALLEST = 5e-4
@@ -50,6 +53,8 @@ SHIFTS = (-3.0, -1.5, 0.0, 1.5, 3.0)
 polynomial goes through them."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
+DRIFTS = ("camera.drift", "offset drift")
+"""Names of the modes that are new in every frame."""
 LARGEST = 4.0
 """Standard deviations of the light at which pixels are looked at for clipping."""
 
@@ -101,6 +106,15 @@ class Uncertainty:
     shape: Array
     shapes: int
     places: Array
+
+    @cached_property
+    def lasting(self) -> NDArray[np.bool_]:
+        """Unknowns that stay as they are from frame to frame, shape (size,)."""
+        at = self.frame.at
+        lasts = np.arange(at.size) >= at.loads
+        for number, mode in enumerate(self.modes):
+            lasts[at.modes + number] = mode.name not in DRIFTS
+        return lasts
 
     def under(self, loads: Array) -> FrameModel:
         """The frame's model with the errors of shape that loads of about this size cause.
@@ -199,7 +213,6 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
     gamma_std = std.get("camera.gamma", 0.0)
-    first, weights = np.tile(first, len(seen)), np.tile(weights, (len(seen), 1))
     counts = (
         2 * sensor.tactels.count,
         sensor.tactels.count if PLACEMENT in std else 0,
@@ -218,14 +231,16 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     brightest = float(np.max(offset + amplitude)) * (1 + LARGEST * bright) + reach_noise
     darkest = float(np.min(offset)) - reach_noise
     width = float(sensor.tactels.contact_width)
+    places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
-        moments=moments,
+        **mixed(moments, reach, places, (width, widths)),
+        **pixels_at(first, weights, len(seen)),
         table=moment_table(moments.shape[2]),
         reach=reach,
-        place=std.get(PLACEMENT, 0.0),
+        place=places,
         width=width,
-        width_std=std.get(WIDTH, 0.0),
-        narrow=NARROW * max(width, std.get(WIDTH, 0.0)),
+        width_std=widths,
+        narrow=NARROW * max(width, widths),
         fields=np.ascontiguousarray(fields),
         fixed=np.full(len(x), light.residual),
         influence=_powers(turning, psi),
@@ -249,10 +264,6 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
         full_scale=float(camera.full_scale),
         broken=BROKEN,
-        first=first,
-        weights=weights,
-        right=weights[:, 2:].sum(axis=1),
-        runs=np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]]),
         at=at,
     )
     return Uncertainty(frame, tuple(modes), shape, shapes, x)
@@ -286,6 +297,19 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     count = min(count, max(pixels + 1, 5))
     first, weights = node_weights((np.arange(pixels) + 0.5) * (count - 1) / pixels, count)
     return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
+
+
+def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
+    """Where the pixels of a `FrameModel` look, from the nodes and weights of one channel."""
+    starts, shares, halves = side_by_side(first, weights)
+    pixels = len(first)
+    return {
+        "first": np.tile(first, channels),
+        "weights": np.tile(weights, (channels, 1)),
+        "starts": np.concatenate([starts + c * pixels for c in range(channels)]).astype(np.uint32),
+        "shares": np.ascontiguousarray(np.tile(shares, channels)),
+        "halves": np.ascontiguousarray(np.tile(halves, channels)),
+    }
 
 
 def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
@@ -364,6 +388,59 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
     return np.ascontiguousarray(out), reach
 
 
+def mixed(
+    moments: Array, reach: float, place: float, width: tuple[float, float]
+) -> dict[str, Array]:
+    """Moments of a `FrameModel`, mixtures of them and their profiles.
+
+    Parameters
+    ----------
+    moments : ndarray, shape (n, 2, K, m)
+        Phase lead per force and moment of its traction [rad/N].
+    reach : float
+        Unit of length of the moments [m].
+    place : float
+        Standard deviation of the places of contacts [m].
+    width : tuple of float
+        Of contacts, and its standard deviation [m].
+    """
+    mixing, spread = _mixtures(moments, reach, place, width)
+    profiles = np.ascontiguousarray(np.einsum("kr,ntkm->ntrm", spread, moments))
+    return {"moments": moments, "profiles": profiles, "mixing": mixing}
+
+
+def _mixtures(
+    moments: Array, reach: float, place: float, width: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Mixtures of moments that are all that likely contacts need, and moments from them.
+
+    Principal components of the phase of a unit force over places and widths of contacts; what is
+    left out is below `NEGLIGIBLE` of it.
+
+    Returns
+    -------
+    mixing, spread : ndarray, shapes (k, K) and (K, k)
+    """
+    order = moments.shape[2]
+    if order == 1:
+        return np.eye(1), np.eye(1)
+    table, steps = moment_table(order), np.linspace(-FAR, FAR, 15)
+    d, h = (
+        grid.ravel() / reach
+        for grid in np.meshgrid(place * steps, np.maximum(width[0] + width[1] * steps, 0.0) / 2)
+    )
+    k, i = np.arange(order)[:, None], np.arange(table.shape[1])
+    powers = np.power(d[:, None, None], np.maximum(k - 2 * i, 0))
+    means = np.einsum("ki,ski->sk", table, powers * h[:, None, None] ** (2 * i))
+    size = np.sqrt(np.einsum("ntkm,ntkm->k", moments, moments))
+    gram = np.einsum("ntkm,ntlm->kl", moments / size[:, None], moments / size[:, None])
+    values, vectors = np.linalg.eigh(gram)
+    root = (vectors * np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T * size
+    _, share, rows = np.linalg.svd(means @ root.T, full_matrices=False)
+    kept = rows[share > NEGLIGIBLE * share[0]]
+    return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
+
+
 def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths."""
     sensor, modes = model.sensor, []
@@ -404,8 +481,8 @@ def _drift(model: SensorModel) -> list[Mode]:
     """Light that changes from frame to frame."""
     imaging, camera = model.imaging, model.sensor.camera
     gain, offset = (camera.drift, 0.0) if imaging is None else imaging.drift
-    modes = [Mode("camera.drift", gain, brightness=gain)] if gain else []
-    return modes + ([Mode("offset drift", offset, darkness=offset)] if offset else [])
+    modes = [Mode(DRIFTS[0], gain, brightness=gain)] if gain else []
+    return modes + ([Mode(DRIFTS[1], offset, darkness=offset)] if offset else [])
 
 
 def random_field(x: Array, length: float) -> Array:

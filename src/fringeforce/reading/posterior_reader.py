@@ -63,6 +63,10 @@ DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
 
 
+Located = tuple[Posterior, Top]
+"""An explanation that stands out, and the frame's posterior."""
+
+
 @dataclass(frozen=True, eq=False)
 class Weighed:
     """An explanation of a frame and its posterior weight.
@@ -156,15 +160,15 @@ class PosteriorReader(FrameReader):
 
     def followed(
         self, levels: NDArray[Any], used: Mask, last: Array | None
-    ) -> tuple[Reading, Array | None]:
+    ) -> tuple[Reading, Located | None]:
         """Read a frame that was checked, from the unknowns of the last one if it is known.
 
         Returns
         -------
         reading : Reading
             Of the frame.
-        unknowns : ndarray, shape (size,), or None
-            From which the next one can be followed, if this one is OK.
+        located : tuple of Posterior and Top, or None
+            From where the next one can be followed, if this one is OK.
         """
         frame = np.where(used, levels.astype(float), np.nan)
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
@@ -174,7 +178,7 @@ class PosteriorReader(FrameReader):
         if last is not None:
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
             if _Met(posterior).explains(top, FITS) and not self._faint(posterior, top):
-                return self._stated(posterior, [top], tracked=True), top.unknowns
+                return self._stated(posterior, [top], tracked=True), (posterior, top)
         silent = self._silent(posterior)
         tops = self._explained(posterior, lines, silent)
         if tops is None:
@@ -185,15 +189,13 @@ class PosteriorReader(FrameReader):
             loads = tops[0].unknowns[: posterior.model.at.loads]
             posterior = self.posterior(frame, self._push(posterior), loads)
         reading = self._stated(posterior, tops)
-        return reading, tops[0].unknowns if reading.ok else None
+        return reading, (posterior, tops[0]) if reading.ok else None
 
     def own_posterior(self, frame: Array) -> Posterior:
         """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
         return self._own(frame, self._search.lines(frame))
 
-    def explanations(
-        self, frame: Array, attempts: int, mend: bool
-    ) -> tuple[Posterior, list[Top]]:
+    def explanations(self, frame: Array, attempts: int, mend: bool) -> tuple[Posterior, list[Top]]:
         """What some attempts find in a frame, the best first, whether it explains it or not."""
         lines = self._search.lines(frame)
         posterior = self._own(frame, lines)
@@ -310,7 +312,8 @@ class PosteriorReader(FrameReader):
                 count += 1
                 if count > tries:
                     break
-                reached = posterior.climbed(start, heats=(), steps=(0, 15))
+                bound = met.tops[0].loss + CLOSE + 8
+                reached = posterior.climbed(start, heats=(), steps=(0, 15), bound=bound)
                 if stop and reached.loss >= top.loss - 1:
                     careful = posterior.climbed(posterior.drawn_in(start), CAREFUL, (6, 15))
                     reached = min(reached, careful, key=lambda one: one.loss)
@@ -384,11 +387,11 @@ class PosteriorReader(FrameReader):
         limited = np.zeros(count // 2, dtype=bool)
         if self.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, self.friction)
-        return self._reading(
+        return self.reading(
             loads, covariance, best.top, status, probability, limited, np.array(others), tracked
         )
 
-    def _reading(
+    def reading(
         self,
         loads: Array,
         covariance: Array,
@@ -399,6 +402,7 @@ class PosteriorReader(FrameReader):
         others: Array,
         tracked: bool = False,
     ) -> Reading:
+        """A reading of this strip from loads, shape (2n,) [N], and the rest as of `Reading`."""
         forces = loads.reshape(self.forces_shape)
         return Reading.of(
             forces=forces,
@@ -429,7 +433,7 @@ class PosteriorReader(FrameReader):
         covariance = posterior.covariance(top, about)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
-        return self._reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
+        return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
 def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:

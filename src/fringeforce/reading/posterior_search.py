@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,6 +167,16 @@ class PosteriorSearch:
 
     def light(self, lines: Lines) -> Light:
         """Light from a frame's extremes."""
+        if self._last.get("lines") is not lines:
+            self._last.update(lines=lines, light=self._light(lines))
+        return self._last["light"]
+
+    @cached_property
+    def _last(self) -> dict[str, Any]:
+        """The lines whose light was looked for last, and it."""
+        return {}
+
+    def _light(self, lines: Lines) -> Light:
         model, at = self.model, self.model.at
         gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
         found = np.concatenate(

@@ -1,0 +1,126 @@
+"""Frames and their derivatives with every tolerance at once, against differences and dense fits."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+import fringeforce as ff
+from fringeforce.estimation.frame_model import (
+    FrameModel,
+    Prior,
+    climb,
+    expose,
+    linearise,
+    node_columns,
+    node_phase,
+)
+from fringeforce.models.uncertainty import uncertainty
+from uncertain_strip import TOLERANCES
+
+Array = NDArray[np.float64]
+STEP = 1e-5
+
+
+@pytest.fixture(
+    scope="module",
+    params=[{}, {"camera.response": "0.45", "camera.drift": "1 %", "camera.shift": "0 +/- 50 um"}],
+    ids=["linear", "gamma, drift and shift"],
+)
+def strip(request: pytest.FixtureRequest, sensor: ff.Sensor) -> FrameModel:
+    return uncertainty(ff.characterize(sensor.replace(**TOLERANCES, **request.param))).frame
+
+
+def some_unknowns(strip: FrameModel) -> Array:
+    rng, at = np.random.default_rng(4), strip.at
+    unknowns = 0.7 * rng.standard_normal(at.size)
+    unknowns[: at.loads : 2] = rng.uniform(0.3, 2.0, at.loads // 2)
+    unknowns[1 : at.loads : 2] *= 0.5
+    return unknowns
+
+
+def differences(strip: FrameModel, unknowns: Array) -> Array:
+    """Derivatives of the grey levels, shape (P, size)."""
+    ahead, behind = (
+        [expose(strip, unknowns + sign * STEP * row)[0] for row in np.eye(len(unknowns))]
+        for sign in (1, -1)
+    )
+    return (np.array(ahead) - np.array(behind)).T / (2 * STEP)
+
+
+def test_columns_are_the_derivatives_of_the_phase(strip: FrameModel) -> None:
+    unknowns = some_unknowns(strip)
+    turned = [
+        (node_phase(strip, unknowns + STEP * row) - node_phase(strip, unknowns - STEP * row))
+        / (2 * STEP)
+        for row in np.eye(len(unknowns))
+    ]
+    np.testing.assert_allclose(
+        node_columns(strip, unknowns), turned, atol=1e-7 * np.abs(turned).max()
+    )
+
+
+def test_linearised_loss_is_that_of_differences_of_exposed_frames(strip: FrameModel) -> None:
+    rng, unknowns = np.random.default_rng(5), some_unknowns(strip)
+    sigma = np.sqrt(strip.variance)
+    # within 1.7 deviations, where every pixel counts as sound
+    frame = expose(strip, unknowns)[0] + sigma * rng.uniform(-1.7, 1.7, len(strip.amplitude))
+    frame = np.clip(frame, 1, strip.full_scale - 1)
+    prior = Prior(
+        rng.standard_normal(strip.at.size), rng.uniform(0.5, 2, strip.at.size), -1.0, np.inf
+    )
+    about = linearise(strip, prior, frame, unknowns)
+    jacobian = differences(strip, unknowns) / sigma
+    rest = (expose(strip, unknowns)[0] - frame) / sigma
+    hessian = jacobian.T @ jacobian + np.diag(prior.precision)
+    gradient = jacobian.T @ rest + prior.precision * (unknowns - prior.mean)
+    deviation = np.sqrt(np.diag(hessian))
+    scaled = np.outer(deviation, deviation)
+    np.testing.assert_allclose(about[0] / scaled, hessian / scaled, atol=0.1)
+    # the fringes' blur is taken out of the columns to first order
+    spread, exact = (np.sqrt(np.diag(np.linalg.inv(matrix))) for matrix in (about[0], hessian))
+    np.testing.assert_allclose(spread, exact, rtol=0.06)
+    np.testing.assert_allclose(
+        spread[: strip.at.loads].mean(), exact[: strip.at.loads].mean(), rtol=0.02
+    )
+    np.testing.assert_allclose(about[1] / deviation, gradient / deviation, atol=0.1)
+
+
+def test_joint_precision_is_that_of_a_dense_prior(strip: FrameModel) -> None:
+    rng, unknowns = np.random.default_rng(6), some_unknowns(strip)
+    size = strip.at.size
+    root = rng.standard_normal((size, size))
+    mean, frame = rng.standard_normal(size), expose(strip, unknowns)[0]
+    none = linearise(strip, Prior(mean, np.zeros(size), -1.0, np.inf), frame, unknowns)
+    both = linearise(
+        strip, Prior(mean, np.zeros(size), -1.0, np.inf, root @ root.T), frame, unknowns
+    )
+    np.testing.assert_allclose(both[0] - none[0], root @ root.T, atol=1e-6 * np.abs(none[0]).max())
+    pull = root @ (root.T @ (unknowns - mean))
+    np.testing.assert_allclose(both[1] - none[1], pull, atol=1e-8 * np.abs(pull).max())
+
+
+def test_climbs_end_where_scipy_ends(strip: FrameModel) -> None:
+    rng, truth = np.random.default_rng(7), some_unknowns(strip)
+    sigma = np.sqrt(strip.variance)
+    frame = expose(strip, truth)[0] + sigma * rng.uniform(-1.7, 1.7, len(strip.amplitude))
+    frame = np.clip(frame, 1, strip.full_scale - 1)
+    precision = np.where(np.arange(strip.at.size) < strip.at.loads, 0.25, 1.0)
+    prior = Prior(np.zeros(strip.at.size), precision, -1.0, np.inf)
+    found, loss, square, count = climb(strip, prior, frame, truth, 1.0, 40, 1e-4, np.inf)
+
+    def rests(unknowns: Array) -> Array:
+        return np.concatenate(
+            [(expose(strip, unknowns)[0] - frame) / sigma, np.sqrt(precision) * unknowns]
+        )
+
+    def slopes(unknowns: Array) -> Array:
+        return np.concatenate([differences(strip, unknowns) / sigma, np.diag(np.sqrt(precision))])
+
+    best = least_squares(rests, truth, jac=slopes, xtol=1e-10)  # type: ignore[arg-type]
+    assert loss == pytest.approx(2 * best.cost, abs=0.1)
+    assert square == pytest.approx(np.square(rests(found)[: len(frame)]).sum(), rel=1e-6)
+    assert count == len(frame)
+    off = found - best.x
+    information = slopes(best.x).T @ slopes(best.x)
+    assert off @ information @ off < 0.1

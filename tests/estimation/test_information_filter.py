@@ -1,0 +1,194 @@
+"""The filter's steps, covariances and verdicts, against dense computations."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+import fringeforce as ff
+from fringeforce.estimation.frame_model import expose
+from fringeforce.estimation.information_filter import (
+    ALARM,
+    DONE,
+    FAINT,
+    FORGOTTEN,
+    InformationFilter,
+    loss_gradient,
+)
+from fringeforce.estimation.posterior import Posterior
+from fringeforce.reading.posterior_reader import PosteriorReader
+from uncertain_strip import TOLERANCES
+
+Array = NDArray[np.float64]
+STEP = 1e-5
+
+
+class Case:
+    """A filter that begins at the very truth."""
+
+    def __init__(self, reader: PosteriorReader) -> None:
+        rng, at = np.random.default_rng(8), reader.uncertain.frame.at
+        truth = 0.5 * rng.standard_normal(at.size)
+        truth[: at.loads : 2] = rng.uniform(0.6, 2.0, at.loads // 2)
+        truth[1 : at.loads : 2] *= 0.5
+        self.model, self.rng, self.truth = reader.uncertain.frame, rng, truth
+        self.posterior = reader.posterior(self.frame(truth), 1.0)
+        self.top = self.posterior.climbed(truth, heats=(), steps=(0, 40), tolerance=1e-4)
+        about = self.posterior.linearised(self.top)
+        self.spread = np.linalg.inv(about.hessian)
+        used = np.ones(len(self.model.amplitude), bool)
+        self.filter = InformationFilter(
+            self.model,
+            self.posterior.prior,
+            reader.uncertain.lasting,
+            used,
+            1.5,
+            self.top.unknowns.copy(),
+        )
+        self.filter.begin(about, self.spread)
+
+    def frame(self, unknowns: Array) -> Array:
+        noise = np.sqrt(self.model.variance) * self.rng.uniform(-1.7, 1.7, len(self.model.offset))
+        return expose(self.model, unknowns)[0] + noise
+
+    def follow(self, frame: Array) -> tuple[Array, int, int]:
+        loads, squares = np.empty((1, self.model.at.loads)), np.empty((1, 2))
+        done, why = self.filter.follow(frame[None].astype(np.float32), loads, squares)
+        return loads[0], done, why
+
+    def rests(self, loads: Array, frame: Array, others: Array) -> Array:
+        at, prior = self.model.at, self.posterior.prior
+        unknowns = np.concatenate([loads, others[at.loads :]])
+        left = (expose(self.model, unknowns)[0] - frame) / np.sqrt(self.model.variance)
+        return np.concatenate([left, np.sqrt(prior.precision[: at.loads]) * loads])
+
+
+@pytest.fixture(scope="module")
+def reader(sensor: ff.Sensor) -> PosteriorReader:
+    return PosteriorReader(ff.characterize(sensor.replace(**TOLERANCES)))
+
+
+@pytest.fixture
+def case(reader: PosteriorReader) -> Case:
+    return Case(reader)
+
+
+def test_gradient_is_that_of_differences_of_exposed_frames(case: Case) -> None:
+    own = case.filter
+    frame, here = case.frame(case.truth), own.unknowns.copy()
+    here[: case.model.at.loads] += 0.001
+    assert own._reference is not None
+    found, squares, count = loss_gradient(
+        case.model, own._pixels, own._reference, frame.astype(np.float32), here
+    )
+
+    def half(unknowns: Array) -> float:
+        left = expose(case.model, unknowns)[0] - frame
+        return float(left @ left / case.model.variance / 2)
+
+    loads = np.eye(len(here))[: case.model.at.loads]
+    expected = [(half(here + STEP * row) - half(here - STEP * row)) / (2 * STEP) for row in loads]
+    deviation = np.sqrt(1 / np.diag(own._reference.gain))[: len(loads)]
+    off = (found[: len(loads)] - expected) / deviation
+    assert np.abs(off).max() < 0.02
+    assert squares == pytest.approx(2 * half(here), rel=1e-4)
+    assert count == pytest.approx(len(frame), abs=0.1)
+
+
+def test_followed_loads_are_those_that_scipy_finds_with_the_rest_known(case: Case) -> None:
+    at, others = case.model.at, case.top.unknowns
+    moved = case.top.unknowns.copy()
+    moved[: at.loads] *= 1.01
+    frame = case.frame(moved)
+    loads, done, why = case.follow(frame)
+    assert (done, why) == (1, DONE)
+    best = least_squares(case.rests, others[: at.loads], args=(frame, others), xtol=1e-10)
+    off = loads - best.x
+    assert off @ (best.jac.T @ best.jac) @ off < 0.1
+    # with what the others leave unknown, that is far less than the stated deviation
+    deviation = np.sqrt(np.diag(case.filter.covariance))
+    assert np.abs(off / deviation).max() < 0.1
+
+
+def test_covariance_is_that_of_a_dense_consider_filter(case: Case) -> None:
+    at, here = case.model.at, case.top.unknowns
+    rows = [
+        (expose(case.model, here + STEP * row)[0] - expose(case.model, here - STEP * row)[0])
+        / (2 * STEP * np.sqrt(case.model.variance))
+        for row in np.eye(at.size)
+    ]
+    own, other = np.array(rows[: at.loads]), np.array(rows[at.loads :])
+    alone = np.linalg.inv(own @ own.T + np.diag(case.posterior.prior.precision[: at.loads]))
+    through = alone @ (own @ other.T)
+    expected = alone + through @ case.spread[at.loads :, at.loads :] @ through.T
+    factor = np.linalg.inv(np.linalg.cholesky(expected))
+    ratios = np.linalg.eigvalsh(factor @ case.filter.covariance @ factor.T)
+    assert ratios.min() > 0.9
+    assert ratios.max() < 1.1
+
+
+def test_renewal_is_the_maximum_a_posteriori_with_what_earlier_frames_told(case: Case) -> None:
+    at, size = case.model.at, case.model.at.size
+    before = case.filter.unknowns.copy()
+    moved = case.top.unknowns.copy()
+    moved[: at.loads] *= 1.03
+    frame = case.frame(moved)
+    top = case.filter.renew(frame)
+    assert top is not None
+    known = (1 - FORGOTTEN) * case.spread[at.loads :, at.loads :]
+    known[np.diag_indices(size - at.loads)] += FORGOTTEN
+    root = np.linalg.cholesky(np.linalg.inv(known)).T
+    mean = np.sqrt(1 - FORGOTTEN) * before[at.loads :]
+    scale = np.sqrt(case.posterior.prior.precision[: at.loads])
+    yielding = case.posterior.prior.yielding
+
+    def rests(unknowns: Array) -> Array:
+        left = (expose(case.model, unknowns)[0] - frame) / np.sqrt(case.model.variance)
+        loads, others = unknowns[: at.loads], unknowns[at.loads :]
+        pulling = np.minimum(loads[::2], 0.0) / yielding
+        return np.concatenate([left, scale * loads, pulling, root @ (others - mean)])
+
+    best = least_squares(rests, top.unknowns, xtol=1e-10)
+    off = top.unknowns - best.x
+    assert off @ (best.jac.T @ best.jac) @ off < 0.2
+    assert np.diag(case.filter.covariance) == pytest.approx(
+        np.diag(np.linalg.inv(best.jac.T @ best.jac))[: at.loads], rel=0.25
+    )
+
+
+def test_frames_of_another_touch_raise_the_alarm(case: Case) -> None:
+    at = case.model.at
+    other = case.top.unknowns.copy()
+    other[at.place : at.width] += 1.5  # every contact lands elsewhere
+    _, done, why = case.follow(case.frame(other))
+    assert done == 0
+    assert why != DONE
+
+
+def test_broken_pixels_beyond_their_stated_share_raise_the_alarm(case: Case) -> None:
+    frame = case.frame(case.top.unknowns)
+    few, many = frame.copy(), frame.copy()
+    few[::700], many[::40] = 20.0, 20.0
+    assert case.follow(few)[1:] == (1, DONE)
+    assert case.follow(many)[2] == ALARM
+
+
+def test_a_frame_without_fringes_is_not_followed(case: Case) -> None:
+    released = case.top.unknowns.copy()
+    released[: case.model.at.loads] = 0.0
+    case.filter.unknowns[: case.model.at.loads] = 0.0
+    assert case.follow(case.frame(released))[2] == FAINT
+
+
+def test_posteriors_and_filters_agree_on_the_loss(case: Case) -> None:
+    assert isinstance(case.posterior, Posterior)
+    frame = case.posterior.frame
+    assert case.filter._reference is not None
+    _, squares, _ = loss_gradient(
+        case.model,
+        case.filter._pixels,
+        case.filter._reference,
+        frame.astype(np.float32),
+        case.top.unknowns,
+    )
+    assert squares == pytest.approx(case.top.square, rel=1e-4)
