@@ -150,7 +150,7 @@ class Tally:
             f"{whole}",
             f"{good:.1%}",
             f"{ambiguous:.1%}",
-            f"{1 - good - ambiguous:.1%}",
+            f"{abs(1 - good - ambiguous):.1%}",
             f"{np.mean(chances < RARE):.2%}",
             f"{np.mean(chances < NEVER):.2%}",
             f"{np.mean(self.squares):.3f}",
