@@ -2,8 +2,8 @@
 
 What lasts from frame to frame - places and widths of touched contacts, residual fields, design
 values, visibility, blur, static light - is estimated now and then, with all unknowns, from one
-frame and what earlier ones told (an extended information filter).  In between it stands still, and only
-what is new in every frame, the loads f, is fitted by Gauss and Newton's steps
+frame and what earlier ones told (an extended information filter).  In between it stands still, and
+only what is new in every frame, the loads f, is fitted by Gauss and Newton's steps
 
     f <- f - C (J' r + Lambda f),     C = (J' J + Lambda)^-1,
 

@@ -150,7 +150,10 @@ class PosteriorFollower(Follower):
             if why == DONE:
                 continue
             size = self._push(self._filter.unknowns)
-            if why == information_filter.FAINT or not self._size / GROWTH < size < self._size * GROWTH:
+            if (
+                why == information_filter.FAINT
+                or not self._size / GROWTH < size < self._size * GROWTH
+            ):
                 break
             if why == AGEING:
                 if self._filter.renew(self._seen(frames[done - 1])) is None:
