@@ -48,13 +48,13 @@ def test_frames_are_searched_with_one_thread(
     sensor: ff.Sensor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, seen = ff.characterize(sensor), []
-    search = single_frame.cold_start_with_illumination
+    search = single_frame.cold_start
 
     def watched(*arguments):
         seen.append(threads())
         return search(*arguments)
 
-    monkeypatch.setattr(single_frame, "cold_start_with_illumination", watched)
+    monkeypatch.setattr(single_frame, "cold_start", watched)
     frame = model.expose(ff.polar(1.0, 10, 11), rng=0)
     with threadpool_limits(2, user_api="blas"):
         reader = ff.Reader(model)

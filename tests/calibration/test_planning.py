@@ -221,9 +221,10 @@ def test_the_error_before_the_next_press_is_what_readings_state(timid, moved, ty
         for load in typical.reshape(len(typical), -1):
             phase = influence @ load
             spread = covariance(phase, influence, response)
-            if any(reader.drift):
+            drift = model.imaging.drift
+            if any(drift):
                 level = response.level(phase)
-                own = frame_illumination(level, load, influence, response, spread, reader.drift)
+                own = frame_illumination(level, load, influence, response, spread, drift)
                 spread = spread + own.covariance
             noise += np.trace(spread)
             added += np.trace(reader.calibration_covariance(load, used, spread))

@@ -19,8 +19,10 @@ from fringeforce.estimation.contact_sampling import (
 from fringeforce.estimation.frame_model import (
     Linearised,
     Prior,
+    banded,
     expose,
     node_phase,
+    shared_information,
 )
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.uncertainty import uncertainty
@@ -56,7 +58,7 @@ class Case:
         self.posterior = Posterior(model, prior, frame)
         self.top: Top = self.posterior.climbed(truth, heats=(), steps=(0, 50), tolerance=1e-6)
         self.about: Linearised = self.posterior.linearised(self.top)
-        cross = self.posterior._cross(self.about, np.eye(len(model.fixed)))
+        cross = shared_information(model, self.about, np.eye(len(model.fixed)))
         self.contacts: Contacts = contacts_about(
             model, prior, self.top.unknowns, self.about, cross, profile_basis(model)
         )
@@ -84,13 +86,14 @@ def _conditional(case: Case, z: Array) -> tuple[float, Array, Array]:
     # unknowns: loads, and the visibility about that of the top
     weights, pulls = about.weights, about.pulls
     normal = np.empty((at.loads + 1, at.loads + 1))
-    normal[:-1, :-1] = (columns * weights[0, 0]) @ columns.T
+    known = banded(about, np.eye(len(shown)))
+    normal[:-1, :-1] = columns @ known @ columns.T
     normal[:-1, -1] = normal[-1, :-1] = columns @ weights[0, 3]
     normal[-1, -1] = weights[3, 3].sum()
     seen = unknowns[at.visibility]
-    right = np.append(columns @ (weights[0, 0] * target - pulls[0]), -pulls[3].sum())
+    right = np.append(columns @ (known @ target - pulls[0]), -pulls[3].sum())
     right[-1] += weights[0, 3] @ target - prior.precision[at.visibility] * seen
-    constant = target @ (weights[0, 0] * target) - 2 * pulls[0] @ target
+    constant = target @ known @ target - 2 * pulls[0] @ target
     normal += np.diag(np.append(prior.precision[: at.loads], prior.precision[at.visibility]))
     mean = np.linalg.solve(normal, right)
     loss = constant - right @ mean + np.linalg.slogdet(normal)[1] + z @ z

@@ -35,7 +35,7 @@ class Case:
         self.posterior = reader.posterior(self.frame(truth), 1.0)
         self.top = self.posterior.climbed(truth, heats=(), steps=(0, 40), tolerance=1e-4)
         about = self.posterior.linearised(self.top)
-        self.spread = np.linalg.inv(about.hessian)
+        self.spread = np.asarray(np.linalg.inv(about.hessian), dtype=float)
         used = np.ones(len(self.model.amplitude), bool)
         self.filter = InformationFilter(
             self.model,

@@ -219,7 +219,7 @@ class Linearised(NamedTuple):
 def side_by_side(
     first: NDArray[np.int64], weights: Array
 ) -> tuple[NDArray[np.uint32], Array, Array]:
-    """`starts`, `shares` and `halves` of one channel of a `FrameModel`, from the nodes of pixels."""
+    """`starts`, `shares` and `halves` of one channel of a `FrameModel`, from its pixels."""
     runs = np.concatenate([[0], np.flatnonzero(np.diff(first)) + 1, [len(first)]])
     longest = int(np.diff(runs).max())
     starts = np.minimum(runs[:-1], len(first) - longest)
@@ -560,7 +560,7 @@ def _pixel(model, frame, level, sigma):
     of the mixture.  A clipped pixel has the likelihood that noise carries it past the limit (Tobin,
     Econometrica 26, 24-36, 1958).
     """
-    side = 0.0
+    side = limit = 0.0
     if frame <= model.floor:
         side, limit = -1.0, model.floor + 0.5
     elif frame >= model.ceiling:
@@ -1106,7 +1106,7 @@ def information(model, frame, unknowns, more):
 
 
 @sums_entry
-def climb(model, prior, frame, start, heat, steps, tolerance, bound):
+def climb(model, prior, frame, start, heat, steps, tolerance, bound=np.inf):
     """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
 
     Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
@@ -1147,7 +1147,7 @@ def climb(model, prior, frame, start, heat, steps, tolerance, bound):
     loss = _loss(model, prior, frame, unknowns, here[4], sigma, heat)
     for _ in range(steps):
         _linearise(model, prior, frame, unknowns, here, sigma, heat, out)
-        better = False
+        better, reached, trial = False, loss, unknowns
         while damping < 1e6:
             if _solve(out.hessian, out.cone, damping, out.gradient, lower, step):
                 trial = unknowns + step

@@ -112,9 +112,7 @@ class Posterior:
         """
         unknowns, loads = start, self.model.at.loads
         for heat in heats:
-            unknowns = climb(
-                self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5, np.inf
-            )[0]
+            unknowns = climb(self.model, self.prior, self.frame, unknowns, heat, steps[0], 0.5)[0]
         if heats and self.even and unknowns[:loads:2].sum() < 0:
             unknowns = self.mirrored(unknowns)
         return Top(

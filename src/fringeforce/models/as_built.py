@@ -60,6 +60,10 @@ class StripModel(Protocol):
         """Phase lead at the pixels [rad]."""
         ...
 
+    def influence(self, x: ArrayLike) -> Array:
+        """Influence matrix at places [rad/N]."""
+        ...
+
     def delivered(
         self, phase: ArrayLike, rng: camera_optics.Rng = None, light: Array | None = None
     ) -> NDArray[Any]:
