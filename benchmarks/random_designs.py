@@ -99,7 +99,9 @@ def motion(forces: Array, rng: np.random.Generator) -> Array:
     return forces * (1 + SWAY * np.sin(2 * np.pi * turns))
 
 
-def exposed(sensor: ff.Sensor, influence: Array, forces: Array, rng: np.random.Generator) -> Array:
+def exposed(
+    sensor: ff.Sensor, influence: Array, forces: Array, rng: np.random.Generator
+) -> NDArray[np.uint8]:
     """Frames of the exact series, shape (k, n_pixels), uint8."""
     camera = sensor.camera
     phase = forces.reshape(len(forces), -1) @ influence.T

@@ -296,7 +296,7 @@ class Departures:
 
     def _each(self, path: str, frame: FrameModel) -> Widened:
         """Every contact with a place or a width of its own."""
-        wide, at = self._contact_frame(path), frame.at
+        wide, at = self._contact_frame(path, frame), frame.at
         count = self.model.sensor.tactels.count
         begin, end = (at.place, at.width) if path == PLACEMENT else (at.width, at.fields)
         grown = at if end > begin else _grown(at, "place" if path == PLACEMENT else "width", count)
@@ -314,18 +314,21 @@ class Departures:
         std = wide.place if path == PLACEMENT else wide.width_std
         return Widened(wider, np.arange(begin, begin + count), std * np.eye(count))
 
-    def _contact_frame(self, path: str) -> FrameModel:
-        if path not in self._contact_frames:
-            stated = dict(self.model.sensor.tolerances)
-            kept = {own: stated[own] for own in (PLACEMENT, WIDTH) if own in stated}
-            std = SCATTER if path == PLACEMENT else WIDE / 2
-            kept[path] = max(std * self.pitch, 3 * stated.get(path, 0.0))
+    def _contact_frame(self, path: str, frame: FrameModel) -> FrameModel:
+        """Contacts of uncertain place or width, besides what is uncertain of them already."""
+        std = SCATTER if path == PLACEMENT else WIDE / 2
+        stated = self.model.sensor.tolerances.get(path, 0.0)
+        kept = {PLACEMENT: frame.place, WIDTH: frame.width_std}
+        kept[path] = max(std * self.pitch, 3 * stated)
+        kept = {own: value for own, value in kept.items() if value}
+        known = tuple(kept.items())
+        if known not in self._contact_frames:
             sensor = self.model.sensor.model_copy(update={"tolerances": Tolerances(kept)})
-            self._contact_frames[path] = uncertainty(replace(self.model, sensor=sensor)).frame
-        return self._contact_frames[path]
+            self._contact_frames[known] = uncertainty(replace(self.model, sensor=sensor)).frame
+        return self._contact_frames[known]
 
     @cached_property
-    def _contact_frames(self) -> dict[str, FrameModel]:
+    def _contact_frames(self) -> dict[tuple[tuple[str, float], ...], FrameModel]:
         return {}
 
     def _made(self, path: str, frame: FrameModel, share: float) -> FrameModel:

@@ -21,6 +21,7 @@ from fringeforce.estimation.frame_model import (
     climb,
     expose,
     linearise,
+    node_columns,
     node_phase,
 )
 from fringeforce.estimation.posterior import Posterior, Top
@@ -187,7 +188,7 @@ class _One:
         for round_ in range(PHASE_ROUNDS):
             model, (low, high, step) = self._model(size), self._around(size)
             ends = [_seen(end, node_phase(end, unknowns), samples) for end in (low, high)]
-            loads = _columns(self.posterior, model, unknowns, samples)
+            loads = _columns(model, unknowns, samples)
             rows = np.vstack([loads, (ends[1] - ends[0]) / step])
             left = wanted - _seen(model, node_phase(model, unknowns), samples)
             change = _step_to(rows, left, known, np.append(unknowns - prior.mean, 0.0))
@@ -299,7 +300,7 @@ class _Many:
         samples, unknowns = _samples(model), np.zeros(model.at.size)
         wanted = _seen(model, phase, samples)
         for _ in range(PHASE_ROUNDS):
-            rows = _columns(posterior, model, unknowns, samples)
+            rows = _columns(model, unknowns, samples)
             left = wanted - _seen(model, node_phase(model, unknowns), samples)
             change = _step_to(rows, left, prior.precision, unknowns - prior.mean)
             beside = slice(model.at.loads, None)
@@ -320,12 +321,9 @@ def _seen(model: FrameModel, nodes: Array, pixels: NDArray[np.intp]) -> Array:
     return np.asarray(sum(nodes[..., first + t] * weights[:, t] for t in range(4)))
 
 
-def _columns(
-    posterior: Posterior, model: FrameModel, unknowns: Array, pixels: NDArray[np.intp]
-) -> Array:
+def _columns(model: FrameModel, unknowns: Array, pixels: NDArray[np.intp]) -> Array:
     """Change of the phase at pixels with every unknown."""
-    about = Linearised(*linearise(model, posterior.prior, posterior.frame, unknowns))
-    return _seen(model, about.columns, pixels)
+    return _seen(model, node_columns(model, unknowns), pixels)
 
 
 def _step_to(rows: Array, left: Array, precision: Array, off: Array) -> Array:

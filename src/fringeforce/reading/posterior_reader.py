@@ -37,6 +37,8 @@ UNSURE, FITS = 0.02, 1e-5
 """Chances of noise below which an explanation is not taken at once, and not at all."""
 HOPELESS = 4.0
 """Reduced chi-square after two steps from which a climb without loads reaches no explanation."""
+MISSED = 0.02
+"""Share of frames whose best explanation the search misses, measured under many tolerances."""
 CANDIDATES = 24
 """Starts of one search that are climbed."""
 SAME = 0.3
@@ -382,6 +384,10 @@ class PosteriorReader(FrameReader):
             for one, is_same in zip(weighed, same, strict=True)
             if not is_same
         ]
+        if status is None and not tracked:
+            chance = posterior.waves_chance(about)
+            if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
+                probability *= chance / (chance + MISSED)
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
         limited = np.zeros(count // 2, dtype=bool)

@@ -158,7 +158,7 @@ def test_a_load_beyond_the_block_is_refused() -> None:
 
 def test_an_order_that_no_slab_can_be_eliminated_with_is_refused() -> None:
     with pytest.raises(ff.FringeforceError, match="order = 1"):
-        replace(STRIP, order=1)
+        BoxMesh(*np.tile([0.0, 1.0], (3, 1)), order=1)
 
 
 def test_a_matrix_along_an_axis_is_a_tensor_product() -> None:

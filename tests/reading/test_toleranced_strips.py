@@ -134,7 +134,9 @@ def test_all_tolerances_together_are_read_with_honest_deviations(
     # forces of a frame share its nuisances: about four of 22 errors are independent
     low, high = binom.ppf([1e-4, 1 - 1e-4], count // 5, 0.95) / (count // 5)
     assert low <= inside / count <= high
-    assert 0.7 < np.mean(distances) < 1.4
+    assert 0.6 < np.median(distances) < 1.4
+    # a valley of place and width that the search misses, in a frame of a hundred
+    assert np.sum(chi2.sf(np.array(distances) * 22, 22) < 1e-6) <= binom.ppf(1 - 1e-4, 30, 0.01)
 
 
 def test_the_hessian_is_that_of_the_grey_levels(everything: ff.SensorModel) -> None:
@@ -276,14 +278,18 @@ def test_errors_of_shape_widen_the_deviations() -> None:
     loose = model.with_tolerances(**{"transducer.influence_error": "3 %"})
     forces, reader = ff.polar(2.0, 10, n=11), ff.Reader(loose)
     plain = ff.Reader(model).search(model.expose(forces, rng=0))
+    unread = 0
     for seed in range(6):
         # every column has an error of its own
         frame = loose.as_built(seed).expose(forces, rng=0)
         assert ff.Reader(model).search(frame).status is ff.Status.MODEL_MISMATCH
         reading = reader.search(frame)
-        assert reading.ok
+        assert reading.status in (ff.Status.OK, ff.Status.AMBIGUOUS)
+        unread += not reading.ok
         assert (np.abs(reading.forces - forces) < 6 * reading.std).all()
         assert (reading.std > plain.std).all()
+    # one frame in twenty may be left unread: of six, two are in one case of thirty
+    assert unread <= 1
 
 
 def test_tolerances_of_a_model_do_not_change_its_matrix() -> None:
