@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import solve
 
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -244,7 +244,7 @@ class _One:
             Linearised(*linearise(end, prior, frame, unknowns)).gradient for end in (low, high)
         )
         cross = (last - first) / apart
-        follow = cho_solve(cho_factor(about.hessian + about.cone), cross)
+        follow = solve(about.hessian + about.cone, cross, assume_a="sym")
         information = change @ change / self.model.variance + 1.0 - cross @ follow
         information = max(float(information), 1.0)
         return _Step(-float(gradient - follow @ about.gradient) / information, follow, information)
