@@ -16,12 +16,14 @@ from fringeforce.estimation.contact_sampling import (
     profile_basis,
     sampled_loads,
 )
-from fringeforce.estimation.frame_model import (
+from fringeforce.estimation.frame_exposure import (
+    expose,
+    node_phase,
+)
+from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
     banded,
-    expose,
-    node_phase,
     shared_information,
 )
 from fringeforce.estimation.posterior import Posterior, Top

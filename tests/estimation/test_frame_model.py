@@ -6,14 +6,18 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.estimation.frame_model import (
-    FrameModel,
-    Prior,
-    climb,
+from fringeforce.estimation.frame_exposure import (
     expose,
-    linearise,
     node_columns,
     node_phase,
+)
+from fringeforce.estimation.frame_fit import (
+    Prior,
+    climb,
+    linearise,
+)
+from fringeforce.estimation.frame_model import (
+    FrameModel,
 )
 from fringeforce.models.uncertainty import uncertainty
 from uncertain_strip import TOLERANCES

@@ -6,7 +6,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.estimation.frame_model import expose
+from fringeforce.estimation.frame_exposure import (
+    expose,
+)
 from fringeforce.estimation.information_filter import (
     ALARM,
     DONE,

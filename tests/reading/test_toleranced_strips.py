@@ -6,7 +6,13 @@ from exact_frames import Bench, drawing, loads
 from scipy.stats import binom, chi2
 
 import fringeforce as ff
-from fringeforce.estimation.frame_model import expose, information, linearise
+from fringeforce.estimation.frame_exposure import (
+    expose,
+)
+from fringeforce.estimation.frame_fit import (
+    information,
+    linearise,
+)
 from fringeforce.models.uncertainty import uncertainty
 from fringeforce.reading.posterior_reader import PosteriorReader
 

@@ -29,7 +29,14 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.frame_model import FrameModel, Linearised, Prior, banded
+from fringeforce.estimation.frame_fit import (
+    Linearised,
+    Prior,
+    banded,
+)
+from fringeforce.estimation.frame_model import (
+    FrameModel,
+)
 
 Array = NDArray[np.float64]
 

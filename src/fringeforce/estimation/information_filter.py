@@ -30,23 +30,27 @@ from scipy.linalg import solve
 from scipy.special import chdtri, pdtrik
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.frame_model import (
-    PLAIN,
-    FrameModel,
-    Linearised,
-    Prior,
-    _by_gamma,
-    _camera,
-    _encoded,
-    _pixel,
-    _power,
-    banded,
-    climb,
-    linearise,
+from fringeforce.estimation.frame_exposure import (
+    encoded,
+    lens,
     node_columns,
     node_phase,
     point_spread,
+    power_of,
+)
+from fringeforce.estimation.frame_fit import (
+    PLAIN,
+    Linearised,
+    Prior,
+    banded,
+    by_gamma_of,
+    climb,
+    linearise,
+    pixel_loss,
     shared_information,
+)
+from fringeforce.estimation.frame_model import (
+    FrameModel,
 )
 from fringeforce.estimation.posterior import Top, products
 from fringeforce.estimation.residual_test import FALSE_ALARM
@@ -338,7 +342,7 @@ def _evaluate(model, pixels, reference, frame, unknowns, whole, work, gradient):
     coefficients, pulled, nodes, lead, sine, swing, seen, level, pull, back, lines, padded = work
     at, channels, loads = model.at, len(model.bias), len(coefficients)
     count = len(lead)
-    contrast64, deviation, by_blur = _camera(model, unknowns)
+    contrast64, deviation, by_blur = lens(model, unknowns)
     contrast = np.float32(contrast64)
     for k in range(at.loads):
         coefficients[k] = unknowns[k]
@@ -359,7 +363,7 @@ def _evaluate(model, pixels, reference, frame, unknowns, whole, work, gradient):
     half = np.float32(0.5)
     inverse = np.float32(1 / np.sqrt(model.variance))
     by_visibility = by_width = by_power = 0.0
-    gamma = _power(model, unknowns)
+    gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.size > at.gamma
     limits = np.float32(PLAIN * PLAIN), np.float32(model.floor), np.float32(model.ceiling)
     light = np.zeros((2, len(nodes)), np.float32)
@@ -390,7 +394,7 @@ def _evaluate(model, pixels, reference, frame, unknowns, whole, work, gradient):
                 )
         if bent:
             for p in range(count):
-                grey, slope = _encoded(model, gamma, np.float64(level[p]))
+                grey, slope = encoded(model, gamma, np.float64(level[p]))
                 level[p], back[p] = grey, slope
         total, far = _rests(level, greys, inverse, used, limits, pull)
         known = 0.0 + used.sum()
@@ -402,7 +406,9 @@ def _evaluate(model, pixels, reference, frame, unknowns, whole, work, gradient):
                     continue
                 total -= pull[p] * pull[p]
                 known -= 1.0
-                _, force, weight = _pixel(model, np.float64(greys[p]), np.float64(level[p]), sigma)
+                _, force, weight = pixel_loss(
+                    model, np.float64(greys[p]), np.float64(level[p]), sigma
+                )
                 pull[p] = force
                 if weight > 0:
                     total += np.float32(force * force / weight)
@@ -412,7 +418,7 @@ def _evaluate(model, pixels, reference, frame, unknowns, whole, work, gradient):
         if bent:
             for p in range(count):
                 if at.size > at.gamma:
-                    by_power += pull[p] * _by_gamma(model, unknowns, np.float64(level[p]))
+                    by_power += pull[p] * by_gamma_of(model, unknowns, np.float64(level[p]))
                 pull[p] *= back[p]
         # from here on, what a change of the light at a pixel does to half the loss
         vis, blurring = np.float32(0), np.float32(0)

@@ -20,18 +20,22 @@ from fringeforce.estimation.contact_sampling import (
     gaussian_share,
     sampled_loads,
 )
-from fringeforce.estimation.frame_model import (
-    FrameModel,
+from fringeforce.estimation.frame_exposure import (
+    contact_columns,
+    node_columns,
+    node_phase,
+)
+from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
     banded,
     climb,
-    contact_columns,
     information,
     linearise,
-    node_columns,
-    node_phase,
     shared_information,
+)
+from fringeforce.estimation.frame_model import (
+    FrameModel,
 )
 
 Array = NDArray[np.float64]

@@ -17,7 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
-from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.estimation.frame_model import (
+    FrameModel,
+    Layout,
+    moment_table,
+)
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.strip import SensorModel, characterize

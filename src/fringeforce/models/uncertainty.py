@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.tolerances import number_at, with_values
-from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table, side_by_side
+from fringeforce.estimation.frame_model import (
+    FrameModel,
+    Layout,
+    moment_table,
+    side_by_side,
+)
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
     LIGHT_LENGTH,

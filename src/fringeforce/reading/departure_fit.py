@@ -15,14 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve
 
-from fringeforce.estimation.frame_model import (
-    FrameModel,
-    Linearised,
-    climb,
+from fringeforce.estimation.frame_exposure import (
     expose,
-    linearise,
     node_columns,
     node_phase,
+)
+from fringeforce.estimation.frame_fit import (
+    Linearised,
+    climb,
+    linearise,
+)
+from fringeforce.estimation.frame_model import (
+    FrameModel,
 )
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.departures import Departure, plain_moments

@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design.tolerances import Tolerances, with_values
-from fringeforce.estimation.frame_model import expose
+from fringeforce.estimation.frame_exposure import (
+    expose,
+)
 from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import Departure, Departures

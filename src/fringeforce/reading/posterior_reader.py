@@ -15,7 +15,14 @@ from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
-from fringeforce.estimation.frame_model import Linearised, Prior, expose, information
+from fringeforce.estimation.frame_exposure import (
+    expose,
+)
+from fringeforce.estimation.frame_fit import (
+    Linearised,
+    Prior,
+    information,
+)
 from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.strip import SensorModel

@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.extremes import extremes, light_of_extremes
-from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.frame_model import (
+    FrameModel,
+)
 from fringeforce.estimation.phase.branches import branches
 from fringeforce.estimation.phase.folding import block_edges, phase_pace
 from fringeforce.estimation.phase.reflections import mirror_images

@@ -1,0 +1,367 @@
+"""From loads and all that is uncertain to the grey levels of a frame, in compiled loops.
+
+The equations are those of `frame_model`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
+from numpy.typing import NDArray
+
+from fringeforce.estimation.compiling import sums, sums_entry
+
+Array = NDArray[np.float64]
+
+NARROWEST = 0.5
+"""Deviation of the point spread below which it is no longer told from none [pixels]."""
+_PI, _PI_REST = 3.14159265160560607910, 1.98418714791870343106e-9
+# through Chebyshev's nodes of half a period, in the square
+_SINE, _COSINE = (
+    Chebyshev.interpolate(function, 7, [0, np.pi**2 / 4]).convert(kind=Polynomial).coef
+    for function in (lambda x: np.sinc(np.sqrt(x) / np.pi), lambda x: np.cos(np.sqrt(x)))
+)
+_S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7 = map(float, _SINE)
+_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7 = map(float, _COSINE)
+
+
+@sums
+def _moments(table, place, square, mean, by_place, by_square):
+    """Moments of a patch at a place of squared half width `square`, and their derivatives."""
+    for k in range(len(table)):
+        a = b = c = 0.0
+        for i in range(k // 2 + 1):
+            power, weight = k - 2 * i, table[k, i]
+            a += weight * place**power * square**i
+            if power > 0:
+                b += weight * power * place ** (power - 1) * square**i
+            if i > 0:
+                c += weight * i * place**power * square ** (i - 1)
+        mean[k], by_place[k], by_square[k] = a, b, c
+
+
+@sums
+def _positive(value, soft):
+    """A smooth function that is `value` where that is large and 0 where it is very negative."""
+    root = np.sqrt(value * value + soft * soft)
+    return (value + root) / 2, 0.5 * (1 + value / root)
+
+
+@sums
+def dot(a, b):
+    """Sum of the products of two lines."""
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@sums
+def contact_moments(model, unknowns, j, mean, by_place, by_width):
+    """Mixtures of moments of contact j, and derivatives by its standardised place and width."""
+    at = model.at
+    shift = model.place * unknowns[at.place + j] if at.width > at.place else 0.0
+    wide, slope = model.width, 0.0
+    if at.fields > at.width:
+        wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
+    half = wide / (2 * model.reach)
+    order = len(model.table)
+    own, one, other = np.empty(order), np.empty(order), np.empty(order)
+    _moments(model.table, shift / model.reach, half * half, own, one, other)
+    along, across = model.place / model.reach, half * slope * model.width_std / model.reach
+    for k in range(len(mean)):
+        row = model.mixing[k]
+        mean[k] = dot(row, own)
+        by_place[k] = along * dot(row, one)
+        by_width[k] = across * dot(row, other)
+
+
+@sums
+def fill_node_phase(model, unknowns, out):
+    """Phase lead at the nodes, into `out`, shape (m,)."""
+    order, at = model.profiles.shape[2], model.at
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    out[:] = model.fixed
+    for j in range(len(model.moments)):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(2):
+            force = unknowns[2 * j + c]
+            for k in range(order):
+                factor, row = force * mean[k], model.profiles[j, c, k]
+                for i in range(len(out)):
+                    out[i] += factor * row[i]
+            for d in range(len(model.influence)):
+                factor = force
+                for q in range(model.influence.shape[1]):
+                    factor *= unknowns[at.modes + d]
+                    row = model.influence[d, q, j, c]
+                    for i in range(len(out)):
+                        out[i] += factor * row[i]
+    for r in range(len(model.fields)):
+        factor, row = unknowns[at.fields + r], model.fields[r]
+        for i in range(len(out)):
+            out[i] += factor * row[i]
+
+
+@sums
+def fill_columns(model, unknowns, columns):
+    """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
+    order, at = model.profiles.shape[2], model.at
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    columns[:] = 0.0
+    for j in range(len(model.moments)):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(2):
+            force, own = unknowns[2 * j + c], columns[2 * j + c]
+            for k in range(order):
+                row, a = model.profiles[j, c, k], mean[k]
+                for i in range(len(row)):
+                    own[i] += a * row[i]
+                if at.width > at.place:
+                    beside, b = columns[at.place + j], force * by_place[k]
+                    for i in range(len(row)):
+                        beside[i] += b * row[i]
+                if at.fields > at.width:
+                    wide, b = columns[at.width + j], force * by_width[k]
+                    for i in range(len(row)):
+                        wide[i] += b * row[i]
+            for d in range(len(model.influence)):
+                e, turned, power = unknowns[at.modes + d], columns[at.modes + d], 1.0
+                for q in range(model.influence.shape[1]):
+                    row, slope = model.influence[d, q, j, c], force * (q + 1) * power
+                    power *= e
+                    for i in range(len(row)):
+                        own[i] += power * row[i]
+                        turned[i] += slope * row[i]
+    for r in range(len(model.fields)):
+        columns[at.fields + r] = model.fields[r]
+
+
+@sums
+def kernel_of(deviation):
+    """One half of a Gaussian kernel, from its middle."""
+    reach = max(int(4 * deviation + 0.5), 1)
+    kernel, total = np.empty(reach + 1), 0.0
+    for step in range(reach + 1):
+        kernel[step] = np.exp(-0.5 * (step / deviation) ** 2)
+        total += kernel[step] * (1 if step == 0 else 2)
+    return kernel / total
+
+
+@sums
+def blurred(line, kernel, out):
+    """A line behind a symmetric kernel; what lies beyond its ends is as the ends are."""
+    size, reach = len(line), len(kernel) - 1
+    padded = np.empty(size + 2 * reach)
+    padded[reach : reach + size] = line
+    padded[:reach] = line[0]
+    padded[reach + size :] = line[size - 1]
+    for p in range(size):
+        out[p] = kernel[0] * padded[reach + p]
+    for step in range(1, reach + 1):
+        factor = kernel[step]
+        for p in range(size):
+            out[p] += factor * (padded[reach + p - step] + padded[reach + p + step])
+
+
+@sums
+def half_waves(phase):
+    """Sine and cosine of half a phase, both perhaps with the other sign, to 1e-13.
+
+    As `vector_loops.waves`: polynomials run in vector units, which the library's functions do not.
+    """
+    half = 0.5 * phase
+    turns = np.floor(half * (1 / np.pi) + 0.5)
+    half = (half - turns * _PI) - turns * _PI_REST
+    x = half * half
+    sine = _S0 + x * (_S1 + x * (_S2 + x * (_S3 + x * (_S4 + x * (_S5 + x * (_S6 + x * _S7))))))
+    cosine = _C0 + x * (_C1 + x * (_C2 + x * (_C3 + x * (_C4 + x * (_C5 + x * (_C6 + x * _C7))))))
+    return half * sine, cosine
+
+
+@sums
+def lens(model, unknowns):
+    """Visibility, deviation of the point spread and its derivative by its unknown."""
+    at, seen = model.at, model.visibility
+    if at.blur > at.visibility:
+        seen += model.visibility_std * unknowns[at.visibility]
+    deviation, slope = model.blur, 0.0
+    if at.gamma > at.blur:
+        deviation, slope = _positive(model.blur + model.blur_std * unknowns[at.blur], NARROWEST)
+        slope *= model.blur_std
+    return seen, deviation, slope
+
+
+@sums
+def power_of(model, unknowns):
+    """Power of the camera's response."""
+    if model.at.size > model.at.gamma:
+        return model.gamma + model.gamma_std * unknowns[model.at.gamma]
+    return model.gamma
+
+
+@sums
+def encoded(model, gamma, light):
+    """Grey level of the camera's response to a linear one, and its derivative."""
+    share, slope = max(light / model.full_scale, 1e-6), 1.0
+    if model.srgb:
+        if share <= 0.0031308:
+            share, slope = 12.92 * share, 12.92
+        else:
+            power = share ** (1 / 2.4)
+            slope = 1.055 * power / (2.4 * share)
+            share = 1.055 * power - 0.055
+    if gamma == 1.0:
+        return model.full_scale * share, slope
+    grey = share**gamma
+    return model.full_scale * grey, slope * gamma * grey / share
+
+
+@sums
+def _interpolated(model, nodes, out):
+    """Values at the pixels of all channels, from those at the nodes."""
+    begin, weights = 0, model.weights
+    while begin < len(out):
+        i, end = model.first[begin], begin + 1
+        while end < len(out) and model.first[end] == i:
+            end += 1
+        a, b, c, d = nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]
+        for p in range(begin, end):
+            out[p] = (weights[p, 0] * a + weights[p, 1] * b) + (
+                weights[p, 2] * c + weights[p, 3] * d
+            )
+        begin = end
+
+
+@sums
+def _light(model, unknowns, bright, dark):
+    """Fill in the amplitude relative to the nominal one, and the offset."""
+    at, m = model.at, len(model.fixed)
+    more, darker = np.ones(m), np.zeros(m)
+    for s in range(len(model.brightness)):
+        e = unknowns[at.modes + s]
+        for i in range(m):
+            more[i] += e * model.brightness[s, i]
+            darker[i] += e * model.darkness[s, i]
+    _interpolated(model, more, bright)
+    _interpolated(model, darker, dark)
+    for p in range(len(dark)):
+        dark[p] += model.offset[p]
+
+
+@sums
+def fill_exposure(model, unknowns, work):
+    """Grey levels of a frame; `work` holds what derivatives need of it."""
+    nodes, phase, swing, seen, level, slope, bright = work
+    fill_node_phase(model, unknowns, nodes)
+    contrast, deviation, _ = lens(model, unknowns)
+    channels = len(model.bias)
+    pixels = len(phase) // channels
+    gamma = power_of(model, unknowns)
+    linear = gamma == 1.0 and not model.srgb
+    _interpolated(model, nodes, phase)
+    for c in range(channels):
+        ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
+        lines = slice(c * pixels, (c + 1) * pixels)
+        for p in range(c * pixels, (c + 1) * pixels):
+            phase[p] *= ratio
+            sine, _ = half_waves(phase[p] + bias)
+            swing[p] = 1 - 2 * sine * sine
+        if spread > 0:
+            for p in range(c * pixels, (c + 1) * pixels):
+                swing[p] *= np.exp(-0.5 * (spread * phase[p]) ** 2)
+        if deviation > 0:
+            blurred(swing[lines], kernel_of(deviation), seen[lines])
+        else:
+            seen[lines] = swing[lines]
+    _light(model, unknowns, bright, slope)
+    for p in range(len(phase)):
+        level[p] = slope[p] + model.amplitude[p] * bright[p] * (1 - contrast * seen[p]) / 2
+        slope[p] = 1.0
+    if not linear:
+        for p in range(len(phase)):
+            level[p], slope[p] = encoded(model, gamma, level[p])
+
+
+@sums
+def workspace(model):
+    """Room for what `fill_exposure` leaves: nodes, phase, swing, blurred, level, slope, bright."""
+    nodes, pixels = len(model.fixed), len(model.amplitude)
+    return (
+        np.empty(nodes),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+        np.empty(pixels),
+    )
+
+
+@sums_entry
+def expose(model, unknowns):
+    """Grey levels of a frame, shape (P,), and the phase lead at the nodes, shape (m,).
+
+    Parameters
+    ----------
+    model : FrameModel
+        What makes a frame.
+    unknowns : ndarray, shape (size,)
+        Loads [N] and standardised unknowns.
+    """
+    work = workspace(model)
+    fill_exposure(model, unknowns, work)
+    return work[4], work[0]
+
+
+@sums_entry
+def node_phase(model, unknowns):
+    """Phase lead at the nodes, shape (m,) [rad]; parameters as of `expose`."""
+    out = np.empty(len(model.fixed))
+    fill_node_phase(model, unknowns, out)
+    return out
+
+
+@sums_entry
+def node_columns(model, unknowns):
+    """Change of the phase at the nodes with every unknown, shape (size, m); as of `expose`."""
+    columns = np.empty((model.at.size, len(model.fixed)))
+    fill_columns(model, unknowns, columns)
+    return columns
+
+
+@sums_entry
+def point_spread(model, unknowns):
+    """One half of the point spread, from its middle, shape (k,); empty if there is none.
+
+    Parameters are those of `expose`.
+    """
+    deviation = lens(model, unknowns)[1]
+    return kernel_of(deviation) if deviation > 0 else np.empty(0)
+
+
+@sums_entry
+def contact_columns(model, unknowns):
+    """Change of the phase per force with each contact's unknown place and width.
+
+    Parameters
+    ----------
+    model, unknowns
+        As of `expose`.
+
+    Returns
+    -------
+    ndarray, shape (2, n, 2, m)
+        Place and width, contact, component, node [rad/N].
+    """
+    tactels, components, order, nodes = model.profiles.shape
+    found = np.zeros((2, tactels, components, nodes))
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    for j in range(tactels):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(components):
+            for k in range(order):
+                for i in range(nodes):
+                    found[0, j, c, i] += by_place[k] * model.profiles[j, c, k, i]
+                    found[1, j, c, i] += by_width[k] * model.profiles[j, c, k, i]
+    return found
