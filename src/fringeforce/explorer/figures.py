@@ -8,7 +8,7 @@ import numpy as np
 
 from fringeforce.contacts.loads import paper_load
 from fringeforce.estimation.bounds import covariance
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.models.strip import SensorModel
 from fringeforce.studies.summary import fringe_density, surface_strain
 
 VISIBLE = 3.0
@@ -40,12 +40,12 @@ class Figure:
     meaning: str
 
 
-def design_figures(reader: SingleFrameReader) -> list[Figure]:
+def design_figures(model: SensorModel) -> list[Figure]:
     """Figures of a sensor under the paper's load, in the order of a designer's questions."""
-    model, psi = reader.model, reader.influence
+    psi = model.frame_influence
     n = model.sensor.tactels.count
     phase = psi @ paper_load(n).ravel()
-    spread = np.sqrt(np.diag(covariance(phase, psi, reader.model.response)))
+    spread = np.sqrt(np.diag(covariance(phase, psi, model.response)))
     largest = 0.5 / max(fringe_density(model), 1e-12)
     smallest = VISIBLE * float(spread.max())
     return [

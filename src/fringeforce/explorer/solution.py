@@ -21,7 +21,6 @@ from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import stress_field
 from fringeforce.models.strip import SensorModel, reduced
 from fringeforce.optics.colour import light_colour
-from fringeforce.reading.single_frame import SingleFrameReader
 
 COLUMNS, COVER_ROWS, CLEAR_ROWS = 160, 8, 24
 """Cells of the stress picture: along the strip, and through either layer."""
@@ -81,21 +80,21 @@ def blocks(model: SensorModel) -> Mapping[str, NDArray[Any]]:
     )
 
 
-def inside(reader: SingleFrameReader) -> tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]:
+def inside(model: SensorModel) -> tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]:
     """Figures of a design, and its unit stresses and unit displacements, loads first, float32.
 
     Parameters
     ----------
-    reader : SingleFrameReader
-        Reader of the design's model; the elements are not solved again if that was done here.
+    model : SensorModel
+        Of the design; the elements are not solved again if that was done here.
 
     Raises
     ------
     InputError
         If the fields are beyond single precision.
     """
-    displacement = _displacement(reader.model.sensor)
-    figures = [asdict(figure) for figure in design_figures(reader)]
+    displacement = _displacement(model.sensor)
+    figures = [asdict(figure) for figure in design_figures(model)]
     return {"figures": figures}, _single({**_stresses(displacement), **_movement(displacement)})
 
 

@@ -26,8 +26,8 @@ from fringeforce.explorer.protocol import DownloadRequest, InsideRequest, Loaded
 from fringeforce.explorer.values import verdict
 
 if TYPE_CHECKING:
+    from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading
-    from fringeforce.reading.single_frame import SingleFrameReader
 
 Answer = tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]
 """JSON values and numbers for the page."""
@@ -118,7 +118,8 @@ def solve(solution: str, sensor: Sensor | Pad, known: bytes | None, folder: str)
 def _inside(path: str) -> Answer:
     from fringeforce.explorer.solution import inside
 
-    return inside(_reader(path))
+    model: Any = _reader(path).model  # of a strip
+    return inside(model)
 
 
 def inside(path: str, wish: InsideRequest) -> Answer:
@@ -130,7 +131,8 @@ def read(path: str, wish: LoadedRequest) -> Answer:
     """Expose one noisy line of a strip and read it."""
     reader = _reader(path)
     frame, reading = _exposed(reader, wish)
-    psi = reader.influence
+    model: Any = reader.model  # of a strip
+    psi = model.frame_influence
     variance = ((psi @ reading.covariance) * psi).sum(axis=1)
     return verdict(reading.status, reading.advice, reading.chi2), {
         "frame": frame,
@@ -148,15 +150,13 @@ def file(path: str, wish: DownloadRequest) -> Answer:
     return download(wish.kind, reader.model, wish.forces, lambda: _exposed(reader, wish)[1])
 
 
-def _exposed(
-    reader: SingleFrameReader, wish: LoadedRequest
-) -> tuple[NDArray[np.unsignedinteger], Reading]:
+def _exposed(reader: Reader, wish: LoadedRequest) -> tuple[NDArray[np.unsignedinteger], Reading]:
     frame = reader.model.expose(wish.forces, rng=wish.seed)
-    return frame, reader.read(frame)
+    return frame, reader.search(frame)
 
 
 @lru_cache(maxsize=4)
-def _reader(path: str) -> SingleFrameReader:
-    from fringeforce.reading.single_frame import SingleFrameReader
+def _reader(path: str) -> Reader:
+    from fringeforce.reading.reader import Reader
 
-    return SingleFrameReader(model_of(path))
+    return Reader(model_of(path))

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.phase.noise_free import recover_phase
 from fringeforce.models.strip import SensorModel
+from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
-from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.limits import NYQUIST, densest_fringes, largest_phase
 
 Load = Callable[[np.random.Generator, int, float], Array]
@@ -29,11 +29,11 @@ STEP, FINEST = 2.0, 1.1
 
 def reader_judge(model: SensorModel, load: Load) -> Judge:
     """Whether our reader reads one random noisy frame right, with the verdict OK."""
-    reader, n = SingleFrameReader(model), model.sensor.tactels.count
+    reader, n = Reader(model), model.sensor.tactels.count
 
     def right(rng: np.random.Generator, largest: float) -> bool:
         forces = load(rng, n, largest)
-        reading = reader.read(model.expose(forces, rng=rng))
+        reading = reader.search(model.expose(forces, rng=rng))
         off = np.abs(reading.forces - forces)
         return reading.status is Status.OK and bool((off < DEVIATIONS * reading.std).all())
 

@@ -10,8 +10,8 @@ import numpy as np
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import characterize
+from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
-from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.studies.execution import gathered
 from fringeforce.studies.loads import load_maps
 from fringeforce.studies.monte_carlo import DEVIATIONS
@@ -96,8 +96,8 @@ def _read_all(
 
 def _read_batch(sensor: Sensor, loads: Array, seed: np.random.SeedSequence) -> tuple[Array, Mask]:
     model = characterize(sensor)
-    reader, rng = SingleFrameReader(model), np.random.default_rng(seed)
-    readings = [reader.read(model.expose(load, rng=rng)) for load in loads]
+    reader, rng = Reader(model), np.random.default_rng(seed)
+    readings = [reader.search(model.expose(load, rng=rng)) for load in loads]
     errors = np.array([reading.forces for reading in readings]) - loads
     std = np.array([reading.std for reading in readings])
     sound = np.array([reading.status is Status.OK for reading in readings])
