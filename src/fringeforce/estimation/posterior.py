@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, solve
+from scipy.linalg import eigh
 from scipy.special import chdtrc
 
 from fringeforce.estimation.contact_sampling import (
@@ -151,7 +151,7 @@ class Posterior:
         waves = np.cos(np.outer(np.arange(min(WAVES, nodes)), along))
         cross = shared_information(self.model, about, waves)
         # sums at the nodes are not positive definite to the last digit
-        solved = solve(about.hessian + about.cone, cross, assume_a="sym", check_finite=False)
+        solved = np.linalg.solve(about.hessian + about.cone, cross)
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
         information = waves @ banded(about, waves).T - cross.T @ solved
         values, vectors = eigh(information, check_finite=False)

@@ -13,7 +13,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve
 
 from fringeforce.estimation.frame_exposure import (
     expose,
@@ -248,7 +247,7 @@ class _One:
             Linearised(*linearise(end, prior, frame, unknowns)).gradient for end in (low, high)
         )
         cross = (last - first) / apart
-        follow = solve(about.hessian + about.cone, cross, assume_a="sym")
+        follow = np.linalg.solve(about.hessian + about.cone, cross)
         information = change @ change / self.model.variance + 1.0 - cross @ follow
         information = max(float(information), 1.0)
         return _Step(-float(gradient - follow @ about.gradient) / information, follow, information)
