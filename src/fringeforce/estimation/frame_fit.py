@@ -503,6 +503,24 @@ def _linearised(model):
 
 
 @sums_entry
+def spread_profiles(model, unknowns, profiles):
+    """Profiles at the nodes as the point spread leaves them of the phase, shape (k, m).
+
+    Parameters
+    ----------
+    model, unknowns
+        As of `linearise`.
+    profiles : ndarray, shape (k, m)
+        Changes of the phase at the nodes [rad].
+    """
+    found, deviation = profiles.copy(), lens(model, unknowns)[1]
+    if deviation > 0:
+        pixels = len(model.amplitude) // len(model.bias)
+        _spread_columns(found, deviation * (len(model.fixed) - 1) / pixels)
+    return found
+
+
+@sums_entry
 def linearise(model, prior, frame, unknowns):
     """The loss about a point.
 

@@ -33,6 +33,7 @@ from fringeforce.estimation.frame_fit import (
     information,
     linearise,
     shared_information,
+    spread_profiles,
 )
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -140,7 +141,7 @@ class Posterior:
         """The loss about a top."""
         return Linearised(*linearise(self.model, self.prior, self.frame, top.unknowns))
 
-    def waves_chance(self, about: Linearised) -> float:
+    def waves_chance(self, top: Top, about: Linearised) -> float:
         """Chance that noise leaves as large waves of phase as there are: a score test.
 
         The waves are those of the discrete cosine transform; what the unknowns can absorb is taken
@@ -149,11 +150,12 @@ class Posterior:
         nodes = len(self.model.fixed)
         along = np.pi * (np.arange(nodes) + 0.5) / nodes
         waves = np.cos(np.outer(np.arange(min(WAVES, nodes)), along))
-        cross = shared_information(self.model, about, waves)
+        seen = spread_profiles(self.model, top.unknowns, waves)
+        cross = shared_information(self.model, about, seen)
         # sums at the nodes are not positive definite to the last digit
         solved = np.linalg.solve(about.hessian + about.cone, cross)
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
-        information = waves @ banded(about, waves).T - cross.T @ solved
+        information = seen @ banded(about, seen).T - cross.T @ solved
         values, vectors = eigh(information, check_finite=False)
         kept = values > RANK * values[-1]
         if not kept.any():

@@ -392,7 +392,7 @@ class PosteriorReader(FrameReader):
             if not is_same
         ]
         if status is None and not tracked:
-            chance = posterior.waves_chance(about)
+            chance = posterior.waves_chance(near[0], about)
             if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
                 probability *= chance / (chance + MISSED)
         if status is None:
@@ -477,5 +477,5 @@ class _Met:
             return False
         key = id(top)
         if key not in self._chances:
-            self._chances[key] = self.posterior.waves_chance(self.posterior.linearised(top))
+            self._chances[key] = self.posterior.waves_chance(top, self.posterior.linearised(top))
         return self._chances[key] > chance
