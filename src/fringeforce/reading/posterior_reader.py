@@ -372,7 +372,7 @@ class PosteriorReader(FrameReader):
     ) -> Reading:
         weighed = self._weighed(posterior, tops)
         best, count = weighed[0], posterior.model.at.loads
-        same = [np.abs(one.phase - best.phase).max() < SAME for one in weighed]
+        same = [_alike(one, best, count) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         loads, covariance = _mixture(own, count)
@@ -447,6 +447,18 @@ class PosteriorReader(FrameReader):
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
+
+
+def _alike(one: Weighed, best: Weighed, count: int) -> bool:
+    """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
+
+    Their loads then differ by a standard deviation root mean square at most, which a mixture of
+    both states.
+    """
+    if np.abs(one.phase - best.phase).max() < SAME:
+        return True
+    apart = one.top.unknowns[:count] - best.top.unknowns[:count]
+    return float(apart @ np.linalg.solve(best.covariance, apart)) <= count
 
 
 def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:
