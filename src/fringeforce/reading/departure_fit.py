@@ -247,7 +247,7 @@ class _One:
             Linearised(*linearise(end, prior, frame, unknowns)).gradient for end in (low, high)
         )
         cross = (last - first) / apart
-        follow = np.linalg.solve(about.hessian + about.cone, cross)
+        follow = np.asarray(np.linalg.solve(about.hessian + about.cone, cross), dtype=float)
         information = change @ change / self.model.variance + 1.0 - cross @ follow
         information = max(float(information), 1.0)
         return _Step(-float(gradient - follow @ about.gradient) / information, follow, information)
