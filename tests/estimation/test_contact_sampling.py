@@ -161,7 +161,7 @@ def _importance(case: Case, count: int) -> tuple[Array, Array, float]:
 def test_samples_have_mean_and_covariance_of_the_exact_posterior(case: Case) -> None:
     mean, covariance, effective = _importance(case, 4000)
     assert effective > 300
-    laplace = case.posterior.covariance(case.top, case.about)
+    laplace = case.posterior.covariance(case.top)
     found, spread = sampled_loads(case.contacts, [case.z], case.scale, laplace)
     std = np.sqrt(np.diag(covariance))
     # both samples err: walks of samples of which every fourth counts, and the importance sample
@@ -187,7 +187,7 @@ def test_a_dark_frame_bounds_loads_by_the_curvature_of_its_fringes(case: Case) -
     levels = expose(model, np.zeros(at.size))[0]
     dark = Posterior(model, posterior.prior, levels)
     top = Top(np.zeros(at.size), 0.0, 0.0, float(len(levels)))
-    covariance = dark.covariance(top, dark.linearised(top))
+    covariance = dark.covariance(top)
     # the exact posterior along one normal load, all else as it is
     along = np.linspace(-1, 1, 2001)
     unit = np.zeros(at.size)

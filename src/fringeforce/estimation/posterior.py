@@ -163,12 +163,12 @@ class Posterior:
         normal = (vectors.T @ score)[kept] / np.sqrt(values[kept])
         return float(chdtrc(np.count_nonzero(kept), normal @ normal))
 
-    def covariance(self, top: Top, about: Linearised) -> Array:
+    def covariance(self, top: Top) -> Array:
         """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2]."""
         loads = self.model.at.loads
-        return self.spread(top, about)[:loads, :loads]
+        return self.spread(top)[:loads, :loads]
 
-    def spread(self, top: Top, about: Linearised) -> Array:
+    def spread(self, top: Top) -> Array:
         """Covariance of all unknowns, shape (size, size).
 
         The cone is left out: a force at its border is as uncertain as the frame leaves it.  Beyond

@@ -121,7 +121,7 @@ class PosteriorFollower(Follower):
             posterior.model, posterior.prior, uncertain.lasting, used, FAINT, top.unknowns.copy()
         )
         about = posterior.linearised(top)
-        self._filter.begin(about, posterior.spread(top, about))
+        self._filter.begin(about, posterior.spread(top))
         self._probability, self._used = probability, used
         self._size = self._push(top.unknowns)
 

@@ -217,7 +217,7 @@ class PosteriorReader(FrameReader):
         return bool(np.abs(posterior.phase(top)).max() < FAINT)
 
     def _own(self, frame: Array, lines: Lines) -> Posterior:
-        pace, _ = self._search.true_pace(lines, self._search.light(lines))
+        pace, _ = self._search.true_pace(lines, lines.light)
         return self.posterior(frame, self._search.pushing(pace))
 
     def _push(self, posterior: Posterior) -> float:
@@ -358,7 +358,7 @@ class PosteriorReader(FrameReader):
         logs = np.array([posterior.evidence(top, about) for top, about in found])
         shares = np.exp(logs - logs.max())
         weighed = [
-            Weighed(top, posterior.covariance(top, about), posterior.phase(top), float(share))
+            Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
             for (top, about), share in zip(found, shares / shares.sum(), strict=True)
         ]
         return sorted(weighed, key=lambda one: -one.weight)
@@ -438,12 +438,9 @@ class PosteriorReader(FrameReader):
             status = Status.SATURATED
         elif lines.pace.max() > DENSE:
             status = Status.FRINGES_TOO_DENSE
-        met = _Met(posterior)
         starts = next(self._search.attempts(lines, []))[0]
         top = posterior.climbed(starts[0]) if len(starts) else posterior.climbed(np.zeros(at.size))
-        met.add(top)
-        about = posterior.linearised(top)
-        covariance = posterior.covariance(top, about)
+        covariance = posterior.covariance(top)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,12 +133,15 @@ class Lines(NamedTuple):
         Of the noise.
     pace : ndarray, shape (C, P)
         Local pace of the phase, as seen [rad per pixel].
+    light : Light
+        From the extremes of the lines.
     """
 
     intensity: Array
     seen: NDArray[np.bool_]
     variance: Array
     pace: Array
+    light: Light
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,28 +168,16 @@ class PosteriorSearch:
                 line[~own] = np.interp(along[~own], along[own], line[own])
         variance = model.variance / np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
         pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
-        return Lines(lines, seen, variance, pace)
+        return Lines(lines, seen, variance, pace, self._light(lines, variance, pace))
 
-    def light(self, lines: Lines) -> Light:
-        """Light from a frame's extremes."""
-        if self._last.get("lines") is not lines:
-            self._last.update(lines=lines, light=self._light(lines))
-        return self._last["light"]
-
-    @cached_property
-    def _last(self) -> dict[str, Any]:
-        """The lines whose light was looked for last, and it."""
-        return {}
-
-    def _light(self, lines: Lines) -> Light:
+    def _light(self, lines: Array, variances: Array, paces: Array) -> Light:
+        """Light from the extremes of lines."""
         model, at = self.model, self.model.at
         gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
         found = np.concatenate(
             [
                 extremes(line, pace, float(variance))
-                for line, variance, pace in zip(
-                    lines.intensity, lines.variance, lines.pace, strict=True
-                )
+                for line, variance, pace in zip(lines, variances, paces, strict=True)
             ]
         )
         blur = model.blur, model.blur_std
@@ -480,9 +471,8 @@ class PosteriorSearch:
 
     def attempts(self, lines: Lines, best: list[Top]) -> Iterator[tuple[Array, Array, float]]:
         """Starts of one effort after the other; `best` holds the explanations so far."""
-        extreme = self.light(lines)
         for effort in EFFORTS:
-            light = extreme if effort.light == "extremes" else self._drawn
+            light = lines.light if effort.light == "extremes" else self._drawn
             if effort.light == "fitted":
                 if not best:
                     continue

@@ -69,7 +69,7 @@ def beam_search(
         row = influence[block]
         shift = covariance @ row
         spread = variance[block] + row @ shift
-        choices = _choices(
+        choices = continuations(
             means @ row + bias[block],
             scores,
             fold[block],
@@ -92,7 +92,7 @@ def beam_search(
 
 
 @njit(cache=True, error_model="numpy")
-def _choices(
+def continuations(
     predicted: Array,
     scores: Array,
     fold: float,

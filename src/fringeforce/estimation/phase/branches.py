@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.estimation.phase.beam import AGREEMENT, LOOK_AHEAD, TURN
+from fringeforce.estimation.phase.beam import AGREEMENT, LOOK_AHEAD, continuations
 
 Array = NDArray[np.float64]
 
@@ -34,45 +34,28 @@ def _search(fold, variance, single, bias, columns, width, gate, cut):
     phase, skipped = np.zeros((blocks, width)), np.zeros(blocks, np.bool_)
     merges, merged = np.zeros((blocks * MERGES, 4)), 0
     signless = not bias.any()
-    choices = np.empty((8 * width, 4))
     for b in range(blocks):
         row = columns[b]
         shift = covariance @ row
         spread = variance[b] + row @ shift
-        predicted = means @ row + bias[b]
-        reach, count, alive = gate * np.sqrt(spread), 0, len(scores)
-        for p in range(alive):
-            for sign in (1.0, -1.0):
-                if single[b] and sign < 0:
-                    continue
-                low = int(np.ceil((predicted[p] - reach - sign * fold[b]) / TURN))
-                high = int(np.floor((predicted[p] + reach - sign * fold[b]) / TURN))
-                for turn in range(low, high + 1):
-                    here = sign * fold[b] + TURN * turn
-                    if (signless and here < 0) or count == len(choices):
-                        continue
-                    innovation = here - predicted[p]
-                    choices[count, 0] = scores[p] + innovation * innovation / spread
-                    choices[count, 1], choices[count, 2] = innovation, here
-                    choices[count, 3] = p
-                    count += 1
-        if count == 0:  # nothing fits anyone: a broken pixel, not a broken hypothesis
+        choices = continuations(
+            means @ row + bias[b], scores, fold[b], single[b], spread, gate, signless, width
+        )
+        if len(choices) == 0:  # nothing fits anyone: a broken pixel, not a broken hypothesis
             skipped[b] = True
             scores = scores + gate**2
-            for k in range(alive):
+            for k in range(len(scores)):
                 parent[b, k] = k
             continue
         gain = shift / spread
         gains[b] = gain
         ahead = columns[min(b + LOOK_AHEAD, blocks - 1)]
         expected, pull = means @ ahead, gain @ ahead
-        order = np.argsort(choices[:count, 0])
-        best = choices[order[0], 0]
+        best = choices[0, 0]
         kept, kept_scores = np.empty((width, size)), np.empty(width)
         now, later, count = np.empty(width), np.empty(width), 0
-        for o in order:
-            score, innovation, here, from_ = choices[o]
-            p = int(from_)
+        for score, innovation, here, source in choices:
+            p = int(source)
             if count == width or score > best + cut:
                 break
             outlook, double = expected[p] + pull * innovation, -1
