@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import shutil
 import threading
 
 
-def end_with_parent() -> None:
-    """Let this process end as soon as the one that started it has ended and cannot tell it to."""
+def end_with_parent(folder: str | None = None) -> None:
+    """Let this process end as soon as the one that started it has ended and cannot tell it to.
+
+    Parameters
+    ----------
+    folder : str, optional
+        What is removed then, for the other may have been unable to do so.
+    """
 
     def wait_and_end() -> None:
         if parent is not None:
             parent.join()
+            if folder:
+                shutil.rmtree(folder, ignore_errors=True)
             # other threads may be busy for long, and nobody waits for what they find
             os._exit(1)
 

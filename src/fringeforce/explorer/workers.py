@@ -5,20 +5,19 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import os
-import shutil
 import signal
 import tempfile
-import threading
+import traceback
 import weakref
 from collections import OrderedDict
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
+from fringeforce.base.child_process import end_with_parent
 from fringeforce.explorer.page import Page, Process
 from fringeforce.explorer.protocol import AboutDesign
 from fringeforce.explorer.tasks import Answer, Solved, solve
@@ -26,6 +25,9 @@ from fringeforce.explorer.tasks import Answer, Solved, solve
 
 class Worker:
     """One process that is started when needed, and again if it dies; it ends with this one.
+
+    Results come through a pipe whose other end the process alone holds, so that its end is noticed
+    whatever it was doing.  A process pool waits for ever for a result of which it has a part.
 
     Parameters
     ----------
@@ -37,54 +39,85 @@ class Worker:
 
     def __init__(self, patient: bool = False, folder: str | None = None) -> None:
         self._manner = patient, folder
-        self._running: tuple[ProcessPoolExecutor, Connection] | None = None
-        self._closed = False
+        self._running: tuple[SpawnProcess, Connection] | None = None
+        self._closed, self._turn = False, asyncio.Lock()
 
     async def run(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """The function's result, computed in the process; once more if the process dies."""
+        async with self._turn:
+            asked = asyncio.ensure_future(self._answered(function, arguments))
+            try:
+                return await asyncio.shield(asked)
+            except asyncio.CancelledError:
+                # or its answer would be taken for the next one's
+                await asyncio.gather(asked, return_exceptions=True)
+                raise
+
+    async def _answered(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         for _ in range(2):
             if self._closed:
                 break
-            running = self._running = self._running or self._started()
+            process, pipe = self._running = self._running or self._started()
             try:
-                return await asyncio.wrap_future(running[0].submit(function, *arguments))
-            except BrokenProcessPool:
-                if self._running is running:
-                    self._running = None
+                done, result = await asyncio.to_thread(_exchanged, pipe, (function, arguments))
+            except (EOFError, OSError):
+                self._running = None
+                _ended(process, pipe)
+                continue
+            if not done:
+                raise result
+            return result
         raise RuntimeError("the process that should have done it has ended")
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
         self._closed = True
         if self._running is not None:
-            pool, lifeline = self._running
-            lifeline.close()
-            pool.shutdown(cancel_futures=True)
+            self._running[0].kill()
+            self._running[0].join()
 
-    def _started(self) -> tuple[ProcessPoolExecutor, Connection]:
+    def _started(self) -> tuple[SpawnProcess, Connection]:
         # a fresh interpreter, because the server's own has threads that must not be forked
         context = multiprocessing.get_context("spawn")
-        lifeline, theirs = context.Pipe()
-        return ProcessPoolExecutor(1, context, _prepared, (theirs, *self._manner)), lifeline
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, *self._manner), daemon=True)
+        process.start()
+        theirs.close()
+        return process, ours
 
 
-def _prepared(lifeline: Connection, patient: bool, folder: str | None) -> None:
-    """Let this process end with the other end of a pipe, which closes however its owner ends."""
-    threading.Thread(target=_end_with, args=(lifeline, folder), daemon=True).start()
+def _exchanged(pipe: Connection, task: Any) -> Any:
+    pipe.send(task)
+    return pipe.recv()
+
+
+def _ended(process: SpawnProcess, pipe: Connection) -> None:
+    process.kill()
+    process.join()
+    pipe.close()
+
+
+def _serve(pipe: Connection, patient: bool, folder: str | None) -> None:
+    """Do what comes through a pipe, as long as the process at its other end lives."""
+    end_with_parent(folder)
     # Ctrl+C in a terminal reaches every process; the server decides when this one ends
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # not every system knows the word
     if patient and hasattr(os, "nice"):
         os.nice(10)
-
-
-def _end_with(lifeline: Connection, folder: str | None) -> None:
     with suppress(EOFError, OSError):
-        lifeline.recv()
-    if folder:
-        shutil.rmtree(folder, ignore_errors=True)
-    # other threads may be busy for long, and nobody waits for what they find
-    os._exit(1)
+        while True:
+            function, arguments = pipe.recv()
+            pipe.send(_done(function, arguments))
+
+
+def _done(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool, Any]:
+    """Whether a function returned, and what; or the error that it raised."""
+    try:
+        return True, function(*arguments)
+    except Exception as error:
+        error.add_note(traceback.format_exc())
+        return False, error
 
 
 class Workers:
