@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fringeforce.design.strip import Sensor
     from fringeforce.estimation.phase.noise_free import recover_phase
     from fringeforce.models.as_built import BuiltSensor
+    from fringeforce.contacts.press import Press
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
     from fringeforce.models.strip import SensorModel
@@ -37,6 +38,7 @@ __all__ = [
     "FringeforceError",
     "Limits",
     "Plan",
+    "Press",
     "Reader",
     "Reading",
     "References",
@@ -66,6 +68,7 @@ _HOME = {
     "FringeforceError": "base.errors",
     "Limits": "calibration.planning.candidates",
     "Plan": "calibration.planning.plan",
+    "Press": "contacts.press",
     "Reader": "reading.reader",
     "Reading": "reading.reading",
     "References": "calibration.light.references",

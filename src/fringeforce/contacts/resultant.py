@@ -39,8 +39,11 @@ class Resultant:
         Moment about the centre of the loaded surface; the force on it is (T_x, T_y, -N) [N m].
     centre : ndarray, shape (dimensions,)
         Centre of pressure along x, and y of a pad [m]; not a number where nothing presses.
-    covariance : ndarray, shape (m, m), m = components + 3 + dimensions
-        Joint covariance of force, moment and centre in this order, to first order.
+    covariance : ndarray, shape (m, m), m = components + 3 + dimensions, and 1 with a width
+        Joint covariance of force, moment, centre and width in this order, to first order.
+    width : float or None
+        Of a contact on a skin [m]: four standard deviations of its pressure, which is the whole
+        width of a Hertz contact; None of tactels.
     """
 
     tactels: Index
@@ -48,11 +51,13 @@ class Resultant:
     moment: Array
     centre: Array
     covariance: Array
+    width: float | None = None
 
     @property
     def values(self) -> Array:
-        """Force, moment and centre in this order, shape (m,)."""
-        return np.concatenate([self.force, self.moment, self.centre])
+        """Force, moment, centre and width, if it is known, in this order, shape (m,)."""
+        wide = [] if self.width is None else [self.width]
+        return np.concatenate([self.force, self.moment, self.centre, wide])
 
     @property
     def std(self) -> Array:
@@ -73,7 +78,14 @@ class Resultant:
     @property
     def centre_covariance(self) -> Array:
         """Covariance of the centre of pressure [m^2]."""
-        return self.covariance[-len(self.centre) :, -len(self.centre) :]
+        begin = len(self.force) + 3
+        part = slice(begin, begin + len(self.centre))
+        return self.covariance[part, part]
+
+    @property
+    def width_std(self) -> float | None:
+        """Standard deviation of the width [m]."""
+        return None if self.width is None else float(self.std[-1])
 
     @property
     def slip_ratio(self) -> float:

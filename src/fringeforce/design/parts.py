@@ -39,8 +39,14 @@ class Part(BaseModel):
         return {
             key: value
             for key, value in handler(self).items()
-            if key not in fields or not left_out(getattr(self, key), fields[key])
+            if key not in self.derived
+            and (key not in fields or not left_out(getattr(self, key), fields[key]))
         }
+
+    @property
+    def derived(self) -> frozenset[str]:
+        """Tables that follow from others, and are not stated."""
+        return frozenset()
 
 
 class Layer(Part):
@@ -137,6 +143,8 @@ class Design(Part):
     """
 
     components: ClassVar[tuple[str, ...]]
+    rivals: ClassVar[Mapping[str, str]] = {}
+    """Tables of which one takes the place of the other."""
 
     @property
     def dimensions(self) -> int:
@@ -213,6 +221,10 @@ class Design(Part):
                     raise DesignError(f"{path}: there is no part {parent!r} of a design; {hint}")
                 branch = branch[parent]
             branch[key] = _merged(branch.get(key), value)
+        stated = {path.split(".")[0] for path in changes}
+        for table in stated & self.rivals.keys():
+            if self.rivals[table] not in stated:
+                values.pop(self.rivals[table], None)
         return validated(type(self), values, "The changed design", from_file=False)
 
     def to_toml(self) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from fringeforce.base.arrays import Array
-from fringeforce.design.fields import Count, Extent, Length, Percent, Place, Places
+from fringeforce.design.fields import Count, Extent, Finite, Length, Percent, Place, Places
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
 
@@ -97,6 +98,43 @@ class Tactels(Part):
         return self.positions[:, None]
 
 
+LINES = 0.2
+"""Distance between the line loads of a skin, in thicknesses of the cover: what is narrower than the
+cover is thick does not pass through it."""
+
+
+class Skin(Part):
+    """Where contacts land anywhere, in the place of tactels."""
+
+    extent: Length = Field(description="length of the skin along x, centred on the strip [m]")
+    friction: Finite = Field(default=1.0, gt=0, description="largest |tangential| / normal force")
+    resolution: Length | None = Field(
+        default=None,
+        description="distance between the places at which tractions are stated [m]; a fifth of the "
+        "cover's thickness if not given",
+        json_schema_extra={"unit": "meter"},
+    )
+
+    def lines(self, cover: float) -> Tactels:
+        """Line loads all over it, for a cover of some thickness [m]."""
+        spacing = LINES * cover if self.resolution is None else self.resolution
+        count = max(round(self.extent / spacing), 5) + 1
+        return Tactels(count=count, pitch=self.extent / (count - 1))
+
+
+def _lines(data: dict[str, Any]) -> Tactels:
+    """Line loads of the skin that a design has."""
+    skin, transducer = data.get("skin"), data.get("transducer")
+    if skin is None and "skin" in data:
+        raise PydanticCustomError(
+            "no_tactels",
+            "say where forces act: give a table of tactels, or a skin for contacts anywhere",
+        )
+    if skin is None or transducer is None:  # has problems of its own
+        return Tactels(count=1, pitch=1e-3)
+    return skin.lines(transducer.compliant.thickness)
+
+
 class Sensor(Design):
     """A complete sensor, from strip to camera.
 
@@ -110,11 +148,33 @@ class Sensor(Design):
 
     kind: ClassVar = "strip"
     components: ClassVar = ("normal", "tangential")
+    rivals: ClassVar = {"skin": "tactels", "tactels": "skin"}
     name: str = Field(description="what to call the sensor")
     transducer: Transducer
-    tactels: Tactels
+    skin: Skin | None = Field(
+        default=None, description="contacts anywhere, in the place of tactels; none if not given"
+    )
+    tactels: Tactels = Field(
+        default_factory=_lines,
+        validate_default=True,
+        description="where forces act; of a skin, line loads all over it",
+    )
     polariscope: Polariscope
     camera: Camera
+
+    @property
+    def derived(self) -> frozenset[str]:
+        """Tables that follow from others: the line loads of a skin."""
+        return frozenset() if self.skin is None else frozenset(["tactels"])
+
+    @model_validator(mode="after")
+    def _tactels_or_skin(self) -> Self:
+        if self.skin is not None and "tactels" in self.model_fields_set:
+            raise ValueError(
+                "has both tactels and a skin; give tactels for forces at certain places, or a skin "
+                "for contacts anywhere"
+            )
+        return self
 
     @field_validator("tactels", mode="after")
     @classmethod

@@ -36,7 +36,10 @@ def _lines(part: BaseModel, path: str, tolerances: Mapping[str, float]) -> Itera
     if path:
         yield f"\n[{path}]"
     children: list[tuple[str, BaseModel]] = []
+    derived = getattr(part, "derived", frozenset())
     for key, info in keys(type(part)).items():
+        if key in derived:
+            continue
         value, name = getattr(part, key), info.alias or key
         at = f"{path}.{name}" if path else name
         if isinstance(value, BaseModel):

@@ -218,3 +218,37 @@ def stress_field(
             values[..., 0] += mean
             field[index][:, used] = values
     return field
+
+
+def surface_displacement(
+    transducer: Transducer, step: float, count: int, terms: int = 4000
+) -> tuple[Array, Array, Array]:
+    """Displacement of the loaded surface beside a small force far from the edges, but a constant.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip.
+    step : float
+        Width of the force under uniform tractions, and distance of the places [m].
+    count : int
+        Places on either side.
+    terms : int
+        Harmonics; forces must be wider than the length over their number.
+
+    Returns
+    -------
+    tuple of ndarray, shape (2 count + 1,)
+        Into the surface under a normal force, along x under a tangential one, and into the surface
+        under a tangential one [m/N].
+    """
+    layers = _strip_layers(transducer)
+    alpha = np.arange(1, terms + 1, dtype=np.float64) * np.pi / transducer.length
+    coefficients = _coefficients(layers, alpha)
+    state = layers[0].basis(alpha, np.array([0.0]))[:, 0] @ coefficients[:, :4]
+    # a force and its mirror images beyond the edges have twice the amplitude of the force alone
+    patch = np.sinc(alpha * step / 2 / np.pi) / (transducer.length * transducer.width * alpha)
+    along, up = (patch[:, None] * state[:, row] for row in (_ALPHA_U, _ALPHA_W))
+    phase = np.outer(np.arange(-count, count + 1) * step, alpha)
+    even, odd = np.cos(phase), np.sin(phase)
+    return -even @ up[:, 0], even @ along[:, 1], odd @ up[:, 1]

@@ -21,6 +21,7 @@ from fringeforce.design.parts import Design
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Limits, limits, number_at, with_values
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
+from fringeforce.models.presses import Presses, are_presses
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -56,7 +57,7 @@ class StripModel(Protocol):
         """Where the camera's pixels look, shape (n_pixels,) [m]."""
         ...
 
-    def phase(self, forces: ArrayLike) -> Array:
+    def phase(self, forces: ArrayLike | Presses) -> Array:
         """Phase lead at the pixels [rad]."""
         ...
 
@@ -136,7 +137,9 @@ class BuiltSensor:
         widths = _truncated(*width, Limits(low=0.0), generator, shape)
         return Contacts(tactels.positions + beside, widths)
 
-    def phase(self, forces: ArrayLike, contacts: Contacts | None = None) -> Array:
+    def phase(
+        self, forces: ArrayLike | Presses, contacts: Contacts | None = None
+    ) -> Array:
         """Phase lead at the pixels, residual included, shape (..., n_pixels) [rad].
 
         Parameters
@@ -147,7 +150,7 @@ class BuiltSensor:
             Where they act, of a shape that fits the forces; at the places and under the widths of
             the design if not given.
         """
-        if contacts is None:
+        if contacts is None or are_presses(forces):
             return self.model.phase(forces) + self.residual
         sensor = self.model.sensor
         loads = checked_loads(forces, sensor.tactels.count)
@@ -165,7 +168,10 @@ class BuiltSensor:
         return phase_lead(flat, constant) + self.residual
 
     def expose(
-        self, forces: ArrayLike, rng: camera_optics.Rng = None, contacts: Contacts | None = None
+        self,
+        forces: ArrayLike | Presses,
+        rng: camera_optics.Rng = None,
+        contacts: Contacts | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera of this sensor would deliver, each with contacts of its own.
 
@@ -184,7 +190,7 @@ class BuiltSensor:
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
         generator = np.random.default_rng(rng)
-        if contacts is None and self.surface is not None:
+        if contacts is None and self.surface is not None and not are_presses(forces):
             contacts = self.contacts(np.shape(forces)[:-2], generator)
         return self.model.delivered(self.phase(forces, contacts), generator, self.light)
 

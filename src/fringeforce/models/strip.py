@@ -48,6 +48,7 @@ from fringeforce.models.imaging_files import (
     write_calibration,
     write_imaging,
 )
+from fringeforce.models.presses import Presses, are_presses, press_phase
 from fringeforce.models.strip_width import strip_width
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
@@ -173,13 +174,14 @@ class SensorModel:
         light = imaging.amplitude, imaging.offset, imaging.light_variance
         return camera_response(camera, *light)
 
-    def phase(self, forces: ArrayLike, x: ArrayLike | None = None) -> Array:
+    def phase(self, forces: ArrayLike | Presses, x: ArrayLike | None = None) -> Array:
         """Phase lead under given forces, equation (10.a).
 
         Parameters
         ----------
-        forces : array_like, shape (..., n, 2)
-            Normal (pressing) and tangential (towards +x) force of every tactel [N].
+        forces : array_like, shape (..., n, 2), or sequence of Press
+            Normal (pressing) and tangential (towards +x) force of every tactel [N]; or what really
+            touches, in one frame or, as a sequence of such sequences, in several.
         x : array_like, shape (m,), optional
             Positions along the strip [m]; the camera's pixels if not given.
 
@@ -188,6 +190,9 @@ class SensorModel:
         ndarray, shape (..., m) or (..., n_pixels)
             Phase lead [rad].
         """
+        if are_presses(forces):
+            where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
+            return press_phase(self.sensor, where, forces)
         influence = self.pixel_influence if x is None else self.influence(x)
         loads = checked_loads(forces, self.sensor.tactels.count)
         return loads.reshape(*loads.shape[:-2], -1) @ influence.reshape(len(influence), -1).T
@@ -219,7 +224,7 @@ class SensorModel:
 
     def expose(
         self,
-        forces: ArrayLike,
+        forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         as_built: camera_optics.Rng = None,
     ) -> NDArray[np.unsignedinteger]:
@@ -227,8 +232,8 @@ class SensorModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., n, 2)
-            Normal and tangential force of every tactel [N].
+        forces : array_like, shape (..., n, 2), or sequence of Press
+            Normal and tangential force of every tactel [N], or what really touches, as of `phase`.
         rng : int, numpy.random.Generator or None
             Source of the noise, and of all that changes from frame to frame.
         as_built : int or numpy.random.Generator, optional
@@ -441,7 +446,7 @@ def characterize(
         facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}
         return SensorModel(sensor, found.breaks, found.psi, facts)
     transducer, positions = sensor.transducer, sensor.tactels.positions
-    if sensor.tactels.contact_width or sensor.tactels.placement:
+    if sensor.skin or sensor.tactels.contact_width or sensor.tactels.placement:
         return _distributed(sensor, mesh)
     if mesh is None or isinstance(mesh, str):
         mesh = named_mesh(mesh or "default", transducer, positions)

@@ -22,6 +22,8 @@ from fringeforce.reading.posterior_following import PosteriorFollower
 from fringeforce.reading.posterior_reader import PosteriorReader
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.skin_following import SkinFollower
+from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_following import StripFollower
 
 Array = NDArray[np.float64]
@@ -33,6 +35,7 @@ SHORTEST = 512
 _KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
     "strip": (SingleFrameReader, StripFollower),
     "strip with tolerances": (PosteriorReader, PosteriorFollower),
+    "skin": (SkinReader, SkinFollower),
     "pad": (PadFrameReader, PadFollower),
 }
 """What reads single frames, and what follows them, by the kind of sensor."""
@@ -96,7 +99,9 @@ class Reader:
         confidence: float = CONFIDENCE,
     ) -> None:
         kind = model.sensor.kind
-        if isinstance(model, SensorModel) and has_tolerances(model):
+        if isinstance(model, SensorModel) and model.sensor.skin is not None:
+            kind = "skin"
+        elif isinstance(model, SensorModel) and has_tolerances(model):
             kind += " with tolerances"
         single, self._follow = _KINDS[kind]
         self._single = single(model, friction, confidence)

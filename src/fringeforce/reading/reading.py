@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fringeforce.contacts.resultant import Resultant
 
 Array = NDArray[np.float64]
 
@@ -107,6 +110,8 @@ class Reading:
     probability: float = 1.0
     # a default of the class would hide what is computed later
     findings: tuple[str, ...] = field(default_factory=tuple)
+    contacts: tuple[Resultant, ...] = field(default_factory=tuple)
+    total: Resultant | None = field(default_factory=lambda: None)
 
     @classmethod
     def of(
@@ -123,6 +128,9 @@ class Reading:
         tracked: bool = False,
         probability: float = 1.0,
         findings: tuple[str, ...] | Callable[[], tuple[str, ...]] = (),
+        contacts: tuple[Resultant, ...] | Callable[[], tuple[Resultant, ...]] = (),
+        total: Resultant | Callable[[], Resultant] | None = None,
+        std: Callable[[], Array] | None = None,
     ) -> Reading:
         """A reading, of which covariance, phase and findings may be computed when first asked for.
 
@@ -135,7 +143,15 @@ class Reading:
         alternatives, limited
             Attributes; none if not given.
         """
-        later = {"covariance": covariance, "phase": phase, "findings": findings}
+        later: dict[str, Any] = {
+            "covariance": covariance,
+            "phase": phase,
+            "findings": findings,
+            "contacts": contacts,
+            "total": total,
+        }
+        if std is not None:
+            later["deviations"] = std
         reading = object.__new__(cls)
         reading.__dict__.update(
             {name: value for name, value in later.items() if not callable(value)},
@@ -168,6 +184,8 @@ class Reading:
     @property
     def std(self) -> Array:
         """Standard deviations of the forces, shape (n, components) [N]."""
+        if "deviations" in self.__dict__.get("_later", {}):
+            return self.deviations
         return np.sqrt(np.diag(self.covariance)).reshape(self.forces.shape)
 
     @property

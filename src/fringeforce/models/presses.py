@@ -1,0 +1,132 @@
+"""The light of what really touches a strip: presses anywhere, under tractions of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, TypeGuard
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.cylinder import Compliance, cylinder_forces
+from fringeforce.contacts.press import Press, Tractions
+from fringeforce.design.strip import Sensor, Transducer
+from fringeforce.mechanics import fourier
+from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+
+Presses = Sequence["Press"] | Sequence[Sequence["Press"]]
+"""What touches in one frame, or in several."""
+STEPS = 64
+"""Small forces in half the width that a half-space of the cover would have under a cylinder; a
+layer on a stiffer one gives way less."""
+MARGIN = 1.4
+"""How far beyond that the surface is looked at: shear and pressure together widen a contact."""
+FINEST = 5e-4
+"""Width of small forces over the thickness of the cover below which nothing changes."""
+LADDER = 4
+"""Widths of small forces in a factor of two."""
+MOST_TERMS = 20000
+"""Harmonics of the surface at most."""
+
+
+def are_presses(loads: Any) -> TypeGuard[Sequence[Any]]:
+    """Whether loads are presses, of one frame or of several, rather than forces of tactels."""
+    while isinstance(loads, list | tuple) and len(loads):
+        loads = loads[0]
+    return isinstance(loads, Press)
+
+
+def tractions(sensor: Sensor, press: Press) -> Tractions:
+    """What a press does to the surface of a strip.
+
+    Raises
+    ------
+    InputError
+        If it reaches beyond the strip, or presses with a cylinder in three dimensions.
+    """
+    transducer = sensor.transducer
+    if press.radius is None:
+        found = press.distributed()
+    else:
+        if transducer.plane == "3d":
+            raise InputError(
+                'A press with a radius needs plane = "stress" or "strain"; give its width instead.'
+            )
+        found = _under_cylinder(transducer, press, press.radius)
+    low, high, half = found.places.min(), found.places.max(), transducer.length / 2
+    if low < -half or high > half:
+        raise InputError(
+            f"A press at x = {press.x * 1e3:g} mm reaches from {low * 1e3:.3g} to "
+            f"{high * 1e3:.3g} mm, beyond the strip, which ends at +-{half * 1e3:g} mm."
+        )
+    return found
+
+
+def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Tractions:
+    cover = transducer.compliant
+    line = press.normal / transducer.width
+    modulus = cover.youngs_modulus
+    if transducer.plane == "strain":
+        modulus /= 1 - cover.poissons_ratio**2
+    # Hertz, for a half-space of the cover: Johnson's equation (4.43)
+    half = MARGIN * np.sqrt(4 * line * radius / (np.pi * modulus))
+    # steps of a ladder, whose compliances are known after a while
+    rung = np.floor(LADDER * np.log2(max(half / STEPS / cover.thickness, FINEST)))
+    step = cover.thickness * float(2 ** (rung / LADDER))
+    compliance = _compliance(transducer, step)
+    forces = cylinder_forces(
+        compliance, radius, press.normal, press.tangential, press.friction
+    )
+    places = press.x + (np.arange(len(forces)) - len(forces) // 2) * step
+    kept = forces[:, 0] > 0
+    return Tractions(places[kept], forces[kept])
+
+
+@lru_cache(maxsize=64)
+def _compliance(transducer: Transducer, step: float) -> Compliance:
+    terms = min(int(np.ceil(2 * transducer.length / step)), MOST_TERMS)
+    count = int(np.ceil(2 ** (1 / LADDER) * STEPS)) + 4
+    return Compliance(step, *fourier.surface_displacement(transducer, step, 2 * count, terms))
+
+
+def press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
+    """Phase lead under presses, shape (..., m) [rad].
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip.
+    x : ndarray, shape (m,)
+        Positions along it [m].
+    presses : sequence of Press, or of such sequences
+        What touches, in one frame or in several.
+    """
+    if len(presses) and not isinstance(presses[0], Press):
+        return np.array([press_phase(sensor, x, one) for one in presses])
+    found = [tractions(sensor, press) for press in presses]
+    if not found:
+        return np.zeros(len(x))
+    places = np.concatenate([part.places for part in found])
+    forces = np.concatenate([part.forces for part in found])
+    transducer = sensor.transducer
+    constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
+    if transducer.edges == "roller":
+        stress = fourier.integrated_stress(transducer, places, x)
+        lead = np.einsum("mnc,nc->m", stress, forces, optimize=True)
+    else:
+        surface = _surface(transducer, x.tobytes())
+        lines = surface.shares(places, np.zeros(len(places))).T @ forces
+        lead = surface.stress.reshape(len(x), -1) @ lines.ravel()
+    inside = np.abs(x) <= transducer.length / 2
+    return phase_lead(lead, constant) * inside
+
+
+@lru_cache(maxsize=4)
+def _surface(transducer: Transducer, x: bytes) -> SurfaceInfluence:
+    """Line loads all over a strip, solved once."""
+    half = transducer.length / 2
+    where = np.clip(np.frombuffer(x), -half, half)
+    return surface_influence(transducer, -half, half, where)

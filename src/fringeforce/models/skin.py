@@ -1,0 +1,244 @@
+"""Contacts anywhere on a strip: what each does to the phase, and a frame's model of several.
+
+A contact has a force, a place, a half width and a shape.  On its half width a its tractions are
+
+    p = 2 N / (pi a) sqrt(1 - t^2) (1 + sum_k c_k U_k(t)),    t = (x - place) / a,
+
+and likewise of the shear force, with Chebyshev's polynomials U_k of the second kind: the first term
+is Hertz's pressure (K. L. Johnson, Contact Mechanics, 1985, section 4.2), the others are what real
+contacts add: friction, partial slip, edges.  U_1 and U_2 of the pressure are left out, for place
+and width are as good.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from fringeforce.base.arrays import Array
+from fringeforce.estimation.frame_exposure import node_phase
+from fringeforce.estimation.frame_fit import Prior
+from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.models.uncertainty import Uncertainty
+
+PRESSURE, SHEAR = (3, 4), (1, 2, 3, 4)
+"""Degrees of the shapes that are uncertain."""
+SHAPES = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
+"""Means of the coefficients c_k, pressure first."""
+SHAPE_STDS = np.array([0.03, 0.12, 0.05, 0.35, 0.06, 0.25])
+"""Their standard deviations.  Rigid cylinders of 1 to 10 mm with friction on a thin cover have a
+pressure with c_3 = 0.02 and c_4 = 0 to 0.08 and, in partial slip, a shear with c_2 = 0.1 to 1 and
+c_4 = -0.1 to 1.2; a uniform pressure has c_4 = -0.2, that of a soft finger 0.15."""
+QUADRATURE = 16
+"""Line loads that stand for a traction; exact for polynomials of degree 31 in the influence."""
+DEGREE = 5
+"""Degree of the spline of the influence over places."""
+HALF_WIDTH = 0.5, 0.5
+"""Mean and standard deviation of half widths, in thicknesses of the cover."""
+NARROWEST, WIDEST = 0.02, 5.0
+"""Limits of half widths, in thicknesses of the cover."""
+PLACE, WIDTH, FIRST_SHAPE = 0, 1, 2
+GEOMETRY = FIRST_SHAPE + len(SHAPES)
+"""Unknowns of a contact beside its forces: place, half width, shapes."""
+
+
+class Contacts(NamedTuple):
+    """Several contacts.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (k, 2)
+        Normal and tangential [N].
+    geometry : ndarray, shape (k, GEOMETRY)
+        Place and half width [m], and coefficients of the shapes.
+    """
+
+    forces: Array
+    geometry: Array
+
+    def sorted(self) -> Contacts:
+        """The same from left to right."""
+        order = np.argsort(self.geometry[:, PLACE])
+        return Contacts(self.forces[order], self.geometry[order])
+
+
+@dataclass(frozen=True, eq=False)
+class SkinModel:
+    """What contacts anywhere on a strip do, with all that is uncertain about it.
+
+    Attributes
+    ----------
+    uncertain : Uncertainty
+        Of the strip, whose tactels are line loads all over the skin.
+    places : ndarray, shape (n,)
+        Of the line loads, evenly spaced [m].
+    cover : float
+        Thickness of the cover [m].
+    friction : float
+        Largest |tangential| / normal force.
+    """
+
+    uncertain: Uncertainty
+    places: Array
+    cover: float
+    friction: float
+
+    @cached_property
+    def lines(self) -> Array:
+        """Phase at the nodes under line loads, shape (2, n, m) [rad/N]."""
+        return np.ascontiguousarray(self.uncertain.frame.moments[:, :, 0].transpose(1, 0, 2))
+
+    @cached_property
+    def _unit(self) -> tuple[BSpline, BSpline]:
+        spline: BSpline = make_interp_spline(self.places, np.eye(len(self.places)), k=DEGREE)
+        return spline, spline.derivative()
+
+    @cached_property
+    def _quadrature(self) -> tuple[Array, Array]:
+        """Places within the half width, and weights of all shapes, shape (Q, 1 + shapes)."""
+        angle = np.pi * np.arange(1, QUADRATURE + 1) / (QUADRATURE + 1)
+        t, weights = np.cos(angle), 2 / (QUADRATURE + 1) * np.square(np.sin(angle))
+        shapes = [
+            np.sin((k + 1) * angle) / np.sin(angle) for k in (*PRESSURE, *SHEAR)
+        ]
+        return t, weights[:, None] * np.column_stack([np.ones(QUADRATURE), *shapes])
+
+    @property
+    def narrowest(self) -> float:
+        """Smallest half width [m]."""
+        return NARROWEST * self.cover
+
+    def limited(self, geometry: Array) -> Array:
+        """Geometry on the skin and with half widths that make sense."""
+        found = geometry.copy()
+        most = (self.places[-1] - self.places[0]) / 2
+        widest = min(WIDEST * self.cover, most)
+        half = np.clip(np.abs(found[:, WIDTH]), self.narrowest, widest)
+        ends = self.places[[0, -1]]
+        found[:, WIDTH] = half
+        found[:, PLACE] = np.clip(found[:, PLACE], ends[0] + half, ends[1] - half)
+        return found
+
+    def shares(self, geometry: Array) -> tuple[Array, Array]:
+        """Line loads that act like a unit normal and a unit tangential force of each contact.
+
+        Parameters
+        ----------
+        geometry : ndarray, shape (k, GEOMETRY)
+            Of the contacts.
+
+        Returns
+        -------
+        loads : ndarray, shape (k, 2, n)
+            Shares of the line loads.
+        change : ndarray, shape (k, GEOMETRY, 2, n)
+            Their derivatives by place and half width [1/m] and shapes.
+        """
+        t, weights = self._quadrature
+        count, normal = len(geometry), len(PRESSURE)
+        where = geometry[:, PLACE, None] + geometry[:, WIDTH, None] * t
+        unit, slope = (part(where) for part in self._unit)  # (k, Q, n)
+        shapes = geometry[:, FIRST_SHAPE:]
+        profile = np.stack(
+            [
+                weights[:, 0] + shapes[:, :normal] @ weights[:, 1 : 1 + normal].T,
+                weights[:, 0] + shapes[:, normal:] @ weights[:, 1 + normal :].T,
+            ],
+            axis=1,
+        )  # (k, 2, Q)
+        loads = profile @ unit
+        change = np.zeros((count, GEOMETRY, 2, len(self.places)))
+        change[:, PLACE] = profile @ slope
+        change[:, WIDTH] = (profile * t) @ slope
+        bent = weights[:, 1:].T @ unit  # (k, shapes, n)
+        change[:, FIRST_SHAPE : FIRST_SHAPE + normal, 0] = bent[:, :normal]
+        change[:, FIRST_SHAPE + normal :, 1] = bent[:, normal:]
+        return loads, change
+
+    def units(self, count: int) -> Array:
+        """Standard deviations of the geometry of contacts before a frame, shape (k GEOMETRY,)."""
+        extent = (self.places[-1] - self.places[0]) / np.sqrt(12)
+        one = np.concatenate([[extent, HALF_WIDTH[1] * self.cover], SHAPE_STDS])
+        return np.tile(one, count)
+
+    @cached_property
+    def drawn(self) -> Array:
+        """Geometry of a contact before a frame, shape (GEOMETRY,)."""
+        middle = (self.places[-1] + self.places[0]) / 2
+        return np.array([middle, HALF_WIDTH[0] * self.cover, *SHAPES])
+
+    def frame(self, contacts: Contacts) -> tuple[FrameModel, Array]:
+        """The model of a frame, linear in the geometry about that of contacts, and their unknowns.
+
+        Its tactels are the contacts, and its first fields what a standard deviation of each value
+        of their geometry changes.
+
+        Returns
+        -------
+        model : FrameModel
+            Of k contacts.
+        unknowns : ndarray, shape (size,)
+            Those of the contacts; the others are zero.
+        """
+        base, count = self.uncertain.frame, len(contacts.forces)
+        loads, change = self.shares(contacts.geometry)
+        units = self.units(count)
+        moments = np.einsum("kcn,cnm->kcm", loads, self.lines, optimize=True)
+        moved = np.einsum("kgcn,kc->kgcn", change, contacts.forces)
+        fields = np.einsum("kgcn,cnm->kgm", moved, self.lines, optimize=True)
+        fields = fields.reshape(count * GEOMETRY, -1) * units[:, None]
+        known = ((contacts.geometry - self.drawn).ravel()) / units
+        own = base.at
+        sizes = np.diff([*own])
+        counts = (2 * count, 0, 0, count * GEOMETRY + sizes[3], *sizes[4:])
+        begins = [*accumulate(counts)]
+        at = Layout(begins[0], *begins)
+        frame = base._replace(
+            moments=np.ascontiguousarray(moments[:, :, None]),
+            profiles=np.ascontiguousarray(moments[:, :, None]),
+            mixing=np.eye(1),
+            table=moment_table(1),
+            fields=np.ascontiguousarray(np.concatenate([fields, base.fields])),
+            fixed=base.fixed - known @ fields,
+            influence=np.ascontiguousarray(
+                np.einsum("kcn,dqncm->dqkcm", loads, base.influence, optimize=True)
+            ),
+            at=at,
+        )
+        unknowns = np.zeros(at.size)
+        unknowns[: at.loads] = contacts.forces.ravel()
+        unknowns[at.fields : at.fields + count * GEOMETRY] = known
+        return frame, unknowns
+
+    def contacts(self, model: FrameModel, unknowns: Array) -> Contacts:
+        """Contacts of unknowns, to first order as of `frame`."""
+        at, count = model.at, model.at.loads // 2
+        standard = unknowns[at.fields : at.fields + count * GEOMETRY]
+        geometry = standard * self.units(count)
+        return Contacts(
+            unknowns[: at.loads].reshape(count, 2),
+            self.limited(geometry.reshape(count, GEOMETRY) + self.drawn),
+        )
+
+    def prior(self, model: FrameModel, push: float) -> Prior:
+        """What is known of the unknowns of contacts that push with about this force [N]."""
+        precision = np.ones(model.at.size)
+        precision[: model.at.loads : 2] = 1 / np.square(LOADS * push)
+        precision[1 : model.at.loads : 2] = 1 / np.square(self.friction * LOADS * push)
+        return Prior(np.zeros(model.at.size), precision, self.friction, YIELDING * push)
+
+    def phase(self, contacts: Contacts) -> Array:
+        """Phase at the nodes under contacts alone, shape (m,) [rad]."""
+        frame, unknowns = self.frame(contacts)
+        return node_phase(frame, unknowns)
+
+
+LOADS = 4.0
+"""Standard deviation of the force of a contact over the push that the pace of the fringes tells."""
+YIELDING = 0.02
+"""Share of that push by which a contact may miss the friction cone at one standard deviation."""

@@ -1,0 +1,117 @@
+"""Frames of a skin as they come: contacts are followed, or searched anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.arrays import Mask
+from fringeforce.models.skin import PLACE, WIDTH
+from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.frame_reader import Follower
+from fringeforce.reading.posterior_reader import FITS
+from fringeforce.reading.reading import Reading
+from fringeforce.reading.skin_fit import Explanation, renewed
+from fringeforce.reading.skin_reader import SkinReader
+from fringeforce.reading.skin_result import SkinResult
+
+MOVED = np.array([0.1, 0.3])
+"""Change of place and half width, in half widths, up to which a linearisation holds: what is left
+out is of second order, and less for widths, whose own effect is of second order."""
+GROWN = 1.3
+"""Factor by which a force may grow or shrink until deviations are found anew."""
+STEPS = 4
+"""Steps in which a followed frame must be reached."""
+TOLERANCE = 0.1
+"""Fall of the loss below which it is: a tenth of what noise leaves to one unknown."""
+OLDEST = 64
+"""Frames after which smooth waves of what is left are looked for."""
+
+
+class SkinFollower(Follower):
+    """Reads the frames of one skin in the order in which they were taken.
+
+    Parameters
+    ----------
+    single : SkinReader
+        What searches.
+    """
+
+    def __init__(self, single: SkinReader) -> None:
+        self._single = single
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last reading: the next frame is searched."""
+        self._last: Explanation | None = None
+        self._used = np.empty(0, bool)
+        self._joint = np.empty((0, 0))
+        self._probability, self._age = 0.0, 0
+
+    def read(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read the next frame, which was checked, shape (P,)."""
+        found = self._follow(levels, used)
+        if found is not None:
+            return self._single.stated(
+                found, self._probability, tracked=True, joint=self._joint
+            )
+        reading, last = self._single.followed(levels, used, self._last)
+        self._last, self._used, self._age = last, used, 0
+        if last is not None:
+            self._probability = reading.probability
+            self._begin(last)
+        return reading
+
+    def read_on(
+        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
+    ) -> None:
+        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
+        single = self._single
+        for row, frame in enumerate(levels):
+            reading = single.checked(frame.reshape(single.model.frame_shape), used)
+            if not isinstance(reading, Reading):
+                reading = self.read(reading, used)
+            batch.store(row, reading)
+            if progress is not None:
+                progress(1)
+
+    def _begin(self, one: Explanation) -> None:
+        self._joint = SkinResult(self._single.skin, one).joint
+
+    def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
+        """The last explanation moved on to a frame, if that explains it."""
+        last = self._last
+        if last is None or (used is not self._used and not np.array_equal(used, self._used)):
+            return None
+        frame = levels.astype(float)
+        if not self._single.complete(used):
+            frame[~used] = np.nan
+        posterior = replace(last.posterior, frame=frame)
+        top = posterior.climbed(
+            last.top.unknowns, heats=(), steps=(0, STEPS), tolerance=TOLERANCE
+        )
+        if top.chance < FITS:
+            return None
+        self._age += 1
+        contacts = self._single.skin.contacts(posterior.model, top.unknowns)
+        found = Explanation(posterior, top, contacts, last.centre)
+        if self._age >= OLDEST:
+            if found.chance < FITS:
+                return None
+            self._age = 0
+        if self._moved(found):
+            found = renewed(self._single.skin, found)
+            self._begin(found)
+        self._last = found
+        return found
+
+    def _moved(self, found: Explanation) -> bool:
+        """Whether contacts are no longer where they were linearised, or much stronger or weaker."""
+        here, there = found.contacts.geometry, found.centre.geometry
+        far = np.abs(here - there)[:, [PLACE, WIDTH]] > MOVED * there[:, WIDTH, None]
+        before = found.centre.forces[:, 0]
+        size = np.abs(found.contacts.forces[:, 0] / np.where(before == 0, 1e-12, before))
+        return bool(far.any() or (size > GROWN).any() or (size < 1 / GROWN).any())

@@ -1,0 +1,356 @@
+"""One frame of a skin to one reading: contacts anywhere, as many as there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.estimation.bad_pixels import isolated
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_fit import information
+from fringeforce.estimation.posterior import Posterior
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
+from fringeforce.models.skin import (
+    PLACE,
+    WIDTH,
+    Contacts,
+    SkinModel,
+)
+from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.reading.frame_reader import FrameReader
+from fringeforce.reading.posterior_reader import (
+    DENSE,
+    FITS,
+    HOPELESS,
+    MISSED,
+    SAME,
+    SATURATION,
+    UNSURE,
+)
+from fringeforce.reading.posterior_search import Lines
+from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_fit import Explanation, climbed
+from fringeforce.reading.skin_result import SkinResult
+from fringeforce.reading.skin_search import MOST, SkinSearch
+
+IMAGES = 6
+"""Mirror images that are tried of an explanation."""
+GROWTH = 250.0
+"""Expected growth of the loss up to which images are tried."""
+CLOSE = 16.0
+"""Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinReader(FrameReader):
+    """Reads frames of one skin, each for itself."""
+
+    model: SensorModel
+
+    @cached_property
+    def uncertain(self) -> Uncertainty:
+        """What is uncertain about the strip."""
+        return uncertainty(self.model)
+
+    @cached_property
+    def skin(self) -> SkinModel:
+        """What contacts do."""
+        sensor = self.model.sensor
+        assert sensor.skin is not None
+        limit = sensor.skin.friction if self.friction is None else self.friction
+        cover = sensor.transducer.compliant.thickness
+        return SkinModel(self.uncertain, sensor.tactels.positions, cover, limit)
+
+    @cached_property
+    def _search(self) -> SkinSearch:
+        return SkinSearch(self.skin)
+
+    @cached_property
+    def usable_pixels(self) -> Mask:
+        """Pixels that the calibration left in, in one row."""
+        imaging = self.model.imaging
+        size = int(np.prod(self.model.frame_shape))
+        return np.ones(size, bool) if imaging is None else imaging.usable
+
+    def phase(self, forces: Array) -> Array:
+        """Phase lead that line loads cause, shape (n_pixels,) [rad]."""
+        return self.model.phase(forces)
+
+    def trial_forces(self) -> Array:
+        """A newton in the middle, shape (n, 2) [N]."""
+        forces = np.zeros(self.forces_shape)
+        forces[len(forces) // 2, 0] = 1.0
+        return forces
+
+    def bound(self, forces: ArrayLike) -> Array:
+        """Smallest deviations of single line loads, which a frame hardly tells, shape (n, 2) [N]."""
+        frame = self.uncertain.frame
+        loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
+        unknowns = np.zeros(frame.at.size)
+        unknowns[: len(loads)] = loads
+        known = information(frame, expose(frame, unknowns)[0], unknowns, frame.fields[:0])
+        known[len(loads) :, len(loads) :] += np.eye(len(known) - len(loads))
+        spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
+        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
+
+    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
+        """Read a frame that was checked; skins need no start, and take none."""
+        if start is not None:
+            raise InputError("start is for pads; a strip is searched as fast without it.")
+        return self.followed(levels, used, None)[0]
+
+    def followed(
+        self, levels: NDArray[Any], used: Mask, last: Explanation | None
+    ) -> tuple[Reading, Explanation | None]:
+        """Read a frame that was checked, from the explanation of the last one if it is known."""
+        frame = np.where(used, levels.astype(float), np.nan)
+        alone = isolated(levels.astype(float), self.model.response)
+        lines = self._search.beam.lines(np.where(alone, np.nan, frame))
+        push = self._push(lines)
+        if last is not None:
+            found = climbed(self.skin, frame, last.contacts, push, last.others)
+            if found.chance > FITS:
+                return self.stated(found, 1.0, tracked=True), found
+        silent = self._silent(frame, push)
+        met = self._explained(frame, lines, push, silent)
+        if not met or met[0].chance < FITS:
+            return self._refused(frame, lines, met), None
+        if silent is not None and silent.top.loss - met[0].top.loss < square_limit(
+            2, FALSE_CONTACT
+        ):
+            return self.stated(silent, 1.0, Status.NO_CONTACT), None
+        reading = self._weighed(met)
+        return reading, met[0] if reading.ok else None
+
+    def _push(self, lines: Lines) -> float:
+        """Normal force of contacts whose fringes run as fast as the frame's [N]."""
+        beam = self._search.beam
+        pace, _ = beam.true_pace(lines, lines.light)
+        return beam.pushing(pace) * np.sqrt(len(beam.model.moments))
+
+    def _silent(self, frame: Array, push: float) -> Explanation | None:
+        """No contact, if that explains the frame."""
+        nothing = Contacts(np.zeros((1, 2)), self.skin.drawn[None])
+        model, start = self.skin.frame(nothing)
+        prior = self.skin.prior(model, push)
+        precision = prior.precision.copy()
+        precision[:2] *= 1e8
+        alone = Posterior(model, prior._replace(precision=precision), frame)
+        top = alone.climbed(start, heats=(), steps=(0, 2))
+        if top.square > HOPELESS * top.count:
+            return None
+        top = alone.climbed(top.unknowns, heats=(), steps=(0, 15))
+        return Explanation(alone, top, nothing, nothing) if top.chance > FALSE_ALARM else None
+
+    def _explained(
+        self, frame: Array, lines: Lines, push: float, silent: Explanation | None
+    ) -> list[Explanation]:
+        """Explanations of a frame, the likeliest first, or the nearest to one."""
+        met, tried = list[Explanation](), list[Array]()
+        for number, phase in enumerate(self._search.phases(lines)):
+            tried.append(phase)
+            met = _ordered(met + self._pressed(frame, phase, push, met))
+            if met and met[0].chance > UNSURE:
+                break
+            if met and number % 3 == 2 and met[0].top.square < 2 * met[0].top.count:
+                met = _ordered(met + self._mirrored(frame, met[0], push, met, tried))
+                if met[0].chance > UNSURE:
+                    break
+        if silent is not None:
+            met = _ordered([*met, silent])
+        if met and met[0].chance > FITS:
+            met = _ordered(met + self._mirrored(frame, met[0], push, met, tried))
+            met = _ordered(met + self._simplified(frame, met[0], push))
+        return met
+
+    def _pressed(
+        self, frame: Array, phase: Array, push: float, met: list[Explanation]
+    ) -> list[Explanation]:
+        """What contacts that cause about a phase explain, as few as do."""
+        found = list[Explanation]()
+        loads, _ = self._search.pressed(phase, self._search.seen(phase))
+        if not loads[:, 0].sum() > 0:
+            return found
+        bound = met[0].top.loss + 4 * CLOSE if met and met[0].chance > FITS else np.inf
+        for count in range(self._search.fewest(loads), MOST + 1):
+            contacts = self._search.divided(loads, count)
+            if contacts is None:
+                break
+            one = climbed(self.skin, frame, contacts, push, bound=bound)
+            better = not found or one.top.loss < found[-1].top.loss - CLOSE
+            found.append(one)
+            if one.chance > UNSURE or not better:
+                break
+        return found
+
+    def _mirrored(
+        self,
+        frame: Array,
+        best: Explanation,
+        push: float,
+        met: list[Explanation],
+        tried: list[Array],
+    ) -> list[Explanation]:
+        """Explanations near the mirror images of one."""
+        found = list[Explanation]()
+        for count, phase in enumerate(self._search.images(best.phase, push, GROWTH)):
+            if count >= IMAGES:
+                break
+            if any(np.abs(phase - known).max() < SAME / 2 for known in tried):
+                continue
+            tried.append(phase)
+            found += self._pressed(frame, phase, push, met)
+        return found
+
+    def _simplified(self, frame: Array, best: Explanation, push: float) -> list[Explanation]:
+        """Explanations with fewer contacts, as long as they are likelier."""
+        found = list[Explanation]()
+        while len(best.contacts.forces) > 1:
+            starts = sorted(self._fewer(best), key=lambda start: start[0])[:2]
+            tried = [
+                climbed(self.skin, frame, contacts, push, best.others) for _, contacts in starts
+            ]
+            found += tried
+            likeliest = max(tried, key=lambda one: one.evidence)
+            if likeliest.evidence < best.evidence:
+                break
+            best = likeliest
+        return found
+
+    def _fewer(self, best: Explanation) -> Iterator[tuple[float, Contacts]]:
+        """Contacts without one, or with two neighbours as one, and what that changes [N]."""
+        forces, geometry = best.contacts.sorted()
+        for k in range(len(forces)):
+            rest = np.arange(len(forces)) != k
+            yield abs(float(forces[k, 0])), Contacts(forces[rest], geometry[rest])
+        for k in range(len(forces) - 1):
+            pair = slice(k, k + 2)
+            share = np.maximum(forces[pair, 0], 0) + 1e-9
+            share /= share.sum()
+            one = self.skin.drawn.copy()
+            one[PLACE] = share @ geometry[pair, PLACE]
+            apart = np.square(geometry[pair, PLACE] - one[PLACE])
+            one[WIDTH] = 2 * np.sqrt(share @ (np.square(geometry[pair, WIDTH]) / 4 + apart))
+            gap = float(np.diff(geometry[pair, PLACE])[0])
+            rest = (np.arange(len(forces)) < k) | (np.arange(len(forces)) > k + 1)
+            both = Contacts(
+                np.vstack([forces[rest], forces[pair].sum(axis=0)]),
+                self.skin.limited(np.vstack([geometry[rest], one])),
+            )
+            yield float(forces[pair, 0].min()) * gap / self.skin.cover, both
+
+    def _weighed(self, met: list[Explanation]) -> Reading:
+        logs = np.array([one.evidence for one in met])
+        kept = logs > logs.max() - CLOSE / 2
+        met = [one for one, own in zip(met, kept, strict=True) if own]
+        logs = logs[kept]
+        best = met[int(logs.argmax())]
+        weights = np.exp(logs - logs.max())
+        # the same top met twice counts once
+        own, others = list[Explanation](), list[Explanation]()
+        mine, total = 0.0, 0.0
+        seen = list[Explanation]()
+        for one, weight in sorted(
+            zip(met, weights, strict=True), key=lambda pair: -pair[1]
+        ):
+            if any(_same(one, known) for known in seen):
+                continue
+            seen.append(one)
+            total += weight
+            if np.abs(one.phase - best.phase).max() < SAME:
+                own.append(one)
+                mine += weight
+            else:
+                others.append(one)
+        probability = mine / total
+        if best.chance < UNSURE:
+            probability *= best.chance / (best.chance + MISSED)
+        return self.stated(best, float(probability), others=others)
+
+    def stated(
+        self,
+        best: Explanation,
+        probability: float,
+        status: Status | None = None,
+        tracked: bool = False,
+        others: list[Explanation] | None = None,
+        joint: Array | None = None,
+    ) -> Reading:
+        """The reading of an explanation.
+
+        Parameters
+        ----------
+        best : Explanation
+            The likeliest.
+        probability : float
+            Its weight.
+        status : Status, optional
+            The verdict; that of the probability if not given.
+        tracked : bool
+            Whether it was followed.
+        others : list of Explanation, optional
+            What explains the frame as well.
+        joint : ndarray, optional
+            Covariance of the contacts, if it is known; see `SkinResult`.
+        """
+        if status is None:
+            status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
+        result = SkinResult(self.skin, best, joint)
+        forces = result.forces
+        rivals = np.array([SkinResult(self.skin, one).forces for one in others or []])
+        return Reading.of(
+            forces=forces,
+            covariance=result.covariance,
+            phase=partial(self.model.phase, forces),
+            chi2=best.top.square / max(best.top.count - best.posterior.model.at.loads, 1.0),
+            status=status,
+            probability=probability,
+            alternatives=rivals.reshape(-1, *forces.shape),
+            tracked=tracked,
+            contacts=() if status is Status.NO_CONTACT else result.contacts,
+            total=result.total,
+            std=result.std,
+        )
+
+    def _refused(self, frame: Array, lines: Lines, met: list[Explanation]) -> Reading:
+        """The reading of a frame that nothing explains."""
+        status = Status.MODEL_MISMATCH
+        seen = np.isfinite(frame)
+        full = self.uncertain.frame.full_scale
+        if np.mean(frame[seen] >= full) > SATURATION:
+            status = Status.SATURATED
+        elif lines.pace.max() > DENSE:
+            status = Status.FRINGES_TOO_DENSE
+        if met:
+            return self.stated(met[0], 0.0, status)
+        nothing = np.zeros(self.forces_shape)
+        return Reading.of(
+            forces=nothing,
+            covariance=np.diag(np.full(nothing.size, np.inf)),
+            phase=partial(self.model.phase, nothing),
+            chi2=np.inf,
+            status=status,
+            probability=0.0,
+        )
+
+
+def _ordered(met: list[Explanation]) -> list[Explanation]:
+    return sorted(met, key=lambda one: one.top.loss)
+
+
+def _same(one: Explanation, other: Explanation) -> bool:
+    """Whether two explanations have the same contacts, as far as deviations tell."""
+    if len(one.contacts.forces) != len(other.contacts.forces):
+        return False
+    a, b = one.contacts.sorted(), other.contacts.sorted()
+    apart = np.abs(a.geometry[:, PLACE] - b.geometry[:, PLACE])
+    return bool((apart < 0.1 * a.geometry[:, WIDTH]).all())

@@ -1,0 +1,121 @@
+"""What an explanation of a skin's frame amounts to: line loads, contacts, and the total."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Index
+from fringeforce.contacts.resultant import Resultant
+from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, SkinModel
+from fringeforce.reading.skin_fit import Explanation
+
+
+@dataclass(frozen=True, eq=False)
+class SkinResult:
+    """What is stated of an explanation, computed when it is asked for.
+
+    Attributes
+    ----------
+    skin : SkinModel
+        What contacts do.
+    one : Explanation
+        The explanation.
+    known : ndarray, shape (k (2 + GEOMETRY), k (2 + GEOMETRY)), optional
+        Covariance of forces and geometry, one contact after the other; found if not given.
+    """
+
+    skin: SkinModel
+    one: Explanation
+    known: Array | None = None
+
+    @cached_property
+    def values(self) -> Array:
+        """Forces and geometry of the contacts, shape (k, 2 + GEOMETRY)."""
+        return np.concatenate([self.one.contacts.forces, self.one.contacts.geometry], axis=1)
+
+    @cached_property
+    def joint(self) -> Array:
+        """Covariance of these."""
+        if self.known is not None:
+            return self.known
+        at, count = self.one.posterior.model.at, len(self.one.contacts.forces)
+        spread = self.one.posterior.spread(self.one.top)
+        forces = np.arange(at.loads).reshape(count, 2)
+        geometry = at.fields + np.arange(count * GEOMETRY).reshape(count, GEOMETRY)
+        own = np.concatenate([forces, geometry], axis=1).ravel()
+        units = np.concatenate([np.ones((count, 2)), self.skin.units(count).reshape(count, -1)], 1)
+        return np.asarray(spread[np.ix_(own, own)] * np.outer(units, units))
+
+    @cached_property
+    def _lines(self) -> tuple[Array, Array]:
+        return self.skin.shares(self.one.contacts.geometry)
+
+    @property
+    def forces(self) -> Array:
+        """Of the line loads, shape (n, 2) [N]."""
+        return np.einsum("kcn,kc->nc", self._lines[0], self.one.contacts.forces)
+
+    @cached_property
+    def _rows(self) -> Array:
+        """Derivatives of the line loads by the values, shape (k (2 + GEOMETRY), 2n)."""
+        loads, change = self._lines
+        count, size = self.values.shape
+        rows = np.zeros((count, size, len(self.skin.places), 2))
+        rows[:, 0, :, 0], rows[:, 1, :, 1] = loads[:, 0], loads[:, 1]
+        moved = change * self.one.contacts.forces[:, None, :, None]
+        rows[:, 2:] = moved.transpose(0, 1, 3, 2)
+        return rows.reshape(count * size, -1)
+
+    def covariance(self) -> Array:
+        """Of the line loads, shape (2n, 2n) [N^2]."""
+        return self._rows.T @ self.joint @ self._rows
+
+    def std(self) -> Array:
+        """Of the line loads, shape (n, 2) [N]."""
+        variance = np.einsum("rn,rn->n", self._rows, self.joint @ self._rows)
+        return np.sqrt(np.maximum(variance, 0)).reshape(-1, 2)
+
+    def contacts(self) -> tuple[Resultant, ...]:
+        """Single contacts, the strongest first."""
+        count = len(self.one.contacts.forces)
+        found = [self._resultant(np.arange(k, k + 1)) for k in range(count)]
+        return tuple(sorted(found, key=lambda one: -one.force[0]))
+
+    def total(self) -> Resultant:
+        """Everything together."""
+        return self._resultant(np.arange(len(self.one.contacts.forces)))
+
+    def _resultant(self, which: Index) -> Resultant:
+        joint, values = self.joint, self.values
+        size = values.shape[1]
+        forces, place, half = values[which, :2], values[which, 2 + PLACE], values[which, 2 + WIDTH]
+        force = forces.sum(axis=0)
+        push = max(force[0], 1e-12)
+        centre = forces[:, 0] @ place / push
+        square = np.square(half) / 4 + np.square(place - centre)
+        variance = max(forces[:, 0] @ square / push, 0.0)
+        width = 4 * np.sqrt(variance)
+        moment = np.array([0.0, forces[:, 0] @ place, 0.0])
+        rows = np.zeros((7, len(values), size))
+        rows[0, which, 0] = rows[1, which, 1] = 1
+        rows[3, which, 0], rows[3, which, 2 + PLACE] = place, forces[:, 0]
+        rows[5, which, 0], rows[5, which, 2 + PLACE] = (place - centre) / push, forces[:, 0] / push
+        slope = 8 / max(width, 1e-12)
+        rows[6, which, 0] = slope * (square - variance) / push
+        rows[6, which, 2 + PLACE] = slope * 2 * forces[:, 0] * (place - centre) / push
+        rows[6, which, 2 + WIDTH] = slope * forces[:, 0] * half / 2 / push
+        flat = rows.reshape(7, -1)
+        lines = self.skin.places
+        reach = np.maximum(half, (lines[1] - lines[0]) / 2)
+        near = np.abs(lines - place[:, None]) <= reach[:, None]
+        return Resultant(
+            np.flatnonzero(near.any(axis=0)),
+            force,
+            moment,
+            np.array([centre]),
+            flat @ joint @ flat.T,
+            width=float(width),
+        )

@@ -1,0 +1,226 @@
+"""Starts for frames of a skin: from candidates of the phase to contacts.
+
+A beam search follows the phase with loads on a coarse row of patches.  What presses anywhere inside
+the friction cone is then fitted to that phase by nonnegative least squares, for the cone of a plane
+has two rays, and what it finds is divided into contacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import nnls
+
+from fringeforce.base.arrays import Array
+from fringeforce.estimation.frame_exposure import node_phase
+from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.estimation.phase.reflections import mirror_images
+from fringeforce.models.skin import FIRST_SHAPE, GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
+from fringeforce.reading.posterior_search import TOUCH, Effort, Lines, PosteriorSearch
+
+PATCH = 1.0
+"""Width of the patches of the beam search, in thicknesses of the cover."""
+GRID = 0.4
+"""Distance of the line loads of the fit, in thicknesses of the cover."""
+SMALL = 0.01
+"""Share of the normal force below which a line load is none."""
+EFFORTS = (
+    Effort(push=0.0, scale=2.0, phase_error=0.1),
+    Effort(push=0.0, scale=2.0, phase_error=0.1, backward=True),
+    Effort(push=0.0, scale=4.0, phase_error=0.1),
+    Effort(push=0.0, scale=2.0, phase_error=0.05, light="drawn"),
+    Effort(push=0.0, scale=2.0, phase_error=0.1, extent=0.25, width=512, cut=120.0),
+    Effort(),
+)
+"""Attempts in the order in which they are made: few patches are pressed, those much."""
+CANDIDATES = 24
+"""Phases of one attempt that are looked at."""
+APART = 0.3
+"""Difference from which phases are different candidates [rad]."""
+PULL = 0.3
+"""Share of the push by which a patch may pull at one standard deviation, for its neighbours are no
+better known."""
+MOST = 6
+"""Contacts that are looked for at most."""
+WEAK = 0.05
+"""Share of the strongest contact's force below which a contact is noise of the candidate, at first.
+"""
+WIDE = 2.0
+"""Standard deviation of the pressure of a contact, in thicknesses of the cover, beyond which it is
+looked for as two at first."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinSearch:
+    """Finds starts for frames of one skin.
+
+    Attributes
+    ----------
+    skin : SkinModel
+        What contacts do.
+    """
+
+    skin: SkinModel
+
+    @cached_property
+    def patches(self) -> FrameModel:
+        """The strip with patches all over the skin in the place of tactels."""
+        skin, base = self.skin, self.skin.uncertain.frame
+        extent = skin.places[-1] - skin.places[0]
+        count = max(round(extent / (PATCH * skin.cover)), 2)
+        geometry = np.zeros((count, GEOMETRY))
+        half = extent / count / 2
+        geometry[:, WIDTH] = half
+        geometry[:, PLACE] = skin.places[0] + half * (1 + 2 * np.arange(count))
+        loads, _ = skin.shares(geometry)
+        moments = np.einsum("kcn,cnm->kcm", loads, skin.lines, optimize=True)[:, :, None]
+        shift = 2 * count - base.at.loads
+        return base._replace(
+            moments=np.ascontiguousarray(moments),
+            profiles=np.ascontiguousarray(moments),
+            mixing=np.eye(1),
+            table=moment_table(1),
+            influence=np.ascontiguousarray(
+                np.einsum("kcn,dqncm->dqkcm", loads, base.influence, optimize=True)
+            ),
+            at=Layout(*(begin + shift for begin in base.at)),
+        )
+
+    @cached_property
+    def beam(self) -> PosteriorSearch:
+        """The beam search on patches."""
+        return PosteriorSearch(self.patches)
+
+    @cached_property
+    def _places(self) -> Array:
+        """Places of the line loads of the fit [m]."""
+        skin = self.skin
+        extent = skin.places[-1] - skin.places[0]
+        count = int(np.ceil(extent / (GRID * skin.cover))) + 1
+        return np.linspace(skin.places[0], skin.places[-1], count)
+
+    @cached_property
+    def _rays(self) -> Array:
+        """Phase at the nodes under loads at the limits of friction, shape (2 n, m) [rad/N]."""
+        skin = self.skin
+        unit = skin._unit[0](self._places)
+        normal, tangential = unit @ skin.lines[0], unit @ skin.lines[1]
+        mu = skin.friction
+        return np.concatenate([normal + mu * tangential, normal - mu * tangential])
+
+    def phases(self, lines: Lines) -> Iterator[Array]:
+        """Candidates of the phase at the nodes, shape (m,), the likeliest of each effort first."""
+        given = list[Array]()
+        for effort in EFFORTS:
+            starts, scores, push = self.beam.starts(lines, lines.light, effort)
+            loads = starts[:, : self.patches.at.loads].reshape(len(starts), -1, 2)[:, :, 0]
+            # both signs are found alike, and contacts push
+            sides = np.where(loads.sum(axis=1) < 0, -1.0, 1.0)
+            pulls = np.minimum(sides[:, None] * loads, 0)
+            order = np.argsort(scores + np.square(pulls / (PULL * push)).sum(axis=1), kind="stable")
+            for k in order[:CANDIDATES]:
+                phase = sides[k] * node_phase(self.patches, starts[k])
+                if all(np.abs(phase - known).max() > APART for known in given):
+                    given.append(phase)
+                    yield phase
+
+    def pressed(self, phase: Array, seen: Array) -> tuple[Array, float]:
+        """Line loads inside the friction cone that fit a phase best.
+
+        Parameters
+        ----------
+        phase : ndarray, shape (m,)
+            At the nodes [rad].
+        seen : ndarray, shape (m,)
+            Information about it [1/rad^2].
+
+        Returns
+        -------
+        loads : ndarray, shape (n, 2)
+            Normal and tangential, at `_places` [N].
+        misfit : float
+            Weighted sum of squares that they leave.
+        """
+        root = np.sqrt(seen)
+        wanted = phase - self.skin.uncertain.frame.fixed
+        # what the light does not show counts a little, or loads there would be free
+        found, misfit = nnls((self._rays * root).T, wanted * root, maxiter=10 * len(self._rays))
+        plus, minus = found.reshape(2, -1)
+        loads = np.column_stack([plus + minus, self.skin.friction * (plus - minus)])
+        return loads, misfit**2
+
+    def seen(self, phase: Array) -> Array:
+        """Information of a frame about its phase at the nodes [1/rad^2]."""
+        model = self.skin.uncertain.frame
+        strength = model.amplitude.mean() * model.visibility / 2
+        seen = np.square(strength * np.sin(phase)) + strength * np.sqrt(model.variance) / 16
+        return seen * len(model.amplitude) / len(phase) / model.variance
+
+    def images(self, phase: Array, push: float, growth: float) -> Array:
+        """Phases in which a stretch is mirrored, the likeliest first, shape (k, m)."""
+        beam = self.beam
+        scale = beam._scale(push, 0.0)
+        columns = np.concatenate([beam._at_nodes[k] * size for k, size in scale.items()], axis=1)
+        columns = np.ascontiguousarray(columns)
+        known = np.ones(columns.shape[1])
+        changes, _ = mirror_images(phase, columns, self.seen(phase), known, TOUCH, growth)
+        return phase + changes @ columns.T
+
+    def fewest(self, loads: Array) -> int:
+        """Contacts that line loads are at least, each no wider than contacts are."""
+        places, normal = self._places, loads[:, 0]
+        kept = np.flatnonzero(normal > SMALL * normal.sum() / 4)
+        for count in range(1, MOST):
+            parts = np.split(kept, _groups(places[kept], normal[kept], count))
+            if all(_spread(places[own], normal[own]) < WIDE * self.skin.cover for own in parts):
+                return count
+        return MOST
+
+    def divided(self, loads: Array, count: int) -> Contacts | None:
+        """Line loads as so many contacts, apart where that leaves the narrowest ones."""
+        places, normal = self._places, loads[:, 0]
+        kept = np.flatnonzero(normal > SMALL * normal.sum() / 4)
+        if len(kept) < count:
+            return None
+        ends = _groups(places[kept], normal[kept], count)
+        forces, geometry = np.zeros((count, 2)), np.zeros((count, GEOMETRY))
+        for k, own in enumerate(np.split(kept, ends)):
+            force = loads[own].sum(axis=0)
+            place = normal[own] @ places[own] / force[0]
+            spread = np.sqrt(normal[own] @ np.square(places[own] - place) / force[0])
+            forces[k] = force
+            geometry[k] = self.skin.drawn
+            geometry[k, :FIRST_SHAPE] = place, max(2 * spread, 0.5 * self.skin.cover)
+        strong = forces[:, 0] > WEAK * forces[:, 0].max()
+        return Contacts(forces[strong], self.skin.limited(geometry[strong]))
+
+
+def _spread(places: Array, weights: Array) -> float:
+    mean = weights @ places / weights.sum()
+    return float(np.sqrt(weights @ np.square(places - mean) / weights.sum()))
+
+
+def _groups(places: Array, weights: Array, count: int) -> Array:
+    """Where to part a row of weights so that the parts are narrowest, by dynamic programming."""
+    n = len(places)
+    w, x, q = (
+        np.concatenate([[0.0], np.cumsum(part)])
+        for part in (weights, weights * places, weights * np.square(places))
+    )
+    start, end = np.meshgrid(np.arange(n), np.arange(1, n + 1), indexing="ij")
+    mass = np.maximum(w[end] - w[start], 1e-30)
+    cost = q[end] - q[start] - np.square(x[end] - x[start]) / mass
+    cost = np.where(end > start, cost, np.inf)  # [i, j]: part of i to j
+    best, parts = cost[0].copy(), []
+    for _ in range(count - 1):
+        total = best[:-1, None] + cost[1:]
+        parts.append(total.argmin(axis=0))
+        best = total.min(axis=0)
+    cuts, last = [], n - 1
+    for part in reversed(parts):
+        last = int(part[last])
+        cuts.append(last + 1)
+    return np.array(cuts[::-1], dtype=int)
