@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from fringeforce.calibration.planning.plan import Plan, assess_presses, plan_presses
     from fringeforce.contacts.contact import Contact, Friction
     from fringeforce.contacts.loads import polar
-    from fringeforce.contacts.resultant import touch
+    from fringeforce.contacts.press import Press
+    from fringeforce.contacts.resultant import Resultant, touch
     from fringeforce.datasets.making import make_dataset
     from fringeforce.design.files import load_sensor
     from fringeforce.design.strip import Sensor
     from fringeforce.estimation.phase.noise_free import recover_phase
     from fringeforce.models.as_built import BuiltSensor
-    from fringeforce.contacts.press import Press
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
     from fringeforce.models.strip import SensorModel
@@ -42,6 +42,7 @@ __all__ = [
     "Reader",
     "Reading",
     "References",
+    "Resultant",
     "Sensor",
     "SensorModel",
     "Status",
@@ -72,6 +73,7 @@ _HOME = {
     "Reader": "reading.reader",
     "Reading": "reading.reading",
     "References": "calibration.light.references",
+    "Resultant": "contacts.resultant",
     "Status": "reading.reading",
     "Sensor": "design.strip",
     "SensorModel": "models.strip",

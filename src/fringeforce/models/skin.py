@@ -124,7 +124,7 @@ class SkinModel:
         found[:, PLACE] = np.clip(found[:, PLACE], ends[0] + half, ends[1] - half)
         return found
 
-    def shares(self, geometry: Array) -> tuple[Array, Array]:
+    def shares(self, geometry: Array) -> Array:
         """Line loads that act like a unit normal and a unit tangential force of each contact.
 
         Parameters
@@ -134,31 +134,37 @@ class SkinModel:
 
         Returns
         -------
-        loads : ndarray, shape (k, 2, n)
+        ndarray, shape (k, 2, n)
             Shares of the line loads.
-        change : ndarray, shape (k, GEOMETRY, 2, n)
-            Their derivatives by place and half width [1/m] and shapes.
         """
+        return self._profiles(geometry) @ self._unit[0](self._where(geometry))
+
+    def derivatives(self, geometry: Array) -> Array:
+        """Change of `shares` with place and half width [1/m] and shapes, (k, GEOMETRY, 2, n)."""
         t, weights = self._quadrature
-        count, normal = len(geometry), len(PRESSURE)
-        where = geometry[:, PLACE, None] + geometry[:, WIDTH, None] * t
-        unit, slope = (part(where) for part in self._unit)  # (k, Q, n)
-        shapes = geometry[:, FIRST_SHAPE:]
-        profile = np.stack(
-            [
-                weights[:, 0] + shapes[:, :normal] @ weights[:, 1 : 1 + normal].T,
-                weights[:, 0] + shapes[:, normal:] @ weights[:, 1 + normal :].T,
-            ],
-            axis=1,
-        )  # (k, 2, Q)
-        loads = profile @ unit
-        change = np.zeros((count, GEOMETRY, 2, len(self.places)))
+        unit, slope = (part(self._where(geometry)) for part in self._unit)  # (k, Q, n)
+        profile, normal = self._profiles(geometry), FIRST_SHAPE + len(PRESSURE)
+        change = np.zeros((len(geometry), GEOMETRY, 2, len(self.places)))
         change[:, PLACE] = profile @ slope
         change[:, WIDTH] = (profile * t) @ slope
-        bent = weights[:, 1:].T @ unit  # (k, shapes, n)
-        change[:, FIRST_SHAPE : FIRST_SHAPE + normal, 0] = bent[:, :normal]
-        change[:, FIRST_SHAPE + normal :, 1] = bent[:, normal:]
-        return loads, change
+        bent = weights[:, 1:].T @ unit
+        change[:, FIRST_SHAPE:normal, 0] = bent[:, : len(PRESSURE)]
+        change[:, normal:, 1] = bent[:, len(PRESSURE) :]
+        return change
+
+    def _where(self, geometry: Array) -> Array:
+        """Places of the small forces that stand for contacts, shape (k, Q) [m]."""
+        return geometry[:, PLACE, None] + geometry[:, WIDTH, None] * self._quadrature[0]
+
+    def _profiles(self, geometry: Array) -> Array:
+        """Shares of these in a unit normal and a unit tangential force, shape (k, 2, Q)."""
+        weights = self._quadrature[1]
+        shapes, normal = geometry[:, FIRST_SHAPE:], len(PRESSURE)
+        parts = (
+            weights[:, 0] + shapes[:, :normal] @ weights[:, 1 : 1 + normal].T,
+            weights[:, 0] + shapes[:, normal:] @ weights[:, 1 + normal :].T,
+        )
+        return np.stack(parts, axis=1)
 
     def units(self, count: int) -> Array:
         """Standard deviations of the geometry of contacts before a frame, shape (k GEOMETRY,)."""
@@ -186,7 +192,7 @@ class SkinModel:
             Those of the contacts; the others are zero.
         """
         base, count = self.uncertain.frame, len(contacts.forces)
-        loads, change = self.shares(contacts.geometry)
+        loads, change = self.shares(contacts.geometry), self.derivatives(contacts.geometry)
         units = self.units(count)
         moments = np.einsum("kcn,cnm->kcm", loads, self.lines, optimize=True)
         moved = np.einsum("kgcn,kc->kgcn", change, contacts.forces)

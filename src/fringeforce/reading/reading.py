@@ -59,6 +59,23 @@ _ADVICE = {
 
 
 @dataclass(frozen=True, eq=False)
+class Traction:
+    """Force per area along a skin.
+
+    Attributes
+    ----------
+    places : ndarray, shape (n,)
+        Along the strip [m].
+    values, std : ndarray, shape (n, 2)
+        Pressure and shear towards +x, and their standard deviations [Pa].
+    """
+
+    places: Array
+    values: Array
+    std: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Reading:
     """Forces from one frame.
 
@@ -84,6 +101,13 @@ class Reading:
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
+    contacts : tuple of Resultant
+        Single contacts on a skin, the strongest first; none of tactels, whose forces `touch` adds
+        up.
+    total : Resultant or None
+        All contacts on a skin together.
+    traction : Traction or None
+        Of a skin: pressure and shear along it.
     findings : tuple of str
         What seems to differ from the design, where no load explains the frame; of strips, and
         found when it is first asked for, which takes some tenths of a second.
@@ -112,6 +136,7 @@ class Reading:
     findings: tuple[str, ...] = field(default_factory=tuple)
     contacts: tuple[Resultant, ...] = field(default_factory=tuple)
     total: Resultant | None = field(default_factory=lambda: None)
+    traction: Traction | None = field(default_factory=lambda: None)
 
     @classmethod
     def of(
@@ -130,6 +155,7 @@ class Reading:
         findings: tuple[str, ...] | Callable[[], tuple[str, ...]] = (),
         contacts: tuple[Resultant, ...] | Callable[[], tuple[Resultant, ...]] = (),
         total: Resultant | Callable[[], Resultant] | None = None,
+        traction: Traction | Callable[[], Traction] | None = None,
         std: Callable[[], Array] | None = None,
     ) -> Reading:
         """A reading, of which covariance, phase and findings may be computed when first asked for.
@@ -149,6 +175,7 @@ class Reading:
             "findings": findings,
             "contacts": contacts,
             "total": total,
+            "traction": traction,
         }
         if std is not None:
             later["deviations"] = std

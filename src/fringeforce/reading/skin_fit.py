@@ -17,6 +17,8 @@ STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
 ROUNDS = 12
 """Linearisations of a climb."""
+LEFT = 4.0
+"""Falls of the last round that a climb may still have before it."""
 SETTLED = 0.1
 """Fall of the loss below which a climb is at its top."""
 
@@ -118,7 +120,8 @@ def climbed(
             contacts = _between(skin, best.contacts, contacts)
             rest = (best.top.unknowns[first:] + rest) / 2
             continue
-        done = best is not None and best.top.loss - here.loss < SETTLED and number > 1
+        fall = np.inf if best is None else best.top.loss - here.loss
+        done = number > 1 and (fall < SETTLED or here.loss - LEFT * fall > bound)
         best = Explanation(posterior, here, contacts, contacts)
         if done:
             break

@@ -48,7 +48,7 @@ class SkinFollower(Follower):
         """Forget the last reading: the next frame is searched."""
         self._last: Explanation | None = None
         self._used = np.empty(0, bool)
-        self._joint = np.empty((0, 0))
+        self._like: SkinResult | None = None
         self._probability, self._age = 0.0, 0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
@@ -56,7 +56,7 @@ class SkinFollower(Follower):
         found = self._follow(levels, used)
         if found is not None:
             return self._single.stated(
-                found, self._probability, tracked=True, joint=self._joint
+                found, self._probability, tracked=True, like=self._like
             )
         reading, last = self._single.followed(levels, used, self._last)
         self._last, self._used, self._age = last, used, 0
@@ -79,7 +79,7 @@ class SkinFollower(Follower):
                 progress(1)
 
     def _begin(self, one: Explanation) -> None:
-        self._joint = SkinResult(self._single.skin, one).joint
+        self._like = SkinResult(self._single.skin, one)
 
     def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
         """The last explanation moved on to a frame, if that explains it."""

@@ -34,7 +34,6 @@ from fringeforce.reading.posterior_reader import (
     MISSED,
     SAME,
     SATURATION,
-    UNSURE,
 )
 from fringeforce.reading.posterior_search import Lines
 from fringeforce.reading.reading import Reading, Status
@@ -42,6 +41,9 @@ from fringeforce.reading.skin_fit import Explanation, climbed
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
 
+UNSURE = 2e-3
+"""Chance of noise below which an explanation is not taken at once: contacts have so few unknowns
+that wrong ones leave much more."""
 IMAGES = 6
 """Mirror images that are tried of an explanation."""
 GROWTH = 250.0
@@ -188,7 +190,7 @@ class SkinReader(FrameReader):
             one = climbed(self.skin, frame, contacts, push, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - CLOSE
             found.append(one)
-            if one.chance > UNSURE or not better:
+            if one.chance > UNSURE or not better or one.top.loss > bound + HOPELESS * one.top.count:
                 break
         return found
 
@@ -283,7 +285,7 @@ class SkinReader(FrameReader):
         status: Status | None = None,
         tracked: bool = False,
         others: list[Explanation] | None = None,
-        joint: Array | None = None,
+        like: SkinResult | None = None,
     ) -> Reading:
         """The reading of an explanation.
 
@@ -299,12 +301,12 @@ class SkinReader(FrameReader):
             Whether it was followed.
         others : list of Explanation, optional
             What explains the frame as well.
-        joint : ndarray, optional
-            Covariance of the contacts, if it is known; see `SkinResult`.
+        like : SkinResult, optional
+            Of an earlier frame, whose covariance is as good.
         """
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
-        result = SkinResult(self.skin, best, joint)
+        result = SkinResult(self.skin, best, like)
         forces = result.forces
         rivals = np.array([SkinResult(self.skin, one).forces for one in others or []])
         return Reading.of(
@@ -318,6 +320,7 @@ class SkinReader(FrameReader):
             tracked=tracked,
             contacts=() if status is Status.NO_CONTACT else result.contacts,
             total=result.total,
+            traction=partial(result.traction, self.model.sensor.transducer.width),
             std=result.std,
         )
 

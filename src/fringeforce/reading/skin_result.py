@@ -10,6 +10,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Index
 from fringeforce.contacts.resultant import Resultant
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, SkinModel
+from fringeforce.reading.reading import Traction
 from fringeforce.reading.skin_fit import Explanation
 
 
@@ -23,13 +24,13 @@ class SkinResult:
         What contacts do.
     one : Explanation
         The explanation.
-    known : ndarray, shape (k (2 + GEOMETRY), k (2 + GEOMETRY)), optional
-        Covariance of forces and geometry, one contact after the other; found if not given.
+    like : SkinResult, optional
+        Of an earlier frame, nearly the same, whose covariance is as good.
     """
 
     skin: SkinModel
     one: Explanation
-    known: Array | None = None
+    like: SkinResult | None = None
 
     @cached_property
     def values(self) -> Array:
@@ -38,9 +39,9 @@ class SkinResult:
 
     @cached_property
     def joint(self) -> Array:
-        """Covariance of these."""
-        if self.known is not None:
-            return self.known
+        """Covariance of these, one contact after the other."""
+        if self.like is not None:
+            return self.like.joint
         at, count = self.one.posterior.model.at, len(self.one.contacts.forces)
         spread = self.one.posterior.spread(self.one.top)
         forces = np.arange(at.loads).reshape(count, 2)
@@ -49,19 +50,17 @@ class SkinResult:
         units = np.concatenate([np.ones((count, 2)), self.skin.units(count).reshape(count, -1)], 1)
         return np.asarray(spread[np.ix_(own, own)] * np.outer(units, units))
 
-    @cached_property
-    def _lines(self) -> tuple[Array, Array]:
-        return self.skin.shares(self.one.contacts.geometry)
-
     @property
     def forces(self) -> Array:
         """Of the line loads, shape (n, 2) [N]."""
-        return np.einsum("kcn,kc->nc", self._lines[0], self.one.contacts.forces)
+        shares = self.skin.shares(self.one.contacts.geometry)
+        return (shares * self.one.contacts.forces[:, :, None]).sum(axis=0).T
 
     @cached_property
     def _rows(self) -> Array:
         """Derivatives of the line loads by the values, shape (k (2 + GEOMETRY), 2n)."""
-        loads, change = self._lines
+        geometry = self.one.contacts.geometry
+        loads, change = self.skin.shares(geometry), self.skin.derivatives(geometry)
         count, size = self.values.shape
         rows = np.zeros((count, size, len(self.skin.places), 2))
         rows[:, 0, :, 0], rows[:, 1, :, 1] = loads[:, 0], loads[:, 1]
@@ -73,10 +72,22 @@ class SkinResult:
         """Of the line loads, shape (2n, 2n) [N^2]."""
         return self._rows.T @ self.joint @ self._rows
 
-    def std(self) -> Array:
-        """Of the line loads, shape (n, 2) [N]."""
+    @cached_property
+    def _std(self) -> Array:
+        if self.like is not None:
+            return self.like._std
         variance = np.einsum("rn,rn->n", self._rows, self.joint @ self._rows)
         return np.sqrt(np.maximum(variance, 0)).reshape(-1, 2)
+
+    def std(self) -> Array:
+        """Deviations of the line loads, shape (n, 2) [N]."""
+        return self._std
+
+    def traction(self, width: float) -> Traction:
+        """Pressure and shear along a strip of some width [m]."""
+        places = self.skin.places
+        area = (places[1] - places[0]) * width
+        return Traction(places, self.forces / area, self._std / area)
 
     def contacts(self) -> tuple[Resultant, ...]:
         """Single contacts, the strongest first."""

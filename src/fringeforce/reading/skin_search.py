@@ -75,7 +75,7 @@ class SkinSearch:
         half = extent / count / 2
         geometry[:, WIDTH] = half
         geometry[:, PLACE] = skin.places[0] + half * (1 + 2 * np.arange(count))
-        loads, _ = skin.shares(geometry)
+        loads = skin.shares(geometry)
         moments = np.einsum("kcn,cnm->kcm", loads, skin.lines, optimize=True)[:, :, None]
         shift = 2 * count - base.at.loads
         return base._replace(

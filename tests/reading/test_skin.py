@@ -1,0 +1,201 @@
+"""Contacts anywhere: frames of the exact series under tractions of contact mechanics, read back."""
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce.base.errors import DesignError
+from fringeforce.design.files import parse_sensor
+from fringeforce.models.presses import tractions
+
+FAR = 5.0
+"""Deviations: beyond them lies one in two million."""
+
+
+@pytest.fixture(scope="module")
+def model() -> ff.SensorModel:
+    """A strip with roller edges, whose frames come from the exact series."""
+    return ff.characterize(ff.load_sensor("skin").replace(**{"transducer.edges": "roller"}))
+
+
+@pytest.fixture(scope="module")
+def reader(model: ff.SensorModel) -> ff.Reader:
+    return ff.Reader(model)
+
+
+def expected(sensor: ff.Sensor, presses: list[ff.Press]) -> np.ndarray:
+    """Force and centre of pressure, which shear moves beside the axis of a cylinder."""
+    parts = [tractions(sensor, press) for press in presses]
+    force, places = (np.concatenate(part) for part in ([p.forces for p in parts], [p.places for p in parts]))
+    return np.array([*force.sum(axis=0), force[:, 0] @ places / force[:, 0].sum()])
+
+
+def check(sensor: ff.Sensor, total: ff.Resultant, presses: list[ff.Press]) -> None:
+    """The total is within its deviations, and they are small."""
+    found, std = np.array([*total.force, total.centre[0]]), total.std[[0, 1, 5]]
+    assert (np.abs(found - expected(sensor, presses)) < FAR * std).all()
+    assert std[0] < 0.03 + 0.02 * total.force[0]
+
+
+PRESSES = {
+    "one": [ff.Press(x=0.37e-3, normal=1.5, tangential=0.4, radius=4e-3)],
+    "between tactels": [ff.Press(x=0.5e-3, normal=2.0, tangential=-0.8, radius=2e-3)],
+    "two": [
+        ff.Press(x=-2.2e-3, normal=2.5, tangential=0.5, radius=8e-3),
+        ff.Press(x=1.9e-3, normal=0.7, tangential=-0.2, radius=1.5e-3),
+    ],
+    "three": [
+        ff.Press(x=-4.1e-3, normal=1.0, tangential=0.3, radius=3e-3),
+        ff.Press(x=-0.3e-3, normal=3.0, tangential=-1.0, radius=5e-3),
+        ff.Press(x=4.4e-3, normal=0.5, tangential=0.1, radius=2e-3),
+    ],
+    "a patch": [ff.Press(x=-1.1e-3, normal=2.0, tangential=0.5, width=0.8e-3, profile="flat")],
+    "a punch": [ff.Press(x=1.1e-3, normal=2.0, tangential=0.5, width=0.6e-3, profile="punch")],
+}
+
+
+@pytest.mark.parametrize("name", list(PRESSES))
+def test_contacts_are_read_where_and_as_strong_as_they_are(
+    model: ff.SensorModel, reader: ff.Reader, name: str
+) -> None:
+    presses = PRESSES[name]
+    reading = reader.search(model.expose(presses, rng=3))
+    assert reading.status is ff.Status.OK
+    assert reading.total is not None
+    check(model.sensor, reading.total, presses)
+    felt = sorted(reading.contacts, key=lambda one: one.centre[0])
+    assert len(felt) == len(presses)
+    for one, press in zip(felt, presses, strict=True):
+        check(model.sensor, one, [press])
+        assert one.width is not None
+        assert one.width_std is not None
+    # the line loads add up to the total
+    np.testing.assert_allclose(reading.forces.sum(axis=0), reading.total.force, rtol=1e-6)
+    summed = reading.covariance.reshape(len(reading.forces), 2, -1, 2).sum(axis=(0, 2))
+    np.testing.assert_allclose(
+        summed, reading.total.force_covariance, atol=1e-3 * reading.total.force_covariance.max()
+    )
+
+
+def test_widths_are_those_of_the_contacts(model: ff.SensorModel, reader: ff.Reader) -> None:
+    for width in (0.5e-3, 1.2e-3):
+        press = ff.Press(x=0.2e-3, normal=2.0, width=width)
+        (one,) = reader.search(model.expose([press], rng=1)).contacts
+        assert one.width is not None
+        assert one.width_std is not None
+        assert abs(one.width - width) < FAR * one.width_std
+        assert one.width_std < 0.2 * width
+
+
+def test_tractions_carry_the_forces(model: ff.SensorModel, reader: ff.Reader) -> None:
+    press = ff.Press(x=-0.7e-3, normal=1.5, tangential=0.4, radius=4e-3)
+    reading = reader.search(model.expose([press], rng=2))
+    traction = reading.traction
+    assert traction is not None
+    width, step = model.sensor.transducer.width, np.diff(traction.places)[0]
+    sums = traction.values.sum(axis=0) * width * step
+    np.testing.assert_allclose(sums, reading.forces.sum(axis=0))
+    assert traction.std.shape == traction.values.shape == (len(traction.places), 2)
+    assert abs(traction.places[traction.values[:, 0].argmax()] - press.x) < 0.3e-3
+
+
+def test_nothing_is_no_contact(model: ff.SensorModel, reader: ff.Reader) -> None:
+    reading = reader.search(model.expose(np.zeros((131, 2)), rng=0))
+    assert reading.status is ff.Status.NO_CONTACT
+    assert not reading.contacts
+
+
+def test_moving_contacts_are_followed(model: ff.SensorModel) -> None:
+    t = np.linspace(0, 1, 120)
+    rows = [
+        [
+            ff.Press(
+                x=float(-1e-3 + 1.5e-3 * s),
+                normal=float(1 + 0.8 * s),
+                tangential=float(0.3 * np.sin(6 * s)),
+                width=0.8e-3,
+            ),
+            ff.Press(x=4e-3, normal=0.8, width=0.5e-3),
+        ]
+        for s in t
+    ]
+    frames = model.expose(rows, rng=5)
+    readings = list(ff.Reader(model).stream(frames))
+    assert np.mean([reading.tracked for reading in readings]) > 0.95
+    totals = [reading.total for reading in readings]
+    off = np.array(
+        [
+            (np.array([*total.force, total.centre[0]]) - expected(model.sensor, row)) / total.std[[0, 1, 5]]
+            for total, row in zip(totals, rows, strict=True)
+            if total is not None
+        ]
+    )
+    assert len(off) == len(t)
+    assert np.abs(off).max() < FAR
+    assert 0.7 < np.sqrt(np.square(off).mean()) < 1.3
+    batch = ff.Reader(model).read_on(frames[:20])
+    np.testing.assert_allclose(batch.forces[-1], readings[19].forces)
+
+
+def test_a_new_contact_is_searched(model: ff.SensorModel) -> None:
+    one = [ff.Press(x=-2e-3, normal=1.0, width=0.6e-3)]
+    two = [*one, ff.Press(x=3e-3, normal=1.0, width=0.6e-3)]
+    reader = ff.Reader(model)
+    readings = [reader.read(frame) for frame in model.expose([one, one, two, two], rng=0)]
+    assert [len(reading.contacts) for reading in readings] == [1, 1, 2, 2]
+    assert [reading.tracked for reading in readings] == [False, True, False, True]
+
+
+def test_a_frame_of_something_else_is_refused(model: ff.SensorModel, reader: ff.Reader) -> None:
+    pixels = np.arange(2048)
+    wrong = 125 + 110 * np.cos(pixels / 40.0) * np.sign(np.sin(pixels / 333.0))
+    assert reader.search(np.round(wrong)).status is ff.Status.MODEL_MISMATCH
+
+
+def test_light_that_is_uncertain_is_allowed_for() -> None:
+    drawing = ff.load_sensor("skin").replace(
+        **{
+            "transducer.edges": "roller",
+            "camera.amplitude": "237 +/- 3 %",
+            "polariscope.visibility": "0.97 +/- 0.02",
+            "polariscope.residual": "0 +/- 0.05 rad",
+        }
+    )
+    model = ff.characterize(drawing)
+    presses = PRESSES["two"]
+    reading = ff.Reader(model).read(model.expose(presses, rng=4, as_built=2))
+    assert reading.status is ff.Status.OK
+    assert reading.total is not None
+    check(model.sensor, reading.total, presses)
+
+
+def test_designs_of_skins_are_written_and_changed() -> None:
+    skin = ff.load_sensor("skin")
+    assert skin.tactels.count == 131
+    assert "[tactels]" not in skin.to_toml()
+    assert parse_sensor(skin.to_toml()) == skin
+    assert skin.replace(**{"skin.resolution": "0.2 mm"}).tactels.count == 66
+    pins = skin.replace(tactels={"count": 5, "pitch": "1 mm"})
+    assert pins.skin is None
+    assert pins.replace(skin={"extent": "10 mm"}).tactels.count == 101
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"skin": {"extent": "30 mm"}}, "beyond the strip"),
+        ({"skin": {"extent": "13 mm"}, "tactels": {"count": 5, "pitch": "1 mm"}}, "both tactels"),
+        ({"skin.friction": 0.0}, "friction"),
+        ({"skin.extent": "-3 mm"}, "extent"),
+    ],
+)
+def test_designs_that_are_no_skins_are_told(change: dict[str, object], words: str) -> None:
+    with pytest.raises(DesignError, match=words):
+        ff.load_sensor("skin").replace(**change)
+
+
+def test_a_design_without_tactels_and_skin_is_told() -> None:
+    text = ff.load_sensor("saad").to_toml()
+    begin, end = text.index("[tactels]"), text.index("[polariscope]")
+    with pytest.raises(DesignError, match="a table of tactels, or a skin"):
+        parse_sensor(text[:begin] + text[end:])
