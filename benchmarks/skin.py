@@ -75,7 +75,7 @@ def main(frames: int = FRAMES, seed: int = SEED) -> None:
         place = force[:, 0] @ places / force[:, 0].sum()
         total = reading.total
         error = np.array([*total.force, total.centre[0]]) - [*force.sum(axis=0), place]
-        found.append((error, error / total.std[[0, 1, 5]], force[:, 0].sum()))
+        found.append((error, error / total.std[[0, 1, 5]]))
         if len(reading.contacts) == len(presses):
             felt = sorted(reading.contacts, key=lambda one: one.centre[0])
             for one, press in zip(felt, presses, strict=True):
@@ -83,7 +83,7 @@ def main(frames: int = FRAMES, seed: int = SEED) -> None:
                 single.append((off[0], off[0] / one.std[0], off[1] / one.std[1]))
         if sys.stderr.isatty():
             print(f"\r{number + 1} of {frames}", end="", file=sys.stderr)
-    errors, deviations, sums = (np.array(part) for part in zip(*found, strict=True))
+    errors, deviations = (np.array(part) for part in zip(*found, strict=True))
     wrong = (np.abs(deviations) > FAR).any(axis=1)
     print(f"frames {frames}, " + ", ".join(f"{k} {n}" for k, n in sorted(verdicts.items())))
     print(f"wrong OK {wrong.sum()}; contacts counted right {_counted(single, found)}")

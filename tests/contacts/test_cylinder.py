@@ -48,9 +48,7 @@ def test_pressure_is_that_of_hertz(deep: tuple[Compliance, float]) -> None:
 
 
 @pytest.mark.parametrize("used", [0.3, 0.7])
-def test_shear_is_that_of_cattaneo_and_mindlin(
-    deep: tuple[Compliance, float], used: float
-) -> None:
+def test_shear_is_that_of_cattaneo_and_mindlin(deep: tuple[Compliance, float], used: float) -> None:
     compliance, modulus = deep
     friction = 0.5
     pressure, shear = cylinder_forces(

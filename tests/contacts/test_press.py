@@ -1,10 +1,12 @@
 """Presses: their tractions, against moments of the textbooks, and what cannot press."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.press import Press
+from fringeforce.contacts.press import Press, Profile
 from fringeforce.design.files import load_sensor
 from fringeforce.mechanics import fourier
 from fringeforce.models.characterization import characterize
@@ -15,7 +17,7 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 @pytest.mark.parametrize(
     ("profile", "variance"), [("line", 0.0), ("flat", 1 / 3), ("hertz", 1 / 4), ("punch", 1 / 2)]
 )
-def test_profiles_have_the_variance_of_their_weight(profile: str, variance: float) -> None:
+def test_profiles_have_the_variance_of_their_weight(profile: Profile, variance: float) -> None:
     press = Press(x=1e-3, normal=2.0, tangential=0.5, width=0.6e-3, profile=profile)
     places, forces = press.distributed()
     np.testing.assert_allclose(forces.sum(axis=0), [2.0, 0.5])
@@ -78,9 +80,9 @@ def test_a_cylinder_is_narrower_than_on_its_cover_alone() -> None:
         ({"profile": "round", "width": 1e-3}, "'round'"),
     ],
 )
-def test_what_cannot_press_is_told(numbers: dict[str, float], words: str) -> None:
+def test_what_cannot_press_is_told(numbers: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        Press(**({"x": 0.0, "normal": 1.0} | numbers))
+        Press(**{"x": 0.0, "normal": 1.0, **numbers})
 
 
 def test_a_press_beyond_the_strip_is_told() -> None:

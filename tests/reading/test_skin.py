@@ -1,11 +1,16 @@
 """Contacts anywhere: frames of the exact series under tractions of contact mechanics, read back."""
 
+import csv
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.base.errors import DesignError
+from fringeforce.base.errors import DesignError, FringeforceError
 from fringeforce.design.files import parse_sensor
+from fringeforce.explorer import limits
+from fringeforce.io.tables import save_contacts
 from fringeforce.models.presses import tractions
 
 FAR = 5.0
@@ -26,7 +31,9 @@ def reader(model: ff.SensorModel) -> ff.Reader:
 def expected(sensor: ff.Sensor, presses: list[ff.Press]) -> np.ndarray:
     """Force and centre of pressure, which shear moves beside the axis of a cylinder."""
     parts = [tractions(sensor, press) for press in presses]
-    force, places = (np.concatenate(part) for part in ([p.forces for p in parts], [p.places for p in parts]))
+    force, places = (
+        np.concatenate(part) for part in ([p.forces for p in parts], [p.places for p in parts])
+    )
     return np.array([*force.sum(axis=0), force[:, 0] @ places / force[:, 0].sum()])
 
 
@@ -125,7 +132,8 @@ def test_moving_contacts_are_followed(model: ff.SensorModel) -> None:
     totals = [reading.total for reading in readings]
     off = np.array(
         [
-            (np.array([*total.force, total.centre[0]]) - expected(model.sensor, row)) / total.std[[0, 1, 5]]
+            (np.array([*total.force, total.centre[0]]) - expected(model.sensor, row))
+            / total.std[[0, 1, 5]]
             for total, row in zip(totals, rows, strict=True)
             if total is not None
         ]
@@ -199,3 +207,36 @@ def test_a_design_without_tactels_and_skin_is_told() -> None:
     begin, end = text.index("[tactels]"), text.index("[polariscope]")
     with pytest.raises(DesignError, match="a table of tactels, or a skin"):
         parse_sensor(text[:begin] + text[end:])
+
+
+def test_touch_gives_the_contacts_that_the_reading_tells(
+    model: ff.SensorModel, reader: ff.Reader
+) -> None:
+    reading = reader.search(model.expose(PRESSES["two"], rng=3))
+    felt = ff.touch(model.sensor, reading)
+    assert felt.total is reading.total
+    assert felt.patches == reading.contacts
+
+
+def test_contacts_are_written_as_a_table(
+    model: ff.SensorModel, reader: ff.Reader, tmp_path: Path
+) -> None:
+    readings = [reader.search(model.expose(PRESSES[name], rng=3)) for name in ("one", "two")]
+    statuses = save_contacts(tmp_path / "contacts.csv", readings)
+    assert statuses == {"OK": 2}
+    with open(tmp_path / "contacts.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["frame"], row["contact"]) for row in rows] == [
+        ("0", "0"), ("0", "1"), ("1", "0"), ("1", "1"), ("1", "2")
+    ]  # fmt: skip
+    strongest = rows[3]
+    assert abs(float(strongest["normal_N"]) - 2.5) < FAR * float(strongest["normal_std_N"])
+    assert abs(float(strongest["x_mm"]) + 2.2) < 0.05
+
+
+def test_skins_are_neither_calibrated_nor_explored() -> None:
+    skin = ff.load_sensor("skin")
+    with pytest.raises(FringeforceError, match="no tactels to press"):
+        ff.calibrate(skin, np.zeros((8, 2048)), np.zeros((8, 131, 2)))
+    with pytest.raises(FringeforceError, match="forces of tactels"):
+        limits.check(skin)

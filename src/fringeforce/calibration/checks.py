@@ -43,6 +43,11 @@ def checked_measurements(
     """
     levels, camera = np.asarray(frames, dtype=float), sensor.camera
     pixels, tactels = camera.pixels, sensor.tactels.count
+    if sensor.skin is not None:
+        raise InputError(
+            "A skin has no tactels to press on; calibrate the same strip with tactels where it is "
+            "pressed, and give its values to the design of the skin."
+        )
     if sensor.polariscope.channels or sensor.polariscope.plates:
         raise InputError(
             "Known loads are compared in one dark field with perfect plates; give a design without "

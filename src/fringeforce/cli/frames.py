@@ -60,7 +60,7 @@ def read(
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each."""
     from fringeforce.io.frames import load_frames
-    from fringeforce.io.tables import save_readings
+    from fringeforce.io.tables import save_contacts, save_readings
     from fringeforce.models.files import load_model
     from fringeforce.plotting.figures import draw_readings
     from fringeforce.reading.reader import Reader
@@ -73,7 +73,10 @@ def read(
         for reading in reader.stream(images):
             readings.append(reading)
             advance("Reading", len(readings), len(images))
-    statuses = save_readings(output, readings, sensor.components)
+    if getattr(sensor, "skin", None) is not None:
+        statuses = save_contacts(output, readings)
+    else:
+        statuses = save_readings(output, readings, sensor.components)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
     for status in {reading.status: reading for reading in readings}:
         if status.name != "OK":

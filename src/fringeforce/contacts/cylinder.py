@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 
 SETTLED = 1e-7
@@ -125,7 +125,7 @@ def _sheared(along: Array, pressure: Array, tangential: float, friction: float) 
     return shear
 
 
-def _with_sum(matrix: Array, free: Array, wanted: Array, total: float) -> tuple[Array, float]:
+def _with_sum(matrix: Array, free: Mask, wanted: Array, total: float) -> tuple[Array, float]:
     """Forces at free places of a given sum, which displace them as wanted but for a constant."""
     own = np.flatnonzero(free)
     system = np.zeros((len(own) + 1, len(own) + 1))

@@ -208,7 +208,7 @@ def resultant(
 
 
 def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
-    """Contact patches of a reading, and the resultant of all forces.
+    """Contact patches of a reading, and the resultant of all forces; of a skin its contacts.
 
     Parameters
     ----------
@@ -239,6 +239,11 @@ def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
     (1, 2.0)
     """
     places, grid = sensor.tactels.places, np.atleast_1d(sensor.tactels.count)
+    total = getattr(reading, "total", None)
+    if total is not None:  # of a skin, which tells contacts apart itself
+        silent = (reading.forces == 0).all(axis=1)
+        contacts = getattr(reading, "contacts", ())
+        return Touch(total, contacts, silent, reading.forces, reading.covariance)
     around = np.ones((3,) * len(grid), dtype=bool)
     silent = _silent(reading, grid, around)
     forces, covariance = _given_silence(reading, silent)

@@ -27,6 +27,11 @@ def check(sensor: Sensor) -> None:
             'transducer.plane = "3d" takes too long while a person waits, and the page draws a '
             'plane; take "stress" or "strain" here.'
         )
+    if sensor.skin is not None:
+        problems.append(
+            "skin: the page shows the forces of tactels; give the design tactels here, and read "
+            "skins with `fringeforce read` or in Python."
+        )
     if sensor.camera.pixels > PIXELS:
         problems.append(f"camera.pixels = {sensor.camera.pixels}: must be {PIXELS} or less here.")
     if sensor.tactels.count > TACTELS:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import whole_file
+from fringeforce.contacts.resultant import Resultant
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.reading.reading import Reading
@@ -124,6 +125,55 @@ def save_readings(
                 cells = [f"{value:.6g}" for value in values]
                 writer.writerow([frame, tactel, *cells, reading.status.name])
     return statuses
+
+
+CONTACT = ("x_mm", "width_mm", "normal_N", "tangential_N")
+"""Columns of a contact on a skin, which have deviations too."""
+
+
+def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
+    """Write readings of a skin, one row for each contact of each frame, whole or not at all.
+
+    Contacts count from 1, the strongest first; 0 is all of them together.
+
+    Parameters
+    ----------
+    path : path
+        Path of the CSV file.
+    readings : iterable of Reading
+        One for each frame.
+
+    Returns
+    -------
+    Counter
+        Frames by the name of their status.
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be written.
+    """
+    statuses: Counter[str] = Counter()
+    with _new_table(path) as file:
+        writer = csv.writer(file)
+        std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in CONTACT)
+        writer.writerow(["frame", "contact", *CONTACT, *std, "status"])
+        for frame, reading in enumerate(readings):
+            statuses[reading.status.name] += 1
+            whole = () if reading.total is None else (reading.total,)
+            for number, contact in enumerate((*whole, *reading.contacts)):
+                cells = [f"{value:.6g}" for value in _contact_cells(contact)]
+                writer.writerow([frame, number, *cells, reading.status.name])
+            if not whole:
+                writer.writerow([frame, 0, *["nan"] * 2 * len(CONTACT), reading.status.name])
+    return statuses
+
+
+def _contact_cells(contact: Resultant) -> list[float]:
+    """Numbers of `CONTACT` and their deviations."""
+    std = contact.std
+    values = [contact.centre[0] * 1e3, (contact.width or 0.0) * 1e3, *contact.force]
+    return [*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2]]
 
 
 def _cells(reading: Reading) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -137,9 +137,7 @@ class BuiltSensor:
         widths = _truncated(*width, Limits(low=0.0), generator, shape)
         return Contacts(tactels.positions + beside, widths)
 
-    def phase(
-        self, forces: ArrayLike | Presses, contacts: Contacts | None = None
-    ) -> Array:
+    def phase(self, forces: ArrayLike | Presses, contacts: Contacts | None = None) -> Array:
         """Phase lead at the pixels, residual included, shape (..., n_pixels) [rad].
 
         Parameters
@@ -153,7 +151,7 @@ class BuiltSensor:
         if contacts is None or are_presses(forces):
             return self.model.phase(forces) + self.residual
         sensor = self.model.sensor
-        loads = checked_loads(forces, sensor.tactels.count)
+        loads = checked_loads(cast(ArrayLike, forces), sensor.tactels.count)
         surface = self.surface
         if surface is None or not surface.covers(*contacts):
             surface = _surface(sensor, *contacts)
@@ -191,7 +189,7 @@ class BuiltSensor:
         """
         generator = np.random.default_rng(rng)
         if contacts is None and self.surface is not None and not are_presses(forces):
-            contacts = self.contacts(np.shape(forces)[:-2], generator)
+            contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
         return self.model.delivered(self.phase(forces, contacts), generator, self.light)
 
 

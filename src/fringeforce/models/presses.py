@@ -76,17 +76,16 @@ def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Trac
     # steps of a ladder, whose compliances are known after a while
     rung = np.floor(LADDER * np.log2(max(half / STEPS / cover.thickness, FINEST)))
     step = cover.thickness * float(2 ** (rung / LADDER))
-    compliance = _compliance(transducer, step)
-    forces = cylinder_forces(
-        compliance, radius, press.normal, press.tangential, press.friction
-    )
-    places = press.x + (np.arange(len(forces)) - len(forces) // 2) * step
+    compliance = _compliance(transducer.model_dump_json(), step)
+    forces = cylinder_forces(compliance, radius, press.normal, press.tangential, press.friction)
+    places = press.x + np.arange(-(len(forces) // 2), len(forces) // 2 + 1, dtype=np.float64) * step
     kept = forces[:, 0] > 0
     return Tractions(places[kept], forces[kept])
 
 
 @lru_cache(maxsize=64)
-def _compliance(transducer: Transducer, step: float) -> Compliance:
+def _compliance(stated: str, step: float) -> Compliance:
+    transducer = Transducer.model_validate_json(stated)
     terms = min(int(np.ceil(2 * transducer.length / step)), MOST_TERMS)
     count = int(np.ceil(2 ** (1 / LADDER) * STEPS)) + 4
     return Compliance(step, *fourier.surface_displacement(transducer, step, 2 * count, terms))
@@ -117,7 +116,7 @@ def press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
         stress = fourier.integrated_stress(transducer, places, x)
         lead = np.einsum("mnc,nc->m", stress, forces, optimize=True)
     else:
-        surface = _surface(transducer, x.tobytes())
+        surface = _surface(transducer.model_dump_json(), x.tobytes())
         lines = surface.shares(places, np.zeros(len(places))).T @ forces
         lead = surface.stress.reshape(len(x), -1) @ lines.ravel()
     inside = np.abs(x) <= transducer.length / 2
@@ -125,8 +124,9 @@ def press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _surface(transducer: Transducer, x: bytes) -> SurfaceInfluence:
+def _surface(stated: str, x: bytes) -> SurfaceInfluence:
     """Line loads all over a strip, solved once."""
+    transducer = Transducer.model_validate_json(stated)
     half = transducer.length / 2
     where = np.clip(np.frombuffer(x), -half, half)
     return surface_influence(transducer, -half, half, where)

@@ -103,9 +103,7 @@ class SkinModel:
         """Places within the half width, and weights of all shapes, shape (Q, 1 + shapes)."""
         angle = np.pi * np.arange(1, QUADRATURE + 1) / (QUADRATURE + 1)
         t, weights = np.cos(angle), 2 / (QUADRATURE + 1) * np.square(np.sin(angle))
-        shapes = [
-            np.sin((k + 1) * angle) / np.sin(angle) for k in (*PRESSURE, *SHEAR)
-        ]
+        shapes = [np.sin((k + 1) * angle) / np.sin(angle) for k in (*PRESSURE, *SHEAR)]
         return t, weights[:, None] * np.column_stack([np.ones(QUADRATURE), *shapes])
 
     @property

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -194,7 +194,7 @@ class SensorModel:
             where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
             return press_phase(self.sensor, where, forces)
         influence = self.pixel_influence if x is None else self.influence(x)
-        loads = checked_loads(forces, self.sensor.tactels.count)
+        loads = checked_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
         return loads.reshape(*loads.shape[:-2], -1) @ influence.reshape(len(influence), -1).T
 
     def intensity(self, forces: ArrayLike) -> Array:

@@ -19,7 +19,7 @@ from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.optics.colour import light_colour
 
-MILLI = 1e3
+MILLI, MEGA = 1e3, 1e6
 STYLE: Any = {
     "axes.grid": True,
     "axes.prop_cycle": cycler(
@@ -168,6 +168,57 @@ def history(ax: Axes, values: ArrayLike, labels: Sequence[str], ylabel: str) -> 
     ax.set(xlabel="frame", ylabel=ylabel)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.legend()
+
+
+def tractions(ax: Axes, places: ArrayLike, values: ArrayLike, deviations: ArrayLike) -> None:
+    """Pressure and shear along a skin, with a band of two deviations.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    places : array_like, shape (n,)
+        Along the strip [m].
+    values, deviations : array_like, shape (n, 2)
+        Pressure and shear, and their standard deviations [Pa].
+    """
+    x = np.asarray(places) * MILLI
+    both = np.asarray(values).T / MEGA, np.asarray(deviations).T / MEGA
+    for label, value, std in zip(("pressure", "shear"), *both, strict=True):
+        (line,) = ax.plot(x, value, label=label)
+        ax.fill_between(
+            x, value - 2 * std, value + 2 * std, color=line.get_color(), alpha=0.25, linewidth=0
+        )
+    ax.set(xlabel="x [mm]", ylabel="traction [MPa]", xlim=(x[0], x[-1]))
+    ax.legend()
+
+
+def pressures(ax: Axes, places: ArrayLike, values: ArrayLike) -> None:
+    """Pressure along a skin, frame after frame, as a map.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    places : array_like, shape (n,)
+        Along the strip [m].
+    values : array_like, shape (k, n)
+        Pressure [Pa]; not a number where a frame has no reading.
+    """
+    x, pressure = np.asarray(places) * MILLI, np.asarray(values).T / MEGA
+    image = ax.imshow(
+        pressure,
+        origin="lower",
+        aspect="auto",
+        cmap="magma_r",
+        vmin=0.0,
+        extent=(-0.5, pressure.shape[1] - 0.5, x[0], x[-1]),
+        interpolation="nearest",
+    )
+    ax.grid(visible=False)
+    ax.set(xlabel="frame", ylabel="x [mm]")
+    bar = ax.figure.colorbar(image, ax=ax, label="pressure [MPa]")
+    bar.outline.set_visible(False)
 
 
 def pad_forces(ax: Axes, pad: Pad, values: ArrayLike) -> None:

@@ -17,14 +17,23 @@ from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.models.strip import SensorModel
-from fringeforce.plotting.axes import figure, forces, history, pad_forces, residuals
+from fringeforce.plotting.axes import (
+    figure,
+    forces,
+    history,
+    pad_forces,
+    pressures,
+    residuals,
+    tractions,
+)
 from fringeforce.reading.reading import Reading
 
 
 def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path) -> None:
     """Write a picture of one reading's forces, or of those of many.
 
-    Of many readings the normal forces of a strip are drawn, and the sums of all forces of a pad.
+    Of many readings the normal forces of a strip are drawn, the pressure on a skin as a map, and
+    the sums of all forces of a pad.
 
     Parameters
     ----------
@@ -40,7 +49,8 @@ def draw_readings(sensor: Sensor | Pad, readings: Sequence[Reading], path: Path)
     FileFormatError
         If the picture cannot be written.
     """
-    draw_one, draw_many, size = _DRAWN[sensor.kind]
+    skin = isinstance(sensor, Sensor) and sensor.skin is not None
+    draw_one, draw_many, size = _DRAWN["skin" if skin else sensor.kind]
     with _picture(path, *(size if len(readings) == 1 else ())) as ax:
         if len(readings) == 1:
             draw_one(ax, sensor, readings[0])
@@ -60,6 +70,23 @@ def _strip_history(ax: Axes, _: Sensor, readings: Sequence[Reading]) -> None:
     history(ax, normal, [shown.get(k + 1, "_") for k in range(count)], "normal force [N]")
 
 
+def _skin_traction(ax: Axes, sensor: Sensor, reading: Reading) -> None:
+    if reading.traction is None:
+        return _strip_forces(ax, sensor, reading)
+    traction = reading.traction
+    return tractions(ax, traction.places, traction.values, traction.std)
+
+
+def _skin_history(ax: Axes, sensor: Sensor, readings: Sequence[Reading]) -> None:
+    places = sensor.tactels.positions
+    nothing = np.full(len(places), np.nan)
+    rows = [
+        nothing if r.traction is None or not r.trusted else r.traction.values[:, 0]
+        for r in readings
+    ]
+    pressures(ax, places, np.array(rows))
+
+
 def _pad_forces(ax: Axes, pad: Pad, reading: Reading) -> None:
     pad_forces(ax, pad, reading.forces)
 
@@ -72,6 +99,7 @@ def _pad_history(ax: Axes, pad: Pad, readings: Sequence[Reading]) -> None:
 
 _DRAWN: Mapping[str, Any] = {
     "strip": (_strip_forces, _strip_history, ()),
+    "skin": (_skin_traction, _skin_history, ()),
     "pad": (_pad_forces, _pad_history, (5.4, 4.4)),
 }
 """What draws one reading and what draws many, by the kind of sensor, and the size for one."""

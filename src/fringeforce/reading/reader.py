@@ -206,6 +206,8 @@ class Reader:
         """A reading that says what seems wrong, if no load explains its frame."""
         if reading.status is not Status.MODEL_MISMATCH or not isinstance(self.model, SensorModel):
             return reading
+        if self.model.sensor.skin is not None:
+            return reading
         frame = np.where(used, levels.astype(float), np.nan)
         return reading.with_findings(lambda: self._diagnosis.findings(frame))
 

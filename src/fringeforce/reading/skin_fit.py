@@ -9,7 +9,6 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.frame_fit import Linearised
-from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
 
@@ -115,7 +114,7 @@ def climbed(
             start[first:] = rest
         posterior = Posterior(model, skin.prior(model, push), frame)
         here = posterior.climbed(start, heats=(), steps=(0, 0))
-        if best is not None and here.loss > best.top.loss + SETTLED / 10:
+        if best is not None and rest is not None and here.loss > best.top.loss + SETTLED / 10:
             # too far: half way back
             contacts = _between(skin, best.contacts, contacts)
             rest = (best.top.unknowns[first:] + rest) / 2

@@ -55,9 +55,7 @@ class SkinFollower(Follower):
         """Read the next frame, which was checked, shape (P,)."""
         found = self._follow(levels, used)
         if found is not None:
-            return self._single.stated(
-                found, self._probability, tracked=True, like=self._like
-            )
+            return self._single.stated(found, self._probability, tracked=True, like=self._like)
         reading, last = self._single.followed(levels, used, self._last)
         self._last, self._used, self._age = last, used, 0
         if last is not None:
@@ -90,9 +88,7 @@ class SkinFollower(Follower):
         if not self._single.complete(used):
             frame[~used] = np.nan
         posterior = replace(last.posterior, frame=frame)
-        top = posterior.climbed(
-            last.top.unknowns, heats=(), steps=(0, STEPS), tolerance=TOLERANCE
-        )
+        top = posterior.climbed(last.top.unknowns, heats=(), steps=(0, STEPS), tolerance=TOLERANCE)
         if top.chance < FITS:
             return None
         self._age += 1

@@ -94,7 +94,7 @@ class SkinReader(FrameReader):
         return forces
 
     def bound(self, forces: ArrayLike) -> Array:
-        """Smallest deviations of single line loads, which a frame hardly tells, shape (n, 2) [N]."""
+        """Smallest deviations of single line loads, hardly told apart, shape (n, 2) [N]."""
         frame = self.uncertain.frame
         loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
         unknowns = np.zeros(frame.at.size)
@@ -261,9 +261,7 @@ class SkinReader(FrameReader):
         own, others = list[Explanation](), list[Explanation]()
         mine, total = 0.0, 0.0
         seen = list[Explanation]()
-        for one, weight in sorted(
-            zip(met, weights, strict=True), key=lambda pair: -pair[1]
-        ):
+        for one, weight in sorted(zip(met, weights, strict=True), key=lambda pair: -pair[1]):
             if any(_same(one, known) for known in seen):
                 continue
             seen.append(one)

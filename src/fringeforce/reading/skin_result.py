@@ -13,6 +13,9 @@ from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, SkinModel
 from fringeforce.reading.reading import Traction
 from fringeforce.reading.skin_fit import Explanation
 
+NOTHING = 1e-6
+"""Share of the largest line load below which one is none."""
+
 
 @dataclass(frozen=True, eq=False)
 class SkinResult:
@@ -54,7 +57,9 @@ class SkinResult:
     def forces(self) -> Array:
         """Of the line loads, shape (n, 2) [N]."""
         shares = self.skin.shares(self.one.contacts.geometry)
-        return (shares * self.one.contacts.forces[:, :, None]).sum(axis=0).T
+        found = (shares * self.one.contacts.forces[:, :, None]).sum(axis=0).T
+        # the spline of line loads dies away, and never ends
+        return np.where(np.abs(found) > NOTHING * np.abs(found).max(), found, 0.0)
 
     @cached_property
     def _rows(self) -> Array:

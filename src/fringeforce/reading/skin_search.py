@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import nnls
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.estimation.phase.reflections import mirror_images
@@ -203,7 +203,7 @@ def _spread(places: Array, weights: Array) -> float:
     return float(np.sqrt(weights @ np.square(places - mean) / weights.sum()))
 
 
-def _groups(places: Array, weights: Array, count: int) -> Array:
+def _groups(places: Array, weights: Array, count: int) -> Index:
     """Where to part a row of weights so that the parts are narrowest, by dynamic programming."""
     n = len(places)
     w, x, q = (
@@ -223,4 +223,4 @@ def _groups(places: Array, weights: Array, count: int) -> Array:
     for part in reversed(parts):
         last = int(part[last])
         cuts.append(last + 1)
-    return np.array(cuts[::-1], dtype=int)
+    return np.array(cuts[::-1], dtype=np.intp)
