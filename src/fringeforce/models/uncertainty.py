@@ -9,7 +9,7 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import accumulate
 
 import numpy as np
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 NODES = 5
 """Nodes in the thickness of the cover, which smooths everything that passes through it: cubic
-interpolation between them is good to 1e-4 of the peak of a line load."""
+splines on them are good to 1e-4 of the peak of a line load."""
 ORDER = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
@@ -102,8 +102,8 @@ class Uncertainty:
         matrix; empty if there are none.
     shapes : int
         Modes that stand for them, the last ones of the frame's fields.
-    places : ndarray, shape (m,)
-        Of the nodes along the strip [m].
+    places : ndarray, shape (s,)
+        Of samples along the strip, half a step apart from the second node to the last but one [m].
     """
 
     frame: FrameModel
@@ -182,9 +182,10 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     sensor, imaging = model.sensor, model.imaging
     std = dict(sensor.tolerances)
     first, weights, positions = _nodes(model)
-    x = np.interp(positions, np.arange(len(model.pixel_positions)), model.pixel_positions)
+    pixel = model.pixel_positions
+    x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
     half = sensor.transducer.length / 2
-    psi = model.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
+    psi = model.influence(np.clip(x, -half, half)) * inside(x, half)[:, None, None]
     moments, reach = _contact_moments(model, x, psi)
     modes = ([] if imaging else _design_modes(model, x)) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
@@ -198,9 +199,10 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     shape = np.empty((0, 0))
     shapes = 0
     if error:
-        distance = np.subtract.outer(x, x) / ((x[-1] - x[0]) * SHAPE_LENGTH)
+        columns = coefficients(np.moveaxis(psi, 0, 2)).reshape(-1, (len(x) - 1) // 2 + 3).T
+        nodes = np.arange(len(columns)) / (len(columns) - 3)
+        distance = np.subtract.outer(nodes, nodes) / SHAPE_LENGTH
         shape = error**2 * np.exp(-np.square(distance) / 2)
-        columns = psi.reshape(len(x), -1)
         values = np.linalg.eigvalsh(shape * (columns @ columns.T))
         shapes = int(np.sum(values > SMALLEST * values.max()))
     fields = np.concatenate([fields, np.zeros((shapes, len(x)))])
@@ -238,7 +240,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
-        **mixed(moments, reach, places, (width, widths)),
+        **mixed(coefficients(moments), reach, places, (width, widths)),
         **pixels_at(first, weights, len(seen)),
         table=moment_table(moments.shape[2]),
         reach=reach,
@@ -246,11 +248,11 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         width=width,
         width_std=widths,
         narrow=NARROW * max(width, widths),
-        fields=np.ascontiguousarray(fields),
-        fixed=np.full(len(x), light.residual),
-        influence=_powers(turning, psi),
-        brightness=_profiles([mode.brightness for mode in modes], len(x)),
-        darkness=_profiles([mode.darkness for mode in modes], len(x)),
+        fields=coefficients(fields),
+        fixed=np.full((len(x) - 1) // 2 + 3, light.residual),
+        influence=coefficients(_powers(turning, psi)),
+        brightness=coefficients(_profiles([mode.brightness for mode in modes], len(x))),
+        darkness=coefficients(_profiles([mode.darkness for mode in modes], len(x))),
         amplitude=np.asarray(amplitude, dtype=float),
         offset=np.asarray(offset, dtype=float),
         dispersion=np.array([picture.dispersion for picture in seen]),
@@ -293,15 +295,16 @@ def _profiles(rows: list[Array | float], nodes: int) -> Array:
 
 
 def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
-    """First node and weights of every pixel of one channel, and the nodes' places in pixels."""
+    """First node and weights of every pixel of one channel, and places of samples in pixels."""
     pixels = model.sensor.camera.pixels
     seen = model.pixel_positions
     step = abs(float(seen[-1] - seen[0])) / max(pixels - 1, 1)
     spacing = model.sensor.transducer.compliant.thickness / NODES
-    count = max(int(np.ceil(pixels * step / spacing)) + 1, 5)
-    count = min(count, max(pixels + 1, 5))
-    first, weights = node_weights((np.arange(pixels) + 0.5) * (count - 1) / pixels, count)
-    return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
+    steps = max(int(np.ceil(pixels * step / spacing)), 4)
+    steps = min(steps, max(pixels, 4))
+    count = steps + 3
+    first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
+    return first, weights, np.arange(2 * steps + 1) / 2 * pixels / steps - 0.5
 
 
 def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
@@ -318,7 +321,7 @@ def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[s
 
 
 def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
-    """First node and weights of cubic interpolation at places between evenly spaced nodes.
+    """First node and weights of cubic B-splines at places between evenly spaced nodes.
 
     Parameters
     ----------
@@ -328,17 +331,43 @@ def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
         Number of nodes.
     """
     first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
-    t = along - first
+    t = along - first - 1
     weights = np.stack(
         [
-            -(t - 1) * (t - 2) * (t - 3) / 6,
-            t * (t - 2) * (t - 3) / 2,
-            -t * (t - 1) * (t - 3) / 2,
-            t * (t - 1) * (t - 2) / 6,
+            (1 - t) ** 3 / 6,
+            2 / 3 - t**2 + t**3 / 2,
+            2 / 3 - (1 - t) ** 2 + (1 - t) ** 3 / 2,
+            t**3 / 6,
         ],
         axis=1,
     )
     return first, weights
+
+
+def coefficients(values: Array) -> Array:
+    """Coefficients of cubic B-splines nearest to values at samples, in the least-squares sense.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., s)
+        At places that are half a step apart, from the second node to the last but one.
+
+    Returns
+    -------
+    ndarray, shape (..., (s - 1) / 2 + 3)
+    """
+    return np.ascontiguousarray(values @ _fitted(values.shape[-1]))
+
+
+@cache
+def _fitted(samples: int) -> Array:
+    """Coefficients of each of so many samples, shape (s, m)."""
+    count = (samples - 1) // 2 + 3
+    first, weights = node_weights(1 + np.arange(samples) / 2, count)
+    splines = np.zeros((samples, count))
+    for k in range(4):
+        splines[np.arange(samples), first + k] = weights[:, k]
+    return np.asarray(np.linalg.pinv(splines)).T
 
 
 def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:
@@ -379,7 +408,6 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
     )
     to_moments = powers.T @ basis
     out = np.empty((tactels.count, 2, ORDER, len(x)))
-    inside = np.abs(x) <= end
     table = moment_table(ORDER)
     half = tactels.contact_width / 2 / reach
     even = np.arange(0, ORDER, 2)
@@ -388,7 +416,7 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
     for j, centre in enumerate(centres):
         shares = to_moments @ surface.shares(centre + reach * t, np.zeros(len(t)))
         lines = phase_lead(np.einsum("ks,mst->tkm", shares, surface.stress), constant)
-        out[j] = lines * inside
+        out[j] = lines * inside(x, end)
     out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
     return np.ascontiguousarray(out), reach
 
@@ -488,6 +516,11 @@ def _drift(model: SensorModel) -> list[Mode]:
     gain, offset = (camera.drift, 0.0) if imaging is None else imaging.drift
     modes = [Mode(DRIFTS[0], gain, brightness=gain)] if gain else []
     return modes + ([Mode(DRIFTS[1], offset, darkness=offset)] if offset else [])
+
+
+def inside(x: Array, half: float) -> NDArray[np.bool_]:
+    """Whether places are on a strip of this half length, its very ends included."""
+    return np.abs(x) <= half * (1 + 1e-9)
 
 
 def random_field(x: Array, length: float) -> Array:

@@ -391,7 +391,7 @@ class PosteriorReader(FrameReader):
             for one, is_same in zip(weighed, same, strict=True)
             if not is_same
         ]
-        if status is None and not tracked:
+        if status is None and not tracked and posterior.model.at.size > count:
             chance = posterior.waves_chance(near[0], about)
             if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
                 probability *= chance / (chance + MISSED)

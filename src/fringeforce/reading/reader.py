@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import has_tolerances
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
@@ -21,8 +20,6 @@ from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.posterior_following import PosteriorFollower
 from fringeforce.reading.posterior_reader import PosteriorReader
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.reading.strip_following import StripFollower
 
 Array = NDArray[np.float64]
 
@@ -31,8 +28,7 @@ CONFIDENCE = 0.999
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 _KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
-    "strip": (SingleFrameReader, StripFollower),
-    "strip with tolerances": (PosteriorReader, PosteriorFollower),
+    "strip": (PosteriorReader, PosteriorFollower),
     "pad": (PadFrameReader, PadFollower),
 }
 """What reads single frames, and what follows them, by the kind of sensor."""
@@ -95,10 +91,7 @@ class Reader:
         friction: float | None = None,
         confidence: float = CONFIDENCE,
     ) -> None:
-        kind = model.sensor.kind
-        if isinstance(model, SensorModel) and has_tolerances(model):
-            kind += " with tolerances"
-        single, self._follow = _KINDS[kind]
+        single, self._follow = _KINDS[model.sensor.kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
 
@@ -207,8 +200,8 @@ class Reader:
     @cached_property
     def _diagnosis(self) -> Diagnosis:
         single = self._single
-        own = single if isinstance(single, PosteriorReader) else PosteriorReader(single.model)
-        return Diagnosis(own)
+        assert isinstance(single, PosteriorReader)
+        return Diagnosis(single)
 
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
