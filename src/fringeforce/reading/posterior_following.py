@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.contacts.friction_cone import within_friction_cone
-from fringeforce.estimation import information_filter
-from fringeforce.estimation.information_filter import AGEING, DONE, InformationFilter
+from fringeforce.estimation.followed_frames import AGEING, DONE, STALE
+from fringeforce.estimation.information_filter import InformationFilter
 from fringeforce.estimation.posterior import Top
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
@@ -22,28 +22,42 @@ Mask = NDArray[np.bool_]
 
 BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
-GROWTH = 2.0
-"""Factor by which normal forces may grow or shrink, root mean square, until what is known of them
-before a frame is drawn up anew."""
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Frames in a row that were read with one linearisation.
+    """Frames in a row that were followed.
 
     Attributes
     ----------
-    loads : ndarray, shape (k, 2n)
-        Forces [N].
+    loads, std : ndarray, shape (k, 2n)
+        Forces and their standard deviations [N].
+    covariances : ndarray, shape (k or 0, 2n, 2n)
+        Of each frame's loads [N^2].
     squares : ndarray, shape (k, 2)
         Squared residuals and their number.
-    covariance : ndarray, shape (2n, 2n)
-        Of each frame's loads [N^2].
     """
 
     loads: Array
+    std: Array
+    covariances: Array
     squares: Array
-    covariance: Array
+
+    @classmethod
+    def of(cls, frames: int, loads: int, covariances: bool) -> Followed:
+        """Room for so many frames."""
+        return cls(
+            np.empty((frames, loads)),
+            np.empty((frames, loads)),
+            np.empty((frames if covariances else 0, loads, loads)),
+            np.empty((frames, 2)),
+        )
+
+    def __getitem__(self, rows: slice) -> Followed:
+        """Some of the frames."""
+        return Followed(
+            self.loads[rows], self.std[rows], self.covariances[rows], self.squares[rows]
+        )
 
 
 class PosteriorFollower(Follower):
@@ -67,15 +81,15 @@ class PosteriorFollower(Follower):
         """Forget the last reading: the next frame is searched."""
         self._filter: InformationFilter | None = None
         self._used = np.empty(0, bool)
-        self._probability, self._size = 0.0, 0.0
+        self._probability = 0.0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
-        found = self._follow(levels[None], used)
-        if not found:
+        followed = Followed.of(1, self._single.uncertain.frame.at.loads, covariances=True)
+        if not self._follow(levels[None], used, followed):
             return self._read_alone(levels, used)
-        followed, single = found[0], self._single
-        loads, covariance = followed.loads[0], followed.covariance
+        single = self._single
+        loads, covariance = followed.loads[0], followed.covariances[0]
         limited = np.zeros(len(loads) // 2, dtype=bool)
         if single.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, single.friction)
@@ -88,15 +102,18 @@ class PosteriorFollower(Follower):
         self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
     ) -> None:
         """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        single = self._single
+        single, whole = self._single, batch.covariance is not None
+        whole = whole or single.friction is not None
+        room = Followed.of(min(BLOCK, len(levels)), single.uncertain.frame.at.loads, whole)
         for first in range(0, len(levels), BLOCK):
             block, result = levels[first : first + BLOCK], batch[first : first + BLOCK]
             bad, done = single.suspicious(block, used), 0
             while done < len(block):
                 ahead = int(bad[done:].argmax()) if bad[done:].any() else len(block) - done
-                for followed in self._follow(block[done : done + ahead], used):
-                    self._store(followed, result[done : done + len(followed.loads)])
-                    done += len(followed.loads)
+                count = self._follow(block[done : done + ahead], used, room)
+                if count:
+                    self._store(room[:count], result[done : done + count])
+                    done += count
                 if done < len(block):
                     checked = single.checked(block[done].reshape(single.model.frame_shape), used)
                     if not isinstance(checked, Reading):
@@ -123,64 +140,51 @@ class PosteriorFollower(Follower):
         about = posterior.linearised(top)
         self._filter.begin(about, posterior.spread(top))
         self._probability, self._used = probability, used
-        self._size = self._push(top.unknowns)
 
-    def _push(self, unknowns: Array) -> float:
-        """Normal forces, root mean square [N]."""
-        loads = self._single.uncertain.frame.at.loads
-        return float(np.sqrt(np.mean(np.square(unknowns[:loads:2]))))
-
-    def _follow(self, levels: NDArray[Any], used: Mask) -> list[Followed]:
-        """Read frames, shape (k, P), as far as the filter explains them."""
-        found, done = list[Followed](), 0
-        if self._filter is None or not len(levels):
-            return found
+    def _follow(self, levels: NDArray[Any], used: Mask, room: Followed) -> int:
+        """Read frames, shape (k, P), as far as the filter explains them; returns how many."""
+        done, own = 0, self._filter
+        if own is None or not len(levels):
+            return done
         if used is not self._used and not np.array_equal(used, self._used):
-            return found
+            return done
         frames = np.ascontiguousarray(levels, dtype=np.float32)
-        loads = np.empty((len(frames), self._single.uncertain.frame.at.loads))
-        squares = np.empty((len(frames), 2))
         while done < len(frames):
-            covariance = self._filter.covariance
-            count, why = self._filter.follow(frames[done:], loads[done:], squares[done:])
-            if count:
-                rows = slice(done, done + count)
-                found.append(Followed(loads[rows], squares[rows], covariance))
+            rest = room[done:]
+            count, why = own.follow(
+                frames[done:], rest.loads, rest.std, rest.covariances, rest.squares
+            )
             done += count
             if why == DONE:
                 continue
-            size = self._push(self._filter.unknowns)
-            if (
-                why == information_filter.FAINT
-                or not self._size / GROWTH < size < self._size * GROWTH
-            ):
-                break
             if why == AGEING:
-                if self._filter.renew(self._seen(frames[done - 1])) is None:
+                if not own.refresh(self._seen(frames[done - 1])):
                     break
                 continue
-            top = self._filter.renew(self._seen(frames[done]))
+            top = own.renew(self._seen(frames[done])) if why == STALE else None
             if top is None:
                 break
-            squares[done] = top.square, top.count
-            loads[done] = top.unknowns[: loads.shape[1]]
-            rows = slice(done, done + 1)
-            found.append(Followed(loads[rows], squares[rows], self._filter.covariance))
+            room.squares[done] = top.square, top.count
+            room.loads[done] = top.unknowns[: room.loads.shape[1]]
+            covariance = own.covariance
+            room.std[done] = np.sqrt(np.diag(covariance))
+            room.covariances[done : done + 1] = covariance
             done += 1
-        return found
+        return done
 
     def _seen(self, frame: NDArray[np.float32]) -> Array:
         return np.where(self._used, frame.astype(float), np.nan)
 
     def _store(self, followed: Followed, batch: Batch) -> None:
         """Fill in frames that were followed."""
-        loads, covariance = followed.loads, followed.covariance
+        loads = followed.loads
         if (friction := self._single.friction) is not None:
-            loads = np.array([within_friction_cone(row, covariance, friction)[0] for row in loads])
+            pairs = zip(loads, followed.covariances, strict=True)
+            loads = np.array([within_friction_cone(*pair, friction)[0] for pair in pairs])
         batch.forces[:] = loads.reshape(batch.forces.shape)
-        batch.std[:] = np.sqrt(np.diag(covariance)).reshape(batch.std.shape[1:])
+        batch.std[:] = followed.std.reshape(batch.std.shape)
         square, count = followed.squares.T
         batch.chi2[:] = square / np.maximum(count - loads.shape[1], 1.0)
         batch.status[:], batch.tracked[:] = Status.OK, True
         if batch.covariance is not None:
-            batch.covariance[:] = covariance
+            batch.covariance[:] = followed.covariances
