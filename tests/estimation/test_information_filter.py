@@ -6,17 +6,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.estimation.frame_exposure import (
-    expose,
-)
-from fringeforce.estimation.information_filter import (
-    ALARM,
-    DONE,
-    FAINT,
-    FORGOTTEN,
-    InformationFilter,
-    loss_gradient,
-)
+from fringeforce.estimation.followed_frames import ALARM, DONE, FAINT, loss_gradient, standing_at
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.information_filter import FORGOTTEN, InformationFilter
 from fringeforce.estimation.posterior import Posterior
 from fringeforce.reading.posterior_reader import PosteriorReader
 from uncertain_strip import TOLERANCES
@@ -54,9 +46,19 @@ class Case:
         return expose(self.model, unknowns)[0] + noise
 
     def follow(self, frame: Array) -> tuple[Array, int, int]:
-        loads, squares = np.empty((1, self.model.at.loads)), np.empty((1, 2))
-        done, why = self.filter.follow(frame[None].astype(np.float32), loads, squares)
+        loads, std = np.empty((2, 1, self.model.at.loads))
+        room = np.empty((0, 0, 0)), np.empty((1, 2))
+        done, why = self.filter.follow(frame[None].astype(np.float32), loads, std, *room)
         return loads[0], done, why
+
+    def gradient(self, frame: Array, unknowns: Array) -> tuple[Array, float, float]:
+        own = self.filter
+        assert own._reference is not None
+        standing = standing_at(unknowns, own._pixels, own._reference)
+        squares, count = loss_gradient(
+            self.model, own._pixels, own._reference, frame.astype(np.float32), standing
+        )
+        return standing.gradient, squares, count
 
     def rests(self, loads: Array, frame: Array, others: Array) -> Array:
         at, prior = self.model.at, self.posterior.prior
@@ -80,9 +82,7 @@ def test_gradient_is_that_of_differences_of_exposed_frames(case: Case) -> None:
     frame, here = case.frame(case.truth), own.unknowns.copy()
     here[: case.model.at.loads] += 0.001
     assert own._reference is not None
-    found, squares, count = loss_gradient(
-        case.model, own._pixels, own._reference, frame.astype(np.float32), here
-    )
+    found, squares, count = case.gradient(frame, here)
 
     def half(unknowns: Array) -> float:
         left = expose(case.model, unknowns)[0] - frame
@@ -185,12 +185,5 @@ def test_a_frame_without_fringes_is_not_followed(case: Case) -> None:
 def test_posteriors_and_filters_agree_on_the_loss(case: Case) -> None:
     assert isinstance(case.posterior, Posterior)
     frame = case.posterior.frame
-    assert case.filter._reference is not None
-    _, squares, _ = loss_gradient(
-        case.model,
-        case.filter._pixels,
-        case.filter._reference,
-        frame.astype(np.float32),
-        case.top.unknowns,
-    )
+    _, squares, _ = case.gradient(frame, case.top.unknowns)
     assert squares == pytest.approx(case.top.square, rel=1e-4)

@@ -33,10 +33,7 @@ Single = NDArray[np.float32]
 
 STEPS = 6
 """Most evaluations of one frame; slow motion takes one."""
-REACHED = 0.03
-"""Squared Mahalanobis distance to the top, what lasts being known, below which it is reached: over
-all loads together a sixth of the deviation that noise leaves to one."""
-AGED = 0.06
+AGED = 0.04
 """Ratio of the second step to the first, in deviations, from which the inverse is computed anew."""
 SMOOTH = 0.2
 """Share of a frame in the running mean of that ratio's square."""
@@ -128,6 +125,8 @@ class Reference(NamedTuple):
         The same of the number of broken pixels.
     faint : float
         Phase that a frame must reach [rad].
+    reached : float
+        Squared Mahalanobis distance to the top, what lasts being known, below which it is reached.
     far : float
         Change of the phase, root mean square, at which everything is linearised anew [rad].
     size : float
@@ -152,6 +151,7 @@ class Reference(NamedTuple):
     drawn: float
     broken: float
     faint: float
+    reached: float
     far: float
     size: float
 
@@ -490,15 +490,18 @@ def _summed(pull, scale, rows):
 
 
 @sums
-def _compare(model, pixels, reference, standing):
-    """Fill in the gradient of half the loss; sums of squares, their number, and of squared sums."""
+def _compare(model, pixels, reference, standing, whole):
+    """Fill in the gradient of half the loss; sums of squares, their number, and of squared sums.
+
+    Where it is not `whole`, that of the loads only, and of the light that drifts.
+    """
     at, unknowns, gradient = model.at, standing.unknowns, standing.gradient
     contrast64, deviation, by_blur = lens(model, unknowns)
     contrast, half, one = np.float32(contrast64), np.float32(0.5), np.float32(1)
     modes, size = at.visibility - at.modes, len(standing.pull)
     gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.size > at.gamma
-    lights = modes > 0 or at.size > at.visibility
+    lights = at.size > at.modes and (whole or len(reference.fresh) > at.loads)
     inverse, sigma = np.float32(1 / np.sqrt(model.variance)), np.sqrt(model.variance)
     limits = np.float32(PLAIN * PLAIN), np.float32(model.floor), np.float32(model.ceiling)
     pulls, pull, back = standing.pulls, standing.pull, standing.back[:size]
@@ -547,7 +550,7 @@ def _compare(model, pixels, reference, standing):
             for p in range(size):
                 back[p] = pull[p] * (bend[p] if bent else one) * inverse * relative[p]
             _in_line(pixels, back, line)
-            if at.gamma > at.blur:
+            if whole and at.gamma > at.blur:
                 fringes, blurring = standing.swing[:count], np.float32(0)
                 _in_line(pixels, seen, fringes)
                 for p in range(1, count - 1):
@@ -568,7 +571,8 @@ def _compare(model, pixels, reference, standing):
         _gathered(pixels, back, pulls)
     products = standing.products
     products[:] = 0.0
-    add_products(reference.columns, pulls, products)
+    rows = len(products) if whole else (at.loads + 3) // 4 * 4
+    add_products(reference.columns[:rows], pulls, products)
     for k in range(len(gradient)):
         gradient[k] += products[k]
     if at.blur > at.visibility:
@@ -709,7 +713,7 @@ def loss_gradient(model, pixels, reference, frame, standing):
     """
     _load(pixels, standing, frame, np.float32(model.full_scale / 2))
     _stand(model, pixels, reference, standing)
-    squares, count, _ = _compare(model, pixels, reference, standing)
+    squares, count, _ = _compare(model, pixels, reference, standing, True)
     return squares, count + pixels.used.sum()
 
 
@@ -779,6 +783,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     )  # fmt: skip
     own, step, score = np.empty(many), np.empty(many), np.empty(lasting)
     count, m = loads.shape[1], len(reference.covariance)
+    reached = reference.reached
     used, nothing = float(pixels.used.sum()), np.float32(model.full_scale / 2)
     shown, moved = 1, 0.0
     if state[3] == 0:
@@ -788,26 +793,28 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     for i in range(len(frames)):
         _load(pixels, standing, frames[i], nothing)
         turn, ratio = 0, state[0]
-        squared, known, grouped = _compare(model, pixels, reference, standing)
+        squared, known, grouped = _compare(model, pixels, reference, standing, lasting == 0)
         length = _step(reference, standing, step, own)
         state[3] = 0.0
-        while not (length * ratio < REACHED and (turn > 0 or state[1] < LOOKED)):
+        while not (length * ratio < reached and (turn > 0 or state[1] < LOOKED)):
             if turn == STEPS or shown == 0:
                 return i, STALE if shown else FAINT
             for a in range(many):
                 x[reference.fresh[a]] -= step[a]
             shown, moved = _stand(model, pixels, reference, standing)
-            squared, known, grouped = _compare(model, pixels, reference, standing)
+            squared, known, grouped = _compare(model, pixels, reference, standing, True)
             last, length = length, _step(reference, standing, step, own)
             ratio = length / max(last, 1e-12)
             if turn == 0 and last > many:
                 state[0] += (1.0 if state[2] > 0 else SMOOTH) * (ratio - state[0])
                 state[1], state[2] = 0.0, 0.0
-            if ratio > DIVERGED * DIVERGED and length > REACHED:
+            if ratio > DIVERGED * DIVERGED and length > reached:
                 return i, STALE
             turn += 1
         if shown == 0:
             return i, FAINT
+        if turn == 0 and lasting > 0:
+            _compare(model, pixels, reference, standing, True)
         # by the last step the loss falls by its squared length
         squared, number = squared - length, used + known
         if squared > reference.squares * number or -known > reference.broken:

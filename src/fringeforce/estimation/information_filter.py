@@ -53,16 +53,17 @@ are forgotten within five."""
 RELEASED = 2.0
 """Deviations of its forces below which a contact counts as released, and its place and width as
 those of another touch."""
-FAR = 0.5
+FAR = 0.15
 """Change of the phase, root mean square, from which what lasts is estimated anew [rad]."""
+REACHED, SHARP = 0.1, 0.001
+"""Squared Mahalanobis distances to the top at which it is reached, over all loads together, what
+lasts being known: where anything lasts, whose errors are larger, and where nothing does."""
 OLDEST = 4096
 """Frames after which it is in any case."""
 FAR_STEPS = 20
 """Most steps of a climb with all unknowns."""
-TOP = 0.01
+TOP = 0.1
 """Fall of the loss below which such a climb is at the top."""
-NEAR = 1.0
-"""Fall of the loss per unknown up to which one step with all unknowns leads to the top."""
 
 
 @dataclass
@@ -133,23 +134,6 @@ class InformationFilter:
         """Of the loads of the last frame, shape (2n, 2n) [N^2]."""
         assert self._reference is not None
         return self._reference.covariance.copy()
-
-    def refresh(self, frame: Array) -> bool:
-        """Estimate everything anew from a frame that was just read, shape (P,), in one step.
-
-        Returns
-        -------
-        bool
-            Whether that leads to the top.
-        """
-        prior, _ = self._prior()
-        about = Linearised(*linearise(self.model, prior, frame, self.unknowns))
-        step = -np.linalg.solve(about.hessian + about.cone, about.gradient)
-        if not -(step @ about.gradient) < NEAR * len(step):
-            return self.renew(frame) is not None
-        self.unknowns += step
-        self._linearised(about, prior)
-        return True
 
     def renew(self, frame: Array) -> Top | None:
         """Estimate everything from a frame, shape (P,), and what is known before it.
@@ -239,10 +223,11 @@ class InformationFilter:
             through=np.ascontiguousarray(through),
             score=(score + score.T) / 2,
             squares=self._squares,
-            sums=self._sums + (drawn if len(lasting) else 0.0),
+            sums=np.inf if len(lasting) else self._sums,
             drawn=drawn,
             broken=self._broken,
             faint=self.faint,
+            reached=REACHED if len(lasting) else SHARP,
             far=FAR if len(lasting) else np.inf,
             size=float(np.sqrt(np.mean(np.square(self.unknowns[:loads:2])))),
         )

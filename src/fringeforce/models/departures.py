@@ -240,7 +240,7 @@ class Departures:
     def _uneven(self, frame: FrameModel) -> Widened:
         places, at = self.uncertain.places, frame.at
         length = LIGHT_LENGTH * abs(places[-1] - places[0])
-        field = UNEVEN * coefficients(random_field(places, length))
+        field = UNEVEN * random_field(places, length, len(frame.fixed))
         wider = frame._replace(
             brightness=np.concatenate([frame.brightness, field]),
             darkness=np.concatenate([frame.darkness, 0 * field]),
@@ -250,7 +250,7 @@ class Departures:
 
     def _residual(self, frame: FrameModel) -> Widened:
         length, at = self.model.sensor.polariscope.residual_length, frame.at
-        field = RETARDANCE * coefficients(random_field(self.uncertain.places, length))
+        field = RETARDANCE * random_field(self.uncertain.places, length, len(frame.fixed))
         wider = frame._replace(
             fields=np.concatenate([frame.fields, field]), at=_grown(at, "fields", len(field))
         )
@@ -271,7 +271,7 @@ class Departures:
             np.clip(x, -half, half),
         )
         constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
-        seen = inside(x, half)
+        seen, nodes = inside(x, half), len(self.uncertain.frame.fixed)
         stress = np.ascontiguousarray(np.moveaxis(surface.stress, 1, 0)).reshape(
             len(surface.places), -1
         )
@@ -280,7 +280,7 @@ class Departures:
             widths = np.full(len(centres), max(tactels.contact_width + wider, 0.0))
             lines = surface.shares(centres + by, widths) @ stress
             lead = phase_lead(lines.reshape(len(centres), len(x), 2), constant)
-            return coefficients(np.moveaxis(lead * seen[:, None], 2, 1))
+            return coefficients(np.moveaxis(lead * seen[:, None], 2, 1), nodes)
 
         drawn = influence(0.0, 0.0)
         return lambda by, wider: influence(by, wider) - drawn
@@ -345,7 +345,7 @@ class Departures:
         t = share / step
         change = (ahead - behind) / 2 * t + (ahead + behind) / 2 * t * t
         moments = frame.moments.copy()
-        moments[:, :, 0] += coefficients(np.moveaxis(change, 0, 2))
+        moments[:, :, 0] += coefficients(np.moveaxis(change, 0, 2), len(frame.fixed))
         return with_moments(frame, moments)
 
     def _solved(self, path: str) -> tuple[Array, Array]:

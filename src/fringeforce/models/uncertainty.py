@@ -42,6 +42,8 @@ Array = NDArray[np.float64]
 NODES = 5
 """Nodes in the thickness of the cover, which smooths everything that passes through it: cubic
 splines on them are good to 1e-4 of the peak of a line load."""
+SAMPLES, SMOOTH = 8, 2
+"""Samples between neighbouring nodes by which splines are fitted, and of random fields."""
 ORDER = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
@@ -103,7 +105,7 @@ class Uncertainty:
     shapes : int
         Modes that stand for them, the last ones of the frame's fields.
     places : ndarray, shape (s,)
-        Of samples along the strip, half a step apart from the second node to the last but one [m].
+        Of samples along the strip, evenly spaced from the second node to the last but one [m].
     """
 
     frame: FrameModel
@@ -184,28 +186,30 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     first, weights, positions = _nodes(model)
     pixel = model.pixel_positions
     x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
-    half = sensor.transducer.length / 2
+    nodes, half = (len(x) - 1) // SAMPLES + 3, sensor.transducer.length / 2
     psi = model.influence(np.clip(x, -half, half)) * inside(x, half)[:, None, None]
     moments, reach = _contact_moments(model, x, psi)
-    modes = ([] if imaging else _design_modes(model, x)) + _drift(model)
+    modes = ([] if imaging else _design_modes(model, x, nodes)) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
     residual = std.get(RESIDUAL, 0.0)
     fields = (
-        residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+        residual * random_field(x, light.residual_length, nodes)
+        if residual
+        else np.empty((0, nodes))
     )
     error = sensor.transducer.influence_error if imaging is None else 0.0
     shape = np.empty((0, 0))
     shapes = 0
     if error:
-        columns = coefficients(np.moveaxis(psi, 0, 2)).reshape(-1, (len(x) - 1) // 2 + 3).T
-        nodes = np.arange(len(columns)) / (len(columns) - 3)
-        distance = np.subtract.outer(nodes, nodes) / SHAPE_LENGTH
+        columns = coefficients(np.moveaxis(psi, 0, 2), nodes).reshape(-1, nodes).T
+        along = np.arange(nodes) / (nodes - 3)
+        distance = np.subtract.outer(along, along) / SHAPE_LENGTH
         shape = error**2 * np.exp(-np.square(distance) / 2)
         values = np.linalg.eigvalsh(shape * (columns @ columns.T))
         shapes = int(np.sum(values > SMALLEST * values.max()))
-    fields = np.concatenate([fields, np.zeros((shapes, len(x)))])
+    fields = np.concatenate([fields, np.zeros((shapes, nodes))])
     seen = pictures(light.model_copy(update={"visibility": 1.0}))
     fringes = [picture.fringe for picture in seen]
     pixels = camera.pixels
@@ -240,7 +244,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
-        **mixed(coefficients(moments), reach, places, (width, widths)),
+        **mixed(coefficients(moments, nodes), reach, places, (width, widths)),
         **pixels_at(first, weights, len(seen)),
         table=moment_table(moments.shape[2]),
         reach=reach,
@@ -248,11 +252,11 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         width=width,
         width_std=widths,
         narrow=NARROW * max(width, widths),
-        fields=coefficients(fields),
-        fixed=np.full((len(x) - 1) // 2 + 3, light.residual),
-        influence=coefficients(_powers(turning, psi)),
-        brightness=coefficients(_profiles([mode.brightness for mode in modes], len(x))),
-        darkness=coefficients(_profiles([mode.darkness for mode in modes], len(x))),
+        fields=np.ascontiguousarray(fields),
+        fixed=np.full(nodes, light.residual),
+        influence=coefficients(_powers(turning, psi), nodes),
+        brightness=_profiles([mode.brightness for mode in modes], nodes),
+        darkness=_profiles([mode.darkness for mode in modes], nodes),
         amplitude=np.asarray(amplitude, dtype=float),
         offset=np.asarray(offset, dtype=float),
         dispersion=np.array([picture.dispersion for picture in seen]),
@@ -304,7 +308,7 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     steps = min(steps, max(pixels, 4))
     count = steps + 3
     first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
-    return first, weights, np.arange(2 * steps + 1) / 2 * pixels / steps - 0.5
+    return first, weights, np.arange(SAMPLES * steps + 1) / SAMPLES * pixels / steps - 0.5
 
 
 def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
@@ -344,26 +348,27 @@ def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
     return first, weights
 
 
-def coefficients(values: Array) -> Array:
+def coefficients(values: Array, count: int) -> Array:
     """Coefficients of cubic B-splines nearest to values at samples, in the least-squares sense.
 
     Parameters
     ----------
     values : ndarray, shape (..., s)
-        At places that are half a step apart, from the second node to the last but one.
+        At evenly spaced places from the second node to the last but one.
+    count : int
+        Number of nodes m.
 
     Returns
     -------
-    ndarray, shape (..., (s - 1) / 2 + 3)
+    ndarray, shape (..., m)
     """
-    return np.ascontiguousarray(values @ _fitted(values.shape[-1]))
+    return np.ascontiguousarray(values @ _fitted(values.shape[-1], count))
 
 
 @cache
-def _fitted(samples: int) -> Array:
+def _fitted(samples: int, count: int) -> Array:
     """Coefficients of each of so many samples, shape (s, m)."""
-    count = (samples - 1) // 2 + 3
-    first, weights = node_weights(1 + np.arange(samples) / 2, count)
+    first, weights = node_weights(np.linspace(1, count - 2, samples), count)
     splines = np.zeros((samples, count))
     for k in range(4):
         splines[np.arange(samples), first + k] = weights[:, k]
@@ -474,7 +479,7 @@ def _mixtures(
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
-def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
+def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths."""
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
@@ -505,7 +510,7 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
             modes.append(Mode(path, std, change))
     uneven = sensor.camera.unevenness
     if uneven:
-        for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH):
+        for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH, nodes):
             modes.append(Mode("camera.unevenness", uneven, brightness=row))
     return modes
 
@@ -523,7 +528,7 @@ def inside(x: Array, half: float) -> NDArray[np.bool_]:
     return np.abs(x) <= half * (1 + 1e-9)
 
 
-def random_field(x: Array, length: float) -> Array:
+def random_field(x: Array, length: float, nodes: int) -> Array:
     """Modes of a Gaussian process of unit variance, shape (k, m): sum_k e_k row_k, e_k ~ N(0, 1).
 
     The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
@@ -531,12 +536,15 @@ def random_field(x: Array, length: float) -> Array:
 
     Parameters
     ----------
-    x : ndarray, shape (m,)
-        Places [m].
+    x : ndarray, shape (s,)
+        Places of samples, as those of `Uncertainty` [m].
     length : float
         Correlation length [m].
+    nodes : int
+        Number of nodes m.
     """
+    x = x[:: SAMPLES // SMOOTH]
     values, vectors = np.linalg.eigh(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
     order = np.argsort(-values)
     kept = order[: int(np.sum(values > SMALLEST * values.max()))]
-    return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)
+    return coefficients((vectors[:, kept] * np.sqrt(values[kept])).T, nodes)

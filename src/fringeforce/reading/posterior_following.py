@@ -158,7 +158,7 @@ class PosteriorFollower(Follower):
             if why == DONE:
                 continue
             if why == AGEING:
-                if not own.refresh(self._seen(frames[done - 1])):
+                if own.renew(self._seen(frames[done - 1])) is None:
                     break
                 continue
             top = own.renew(self._seen(frames[done])) if why == STALE else None

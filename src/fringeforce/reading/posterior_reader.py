@@ -344,7 +344,7 @@ class PosteriorReader(FrameReader):
         for top in tops:
             if top.loss > tops[0].loss + CLOSE + 8:
                 continue
-            top = posterior.climbed(top.unknowns, heats=(), steps=(0, 20), tolerance=0.01)
+            top = posterior.climbed(top.unknowns, heats=(), steps=(0, 20), tolerance=1e-3)
             if found and top.loss > min(other.loss for other, _ in found) + CLOSE:
                 continue
             about = posterior.linearised(top)
