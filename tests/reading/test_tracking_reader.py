@@ -45,9 +45,8 @@ def test_followed_readings_are_the_optimum_that_scipy_finds(model, touch) -> Non
             jac=lambda loads: influence * (response.slope(influence @ loads) / sigma)[:, None],  # type: ignore[arg-type]
             xtol=1e-12,
         )
-        np.testing.assert_allclose(
-            batch.forces[i].ravel(), best.x, atol=0.05 * float(batch.std[i].min())
-        )
+        # what contacts are known to do beforehand moves no force by more
+        assert (np.abs(batch.forces[i].ravel() - best.x) < 0.05 * batch.std[i].ravel()).all()
         assert batch.chi2[i] == pytest.approx(2 * best.cost / (2048 - 2 * N), rel=1e-3)
 
 

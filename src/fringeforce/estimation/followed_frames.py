@@ -127,6 +127,8 @@ class Reference(NamedTuple):
         Phase that a frame must reach [rad].
     reached : float
         Squared Mahalanobis distance to the top, what lasts being known, below which it is reached.
+    longest : float
+        Squared length of the last step, in deviations, up to which it leads to the top.
     far : float
         Change of the phase, root mean square, at which everything is linearised anew [rad].
     size : float
@@ -152,6 +154,7 @@ class Reference(NamedTuple):
     broken: float
     faint: float
     reached: float
+    longest: float
     far: float
     size: float
 
@@ -813,6 +816,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             turn += 1
         if shown == 0:
             return i, FAINT
+        if length > reference.longest:
+            return i, STALE
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)
         # by the last step the loss falls by its squared length

@@ -116,11 +116,41 @@ class InformationFilter:
         """
         self._refer(about.hessian - np.diag(self.prior.precision), spread)
 
+    def hold(self, about: Linearised, spread: Array, still: bool, sums: float) -> None:
+        """Begin after a frame that was read alone, and stay there: each frame takes one step.
+
+        Parameters
+        ----------
+        about, spread
+            As of `begin`; the step is that of the covariance, which allows for curvature.
+        still : bool
+            Whether loads stay as they are.
+        sums : float
+            Chance of noise at which sums over neighbouring pixels end it.
+        """
+        self.begin(about, spread)
+        own, held = self._reference, self._standing
+        assert own is not None
+        assert held is not None
+        gain = np.ascontiguousarray(spread[np.ix_(self._fresh, self._fresh)])
+        size = np.count_nonzero(self._pixels.even_out)
+        self._reference = own._replace(
+            gain=0 * gain if still else gain,
+            reached=np.inf,
+            longest=float(chdtri(len(gain), FALSE_ALARM)),
+            sums=own.sums if len(self._lasting) else float(chdtri(size, sums)),
+            far=np.inf,
+            faint=0.0,
+        )
+        held.state[:2] = 0.0, -np.inf
+
     def follow(
         self, frames: Single, loads: Array, std: Array, covariances: Array, squares: Array
     ) -> tuple[int, int]:
         """Read frames; see `follow_frames`."""
-        rest = OLDEST - self._age if len(self._lasting) else len(frames)
+        assert self._reference is not None
+        held = not np.isfinite(self._reference.reached)
+        rest = len(frames) if held or not len(self._lasting) else OLDEST - self._age
         done, why = follow_frames(
             self.model, self._pixels, self._reference, self._standing, frames[:rest],
             self.unknowns, loads, std, covariances, squares,
@@ -227,6 +257,7 @@ class InformationFilter:
             drawn=drawn,
             broken=self._broken,
             faint=self.faint,
+            longest=np.inf,
             reached=REACHED if len(lasting) else SHARP,
             far=FAR if len(lasting) else np.inf,
             size=float(np.sqrt(np.mean(np.square(self.unknowns[:loads:2])))),

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.followed_frames import AGEING, DONE, STALE
 from fringeforce.estimation.information_filter import InformationFilter
-from fringeforce.estimation.posterior import Top
+from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
-from fringeforce.reading.posterior_reader import FAINT, Located, PosteriorReader
+from fringeforce.reading.posterior_reader import FAINT, PosteriorReader
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
@@ -22,6 +23,10 @@ Mask = NDArray[np.bool_]
 
 BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
+INTERVAL, LONGEST = 128, 8192
+"""Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
+FIRST, MORE = 16, 4
+"""Frames whose mean is searched first, and how many times as many each time after."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +66,14 @@ class Followed:
 
 
 class PosteriorFollower(Follower):
-    """Reads the frames of one strip with tolerances in the order in which they were taken.
+    """Reads the frames of one strip in the order in which they were taken.
 
-    An OK reading begins a filter that follows its explanation.  Where a frame contradicts the
-    filter, it is read alone, from the last unknowns at first, and its own reading begins another
-    filter, so that what contradicts is forgotten.
+    A reading begins a filter that follows its explanation.  Where a frame contradicts the filter,
+    it is read alone, from the last unknowns at first, and its own reading begins another filter, so
+    that what contradicts is forgotten.  Frames after an ambiguous one are ambiguous until a search
+    settles it.  Where the phase is so small that loads are hardly told from others, the filter
+    stays where it began, and the mean of the frames since is searched at growing intervals: it has
+    less noise than each of them.
 
     Parameters
     ----------
@@ -80,22 +88,28 @@ class PosteriorFollower(Follower):
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
         self._filter: InformationFilter | None = None
+        self._last: Array | None = None
         self._used = np.empty(0, bool)
-        self._probability = 0.0
+        self._begun: Reading | None = None
+        self._interval = INTERVAL
+        self._left = self._count = 0
+        self._held: Posterior | None = None
+        self._total = np.empty(0)
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         followed = Followed.of(1, self._single.uncertain.frame.at.loads, covariances=True)
-        if not self._follow(levels[None], used, followed):
+        begun = self._look(used)
+        if begun is None or not self._follow(levels[None], used, followed):
             return self._read_alone(levels, used)
         single = self._single
         loads, covariance = followed.loads[0], followed.covariances[0]
         limited = np.zeros(len(loads) // 2, dtype=bool)
         if single.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, single.friction)
-        top = Top(loads, 0.0, *followed.squares[0])
+        top, others = Top(loads, 0.0, *followed.squares[0]), begun.alternatives
         return single.reading(
-            loads, covariance, top, Status.OK, self._probability, limited, np.empty(0), True
+            loads, covariance, top, begun.status, begun.probability, limited, others, True
         )
 
     def read_on(
@@ -110,10 +124,13 @@ class PosteriorFollower(Follower):
             bad, done = single.suspicious(block, used), 0
             while done < len(block):
                 ahead = int(bad[done:].argmax()) if bad[done:].any() else len(block) - done
-                count = self._follow(block[done : done + ahead], used, room)
-                if count:
-                    self._store(room[:count], result[done : done + count])
+                begun = self._look(used)
+                if begun is not None and ahead:
+                    count = self._follow(block[done : done + ahead], used, room)
+                    self._store(room[:count], result[done : done + count], begun)
                     done += count
+                    if self._filter is not None and done < len(block) and not bad[done]:
+                        continue
                 if done < len(block):
                     checked = single.checked(block[done].reshape(single.model.frame_shape), used)
                     if not isinstance(checked, Reading):
@@ -124,30 +141,84 @@ class PosteriorFollower(Follower):
                 progress(len(block))
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
-        last = None if self._filter is None else self._filter.unknowns
-        reading, located = self._single.followed(levels, used, last)
-        self._filter = None
-        if located is not None:
-            self._begin(located, reading.probability, used)
+        reading, located = self._single.followed(levels, used, self._last)
+        before = self._begun
+        self._filter = self._begun = self._last = self._held = None
+        if located is None:
+            return reading
+        posterior, top = located
+        self._used, self._begun, self._last = used, reading, top.unknowns.copy()
+        weak = reading.status is Status.NO_CONTACT or self._single.faint(posterior, top)
+        again = before is not None and before.status is reading.status
+        self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
+        self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
+        self._begin(posterior, top, weak)
+        if weak and reading.status is not Status.NO_CONTACT:
+            self._held, self._count, self._total = posterior, 1, levels.astype(float)
+            self._left = FIRST - 1
         return reading
 
-    def _begin(self, located: Located, probability: float, used: Mask) -> None:
-        posterior, top = located
-        uncertain = self._single.uncertain
-        self._filter = InformationFilter(
-            posterior.model, posterior.prior, uncertain.lasting, used, FAINT, top.unknowns.copy()
+    def _begin(self, posterior: Posterior, top: Top, weak: bool) -> None:
+        own = InformationFilter(
+            posterior.model,
+            posterior.prior,
+            self._single.uncertain.lasting,
+            self._used,
+            FAINT,
+            top.unknowns.copy(),
         )
-        about = posterior.linearised(top)
-        self._filter.begin(about, posterior.spread(top))
-        self._probability, self._used = probability, used
+        about, spread = posterior.linearised(top), posterior.spread(top)
+        if weak:
+            still = self._begun is not None and self._begun.status is Status.NO_CONTACT
+            own.hold(about, spread, still, FALSE_CONTACT if still else FALSE_ALARM)
+        else:
+            own.begin(about, spread)
+        self._filter, self._last = own, own.unknowns
+
+    def _look(self, used: Mask) -> Reading | None:
+        """What the filter began with, or None if there is none; searches anew where it is time."""
+        if self._filter is None:
+            return None
+        if used is not self._used and not np.array_equal(used, self._used):
+            self._filter = None
+            return None
+        if self._left == 0 and self._held is None:
+            self._filter = self._last = None
+            return None
+        if self._left == 0 and self._held is not None:
+            quiet = self._single.quieter(1 / self._count)
+            mean = self._total / self._count
+            reading, located = quiet.followed(mean, used, None)
+            if located is None or reading.status is Status.NO_CONTACT:
+                self._filter = self._last = None
+                return None
+            posterior, top = located
+            frame = np.where(used, mean, np.nan)
+            model = posterior.model._replace(variance=self._single.uncertain.frame.variance)
+            self._begun = reading
+            self._held = Posterior(model, posterior.prior, frame)
+            self._left = (MORE - 1) * self._count
+            self._begin(self._held, top, weak=True)
+        return self._begun
 
     def _follow(self, levels: NDArray[Any], used: Mask, room: Followed) -> int:
         """Read frames, shape (k, P), as far as the filter explains them; returns how many."""
-        done, own = 0, self._filter
-        if own is None or not len(levels):
-            return done
-        if used is not self._used and not np.array_equal(used, self._used):
-            return done
+        own = self._filter
+        assert own is not None
+        if self._left > 0:
+            levels = levels[: self._left]
+        done = self._explained(own, levels, room)
+        if done < len(levels):
+            self._filter = None
+        if self._left > 0:
+            self._left -= done
+        if self._held is not None:
+            self._total += np.where(used, levels[:done], 0.0).sum(axis=0)
+            self._count += done
+        return done
+
+    def _explained(self, own: InformationFilter, levels: NDArray[Any], room: Followed) -> int:
+        done = 0
         frames = np.ascontiguousarray(levels, dtype=np.float32)
         while done < len(frames):
             rest = room[done:]
@@ -157,6 +228,8 @@ class PosteriorFollower(Follower):
             done += count
             if why == DONE:
                 continue
+            if self._held is not None:
+                break
             if why == AGEING:
                 if own.renew(self._seen(frames[done - 1])) is None:
                     break
@@ -175,7 +248,7 @@ class PosteriorFollower(Follower):
     def _seen(self, frame: NDArray[np.float32]) -> Array:
         return np.where(self._used, frame.astype(float), np.nan)
 
-    def _store(self, followed: Followed, batch: Batch) -> None:
+    def _store(self, followed: Followed, batch: Batch, begun: Reading) -> None:
         """Fill in frames that were followed."""
         loads = followed.loads
         if (friction := self._single.friction) is not None:
@@ -185,6 +258,6 @@ class PosteriorFollower(Follower):
         batch.std[:] = followed.std.reshape(batch.std.shape)
         square, count = followed.squares.T
         batch.chi2[:] = square / np.maximum(count - loads.shape[1], 1.0)
-        batch.status[:], batch.tracked[:] = Status.OK, True
+        batch.status[:], batch.tracked[:] = begun.status, True
         if batch.covariance is not None:
             batch.covariance[:] = followed.covariances

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import islice
 from typing import Any
@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
-from fringeforce.estimation.frame_exposure import (
-    expose,
-)
+from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
@@ -65,7 +64,9 @@ SEARCHES = 4
 FOLLOWED = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT = 1.5
-"""Phase that a frame must reach to be followed rather than searched [rad]."""
+"""Phase that a frame must reach to be followed from one to the next [rad]."""
+JUMP = 1.5
+"""Change of the phase from frame to frame beyond which a mirror image may be nearer [rad]."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
 DENSE = 1.3
@@ -156,7 +157,9 @@ class PosteriorReader(FrameReader):
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
-        friction = -1.0 if self.friction is None else self.friction
+        # where nothing else is uncertain, a cone that is too narrow would leave no explanation
+        alone = self.friction is None or at.size == at.loads
+        friction = -1.0 if alone else float(self.friction or 0.0)
         return Posterior(
             model, Prior(np.zeros(at.size), precision, friction, YIELDING * push), frame
         )
@@ -167,6 +170,7 @@ class PosteriorReader(FrameReader):
             raise InputError("start is for pads; a strip is searched as fast without it.")
         return self.followed(levels, used, None)[0]
 
+    @one_blas_thread()
     def followed(
         self, levels: NDArray[Any], used: Mask, last: Array | None
     ) -> tuple[Reading, Located | None]:
@@ -177,7 +181,7 @@ class PosteriorReader(FrameReader):
         reading : Reading
             Of the frame.
         located : tuple of Posterior and Top, or None
-            From where the next one can be followed, if this one is OK.
+            From where the next one can be followed, if this one is explained.
         """
         frame = np.where(used, levels.astype(float), np.nan)
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
@@ -186,19 +190,29 @@ class PosteriorReader(FrameReader):
         posterior = self._own(frame, lines)
         if last is not None:
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
-            if _Met(posterior).explains(top, FITS) and not self._faint(posterior, top):
+            way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
+            near = way < JUMP and not self.faint(posterior, top)
+            if near and _Met(posterior).explains(top, FITS):
                 return self._stated(posterior, [top], tracked=True), (posterior, top)
         silent = self._silent(posterior)
         tops = self._explained(posterior, lines, silent)
         if tops is None:
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, tops[0]):
-            return self._stated(posterior, [silent], Status.NO_CONTACT), None
+            return self._stated(posterior, [silent], Status.NO_CONTACT), (posterior, silent)
         if self.uncertain.shapes:
             loads = tops[0].unknowns[: posterior.model.at.loads]
             posterior = self.posterior(frame, self._push(posterior), loads)
         reading = self._stated(posterior, tops)
-        return reading, (posterior, tops[0]) if reading.ok else None
+        return reading, (posterior, tops[0])
+
+    def quieter(self, noise: float) -> PosteriorReader:
+        """What reads means of frames, whose noise has so large a share of one frame's variance."""
+        quiet = replace(self)
+        frame = self.uncertain.frame
+        less = frame._replace(variance=noise * frame.variance)
+        quiet.__dict__["uncertain"] = replace(self.uncertain, frame=less)
+        return quiet
 
     def own_posterior(self, frame: Array) -> Posterior:
         """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
@@ -212,7 +226,7 @@ class PosteriorReader(FrameReader):
         self._searched(posterior, lines, met, [], attempts, mend)
         return posterior, met.tops
 
-    def _faint(self, posterior: Posterior, top: Top) -> bool:
+    def faint(self, posterior: Posterior, top: Top) -> bool:
         """Whether the phase stays so small that loads are hardly told from others, or none."""
         return bool(np.abs(posterior.phase(top)).max() < FAINT)
 
