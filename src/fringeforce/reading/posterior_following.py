@@ -23,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
-INTERVAL, LONGEST = 128, 8192
+INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
 FIRST, MORE = 16, 4
 """Frames whose mean is searched first, and how many times as many each time after."""
