@@ -21,7 +21,8 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
     moment_table,
-    side_by_side,
+    node_weights,
+    pixels_at,
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
@@ -302,43 +303,6 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     count = min(count, max(pixels + 1, 5))
     first, weights = node_weights((np.arange(pixels) + 0.5) * (count - 1) / pixels, count)
     return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
-
-
-def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
-    """Where the pixels of a `FrameModel` look, from the nodes and weights of one channel."""
-    starts, shares, halves = side_by_side(first, weights)
-    pixels = len(first)
-    return {
-        "first": np.tile(first, channels),
-        "weights": np.tile(weights, (channels, 1)),
-        "starts": np.concatenate([starts + c * pixels for c in range(channels)]).astype(np.uint32),
-        "shares": np.ascontiguousarray(np.tile(shares, channels)),
-        "halves": np.ascontiguousarray(np.tile(halves, channels)),
-    }
-
-
-def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
-    """First node and weights of cubic interpolation at places between evenly spaced nodes.
-
-    Parameters
-    ----------
-    along : ndarray, shape (P,)
-        Places, in steps from the first node.
-    count : int
-        Number of nodes.
-    """
-    first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
-    t = along - first
-    weights = np.stack(
-        [
-            -(t - 1) * (t - 2) * (t - 3) / 6,
-            t * (t - 2) * (t - 3) / 2,
-            -t * (t - 1) * (t - 3) / 2,
-            t * (t - 1) * (t - 2) / 6,
-        ],
-        axis=1,
-    )
-    return first, weights
 
 
 def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:
