@@ -10,7 +10,7 @@ from fringeforce.estimation.followed_frames import ALARM, DONE, FAINT, loss_grad
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.information_filter import FORGOTTEN, InformationFilter
 from fringeforce.estimation.posterior import Posterior
-from fringeforce.reading.posterior_reader import PosteriorReader
+from fringeforce.reading.strip_reader import StripFrameReader
 from uncertain_strip import TOLERANCES
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ STEP = 1e-5
 class Case:
     """A filter that begins at the very truth."""
 
-    def __init__(self, reader: PosteriorReader) -> None:
+    def __init__(self, reader: StripFrameReader) -> None:
         rng, at = np.random.default_rng(8), reader.uncertain.frame.at
         truth = 0.5 * rng.standard_normal(at.size)
         truth[: at.loads : 2] = rng.uniform(0.6, 2.0, at.loads // 2)
@@ -68,12 +68,12 @@ class Case:
 
 
 @pytest.fixture(scope="module")
-def reader(sensor: ff.Sensor) -> PosteriorReader:
-    return PosteriorReader(ff.characterize(sensor.replace(**TOLERANCES)))
+def reader(sensor: ff.Sensor) -> StripFrameReader:
+    return StripFrameReader(ff.characterize(sensor.replace(**TOLERANCES)))
 
 
 @pytest.fixture
-def case(reader: PosteriorReader) -> Case:
+def case(reader: StripFrameReader) -> Case:
     return Case(reader)
 
 

@@ -45,6 +45,9 @@ GROWTH = 2.0
 """Factor by which normal forces may grow or shrink, root mean square, until what is known of them
 before a frame is drawn up anew."""
 
+JUMP = 0.5
+"""Change of the phase from frame to frame beyond which a mirror image may be nearer [rad]."""
+
 DONE, AGEING, STALE, ALARM, FAINT, GROWN = range(6)
 """Why the loop ended: no frame is left; the linearisation has aged, after a frame that was read; it
 does not lead to the top of the next one; noise does not explain the next one; its phase is so small
@@ -399,7 +402,15 @@ def _lit(pixels, modes, c, own, own_dark, work):
 
 @sums
 def _stand(model, pixels, reference, standing):
-    """Evaluate the point; returns how many nodes have a large phase, and how far it has moved."""
+    """Evaluate the point, into `standing`.
+
+    Returns
+    -------
+    shown : int
+        How many nodes have a large phase.
+    moved : float
+        Mean square of the phase's change from the anchor [rad^2].
+    """
     at, unknowns, nodes = model.at, standing.unknowns, standing.nodes
     contrast64, deviation, _ = lens(model, unknowns)
     contrast, half, one = np.float32(contrast64), np.float32(0.5), np.float32(1)
@@ -501,7 +512,7 @@ def _compare(model, pixels, reference, standing, whole):
     at, unknowns, gradient = model.at, standing.unknowns, standing.gradient
     contrast64, deviation, by_blur = lens(model, unknowns)
     contrast, half, one = np.float32(contrast64), np.float32(0.5), np.float32(1)
-    modes, size = at.visibility - at.modes, len(standing.pull)
+    size = len(standing.pull)
     gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.size > at.gamma
     lights = at.size > at.modes and (whole or len(reference.fresh) > at.loads)
@@ -788,6 +799,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     count, m = loads.shape[1], len(reference.covariance)
     reached = reference.reached
     used, nothing = float(pixels.used.sum()), np.float32(model.full_scale / 2)
+    before = np.empty_like(standing.nodes)
     shown, moved = 1, 0.0
     if state[3] == 0:
         for k in range(len(x)):
@@ -795,7 +807,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
         shown, moved = _stand(model, pixels, reference, standing)
     for i in range(len(frames)):
         _load(pixels, standing, frames[i], nothing)
-        turn, ratio = 0, state[0]
+        turn, ratio, way = 0, state[0], np.float32(0)
+        before[:] = standing.nodes
         squared, known, grouped = _compare(model, pixels, reference, standing, lasting == 0)
         length = _step(reference, standing, step, own)
         state[3] = 0.0
@@ -814,10 +827,13 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if ratio > DIVERGED * DIVERGED and length > reached:
                 return i, STALE
             turn += 1
+            way = np.float32(0)
+            for k in range(len(before)):
+                way = max(way, abs(standing.nodes[k] - before[k]))
         if shown == 0:
             return i, FAINT
-        if length > reference.longest:
-            return i, STALE
+        if length > reference.longest or way > JUMP:
+            return i, ALARM
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)
         # by the last step the loss falls by its squared length

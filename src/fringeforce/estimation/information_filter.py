@@ -25,6 +25,7 @@ from scipy.special import chdtri, pdtrik
 from fringeforce.estimation.followed_frames import (
     AGEING,
     DONE,
+    JUMP,
     Reference,
     Single,
     Standing,
@@ -173,7 +174,7 @@ class InformationFilter:
         Top or None
             None if noise does not explain the frame.
         """
-        prior, known = self._prior()
+        prior = self._prior()
         mean, precision = prior.mean, prior.joint
         whole = np.ix_(self._lasting, self._lasting)
         start = self.unknowns.copy()
@@ -183,19 +184,20 @@ class InformationFilter:
         told = np.eye(len(off)) - precision[whole] @ _inverse(about.hessian)[whole]
         misfit = top.square > self._squares * top.count
         misfit = misfit or np.isfinite(frame).sum() - top.count > self._broken
+        way = np.abs(node_phase(self.model, top.unknowns) - node_phase(self.model, start)).max()
+        misfit = misfit or way > JUMP
         if misfit or off @ precision[whole] @ off > _limit(told):
             return None
         self.unknowns[:] = top.unknowns
         self._linearised(about, prior)
         return top
 
-    def _prior(self) -> tuple[Prior, Array]:
-        """What is known before the next frame, and the covariance of what lasts then."""
+    def _prior(self) -> Prior:
+        """What is known before the next frame."""
         mean, known = self._before()
         precision = np.diag(self.prior.precision)
         precision[np.ix_(self._lasting, self._lasting)] = np.linalg.inv(known)
-        prior = Prior(mean, 0 * mean, self.prior.friction, self.prior.yielding, precision)
-        return prior, known
+        return Prior(mean, 0 * mean, self.prior.friction, self.prior.yielding, precision)
 
     def _linearised(self, about: Linearised, prior: Prior) -> None:
         """Take a linearisation."""

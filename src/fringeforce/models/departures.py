@@ -21,6 +21,8 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
     moment_table,
+    node_weights,
+    pixels_at,
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
@@ -30,8 +32,6 @@ from fringeforce.models.uncertainty import (
     coefficients,
     inside,
     mixed,
-    node_weights,
-    pixels_at,
     random_field,
     uncertainty,
 )

@@ -21,7 +21,8 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
     moment_table,
-    side_by_side,
+    node_weights,
+    pixels_at,
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
@@ -148,24 +149,6 @@ def shape_modes(frame: FrameModel, shape: Array, loads: Array, count: int) -> Ar
     values, vectors = np.linalg.eigh(shape * (parts.T @ parts))
     kept = slice(None, -count - 1, -1)
     return (vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0))).T
-
-
-def has_tolerances(model: SensorModel) -> bool:
-    """Whether anything is uncertain besides noise, or the light is not that of a perfect camera.
-
-    A calibration leaves uncertain what changes from frame to frame; its own errors are so small
-    that a reading allows for them to first order.
-    """
-    sensor, imaging = model.sensor, model.imaging
-    light, camera = sensor.polariscope, sensor.camera
-    anew = any(path in (PLACEMENT, WIDTH, RESIDUAL) for path in sensor.tolerances)
-    bent = camera.response != "linear" or camera.gamma != 1
-    if anew or light.residual or light.bandwidth or camera.blur or bent:
-        return True
-    if imaging is not None:
-        return any(imaging.drift)
-    loose = camera.drift or camera.unevenness or sensor.transducer.influence_error
-    return bool(sensor.tolerances or loose)
 
 
 def uncertainty(model: SensorModel) -> Uncertainty:
@@ -309,43 +292,6 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     count = steps + 3
     first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
     return first, weights, np.arange(SAMPLES * steps + 1) / SAMPLES * pixels / steps - 0.5
-
-
-def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
-    """Where the pixels of a `FrameModel` look, from the nodes and weights of one channel."""
-    starts, shares, halves = side_by_side(first, weights)
-    pixels = len(first)
-    return {
-        "first": np.tile(first, channels),
-        "weights": np.tile(weights, (channels, 1)),
-        "starts": np.concatenate([starts + c * pixels for c in range(channels)]).astype(np.uint32),
-        "shares": np.ascontiguousarray(np.tile(shares, channels)),
-        "halves": np.ascontiguousarray(np.tile(halves, channels)),
-    }
-
-
-def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
-    """First node and weights of cubic B-splines at places between evenly spaced nodes.
-
-    Parameters
-    ----------
-    along : ndarray, shape (P,)
-        Places, in steps from the first node.
-    count : int
-        Number of nodes.
-    """
-    first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
-    t = along - first - 1
-    weights = np.stack(
-        [
-            (1 - t) ** 3 / 6,
-            2 / 3 - t**2 + t**3 / 2,
-            2 / 3 - (1 - t) ** 2 + (1 - t) ** 3 / 2,
-            t**3 / 6,
-        ],
-        axis=1,
-    )
-    return first, weights
 
 
 def coefficients(values: Array, count: int) -> Array:

@@ -17,9 +17,9 @@ from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
-from fringeforce.reading.posterior_following import PosteriorFollower
-from fringeforce.reading.posterior_reader import PosteriorReader
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.strip_following import StripFollower
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ CONFIDENCE = 0.999
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 _KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
-    "strip": (PosteriorReader, PosteriorFollower),
+    "strip": (StripFrameReader, StripFollower),
     "pad": (PadFrameReader, PadFollower),
 }
 """What reads single frames, and what follows them, by the kind of sensor."""
@@ -43,10 +43,11 @@ class Reader:
 
     Of a strip, previous frames select between equivalent loads if the motion was small: a followed
     reading is OK where the frame alone would be AMBIGUOUS.  Otherwise, as after a jump, a full
-    search runs.  Where forces are so weak that no motion is small, followed frames are AMBIGUOUS,
-    with the loads that previous frames make likeliest, and a search runs at first every 128 frames,
-    then at doubling intervals.  It searches the mean of the last frames, which distinguishes loads
-    that no single frame can, while the contact hardly moves.
+    search runs.  Frames after an ambiguous one are AMBIGUOUS, with its alternatives, until a search
+    settles it, which runs after one frame, then at doubling intervals.  Where forces are so weak
+    that hardly a fringe shows, the mean of the frames since the last search is searched after 16 of
+    them, then 64 and so on; it distinguishes loads that no single frame can, while the contact
+    hardly moves.
 
     The loops of a strip take about a minute to compile on the first use on a machine, and half a
     second to load in each process; `prepare` does it before the first frame comes.
@@ -58,8 +59,7 @@ class Reader:
     friction : float, optional
         If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
     confidence : float
-        Probability of the likeliest explanation from which a reading is OK, of strips whose design
-        states tolerances.
+        Probability of the likeliest explanation from which a reading is OK; strips only.
 
     Raises
     ------
@@ -199,9 +199,9 @@ class Reader:
 
     @cached_property
     def _diagnosis(self) -> Diagnosis:
-        single = self._single
-        assert isinstance(single, PosteriorReader)
-        return Diagnosis(single)
+        if not isinstance(self._single, StripFrameReader):
+            raise TypeError("Only strips have departures.")
+        return Diagnosis(self._single)
 
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
@@ -262,9 +262,7 @@ class Reader:
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, a megabyte each for a pad of 121 tactels.
-            That of a strip is from all of its pixels, right within 5 % in every direction; without
-            it the batch holds deviations only, whose errors are 5 % at most on the root of the mean
-            square over motions that are tried for the design, and reading takes half the time.
+            Those of a strip may be some frames old.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
         workers : int, optional
