@@ -58,7 +58,7 @@ class Case:
         squares, count = loss_gradient(
             self.model, own._pixels, own._reference, frame.astype(np.float32), standing
         )
-        return standing.gradient, squares, count
+        return standing.gradient, float(squares), float(count)
 
     def rests(self, loads: Array, frame: Array, others: Array) -> Array:
         at, prior = self.model.at, self.posterior.prior

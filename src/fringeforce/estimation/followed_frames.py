@@ -17,7 +17,7 @@ between nodes, so that all loops run over whole rows.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -250,21 +250,12 @@ def standing_at(unknowns: Array, pixels: Pixels, reference: Reference) -> Standi
     rows, nodes = reference.columns.shape
     whole, own = len(pixels.order), pixels.shares.shape[0] * pixels.shares.shape[2]
     longest = max(own, len(pixels.place), nodes)
-    every = [np.zeros(whole, np.float32) for _ in range(7)]
-    some = [np.zeros(longest, np.float32) for _ in range(4)]
-    return Standing(
-        unknowns.copy(),
-        np.array([AGED**2 / 2, LOOKED, 1.0, 0.0]),
-        np.zeros(nodes, np.float32),
-        *every,
-        np.zeros(own, np.float32),
-        *some,
-        np.zeros(longest + 2 * len(reference.kernel), np.float32),
-        np.zeros(nodes, np.float32),
-        np.zeros(rows, np.float32),
-        np.zeros(rows),
-        np.zeros(len(unknowns)),
-    )
+    state = np.array([AGED**2 / 2, LOOKED, 1.0, 0.0])
+    # grey levels and what they are made of, residuals, intermediate results, and the rest
+    sizes = [nodes, *[whole] * 7, own, *[longest] * 4, longest + 2 * len(reference.kernel)]
+    room: list[Any] = [np.zeros(size, np.float32) for size in (*sizes, nodes, rows)]
+    room += [np.zeros(rows), np.zeros(len(unknowns))]
+    return Standing(unknowns.copy(), state, *room)
 
 
 @sums

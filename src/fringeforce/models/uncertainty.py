@@ -318,7 +318,7 @@ def _fitted(samples: int, count: int) -> Array:
     splines = np.zeros((samples, count))
     for k in range(4):
         splines[np.arange(samples), first + k] = weights[:, k]
-    return np.asarray(np.linalg.pinv(splines)).T
+    return np.asarray(np.linalg.pinv(splines), dtype=float).T
 
 
 def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:

@@ -104,9 +104,16 @@ class Weighed:
 
 @dataclass(frozen=True, eq=False)
 class StripFrameReader(FrameReader):
-    """Reads frames of one strip, each for itself."""
+    """Reads frames of one strip, each for itself.
+
+    Attributes
+    ----------
+    noise : float
+        Variance of the noise of what is read over that of a frame: 1 / k for the mean of k frames.
+    """
 
     model: SensorModel
+    noise: float = 1.0
 
     @property
     def influence(self) -> Array:
@@ -116,7 +123,9 @@ class StripFrameReader(FrameReader):
     @cached_property
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""
-        return uncertainty(self.model)
+        found = uncertainty(self.model)
+        frame = found.frame._replace(variance=self.noise * found.frame.variance)
+        return replace(found, frame=frame)
 
     @cached_property
     def calibration_uncertainty(self) -> CalibrationUncertainty | None:
@@ -224,11 +233,7 @@ class StripFrameReader(FrameReader):
 
     def quieter(self, noise: float) -> StripFrameReader:
         """What reads means of frames, whose noise has so large a share of one frame's variance."""
-        quiet = replace(self)
-        frame = self.uncertain.frame
-        less = frame._replace(variance=noise * frame.variance)
-        quiet.__dict__["uncertain"] = replace(self.uncertain, frame=less)
-        return quiet
+        return replace(self, noise=noise)
 
     def own_posterior(self, frame: Array) -> Posterior:
         """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
