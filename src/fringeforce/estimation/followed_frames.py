@@ -684,9 +684,9 @@ def _renew_gain(model, pixels, reference, standing):
             for i in range(nodes - step):
                 later[i] += line[i] * column[i]
         products[:] = 0.0
-        add_products(reference.columns[:loads], own, products)
-        for z in range(few):
-            reference.information[x, z] = products[z]
+        add_products(reference.columns[: x // 4 * 4 + 4], own, products)
+        for z in range(x + 1):
+            reference.information[x, z] = reference.information[z, x] = products[z]
         reference.information[x, x] += reference.precision[x]
     many = len(reference.fresh)
     factor = reference.information.copy()
