@@ -23,7 +23,7 @@ from single_press import single_press_matrix
 import fringeforce as ff
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 from reading import misshapen, random_loads
 
 Array = np.ndarray
@@ -124,7 +124,7 @@ def rows(bench: Bench, seed: int) -> dict[str, Callable[[], ff.SensorModel]]:
 
 
 def judged(model: ff.SensorModel, bench: Bench, loads: Array, frames: Array) -> list[str]:
-    known, seen = SingleFrameReader(bench.true), usable(bench)
+    known, seen = StripFrameReader(bench.true), usable(bench)
     influence, response = known.influence[seen], bench.true.response.at(seen)
     readings = [ff.Reader(model).search(frame) for frame in frames]
     off = np.array([reading.forces - load for reading, load in zip(readings, loads, strict=True)])

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 import fringeforce as ff
 from fringeforce.estimation.bounds import cramer_rao_bound
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = np.ndarray
 SPEED = 1e-4  # turns of the sway per frame: 3 Hz at 30,000 frames per second
@@ -63,7 +63,7 @@ def scipy_rate(scene: Scene, frames: int, method: Literal["lm", "trf"], exact: b
 
     With the exact Jacobian, or with the numerical one that it makes if none is given.
     """
-    single = SingleFrameReader(scene.model)
+    single = StripFrameReader(scene.model)
     response, influence = single.model.response, single.influence
     loads = scene.forces[0].ravel()
     jacobian: Any = lambda at: influence * response.slope(influence @ at)[:, None]  # noqa: E731
@@ -80,7 +80,7 @@ def scipy_rate(scene: Scene, frames: int, method: Literal["lm", "trf"], exact: b
 
 def numpy_rate(scene: Scene, frames: int) -> float:
     """Frames per second of one plain Gauss-Newton step a frame in NumPy, all pixels."""
-    single = SingleFrameReader(scene.model)
+    single = StripFrameReader(scene.model)
     response, influence = single.model.response, single.influence
     loads = scene.forces[0].ravel()
     start = time.process_time()
@@ -115,7 +115,7 @@ def latencies(scene: Scene) -> Array:
 
 def accuracy(scene: Scene) -> tuple[float, float, float]:
     """Rms error by the bound, share within 1.96 deviations, share that was followed."""
-    single, batch = SingleFrameReader(scene.model), ff.Reader(scene.model).read_batch(scene.frames)
+    single, batch = StripFrameReader(scene.model), ff.Reader(scene.model).read_batch(scene.frames)
     error, some = batch.forces - scene.forces, scene.forces[::100]
     bound = [
         cramer_rao_bound(single.influence @ f.ravel(), single.influence, single.model.response)

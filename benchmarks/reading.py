@@ -24,7 +24,7 @@ from rich.table import Table
 
 import fringeforce as ff
 from fringeforce.estimation.bounds import cramer_rao_bound
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = np.ndarray
 Loads = Callable[[np.random.Generator, int, float], Array]
@@ -155,7 +155,7 @@ def spoilt(trial: Trial, frame: Array, full: int, rng: np.random.Generator) -> A
 def run(trial: Trial, frames: int, seed: int) -> Tally:
     rng = np.random.default_rng(seed)
     model = ff.characterize(sensor_of(trial))
-    reader = SingleFrameReader(model)
+    reader = StripFrameReader(model)
     sensor = model.sensor
     reader.read(model.expose(ff.polar(1.0, 10, n=sensor.tactels.count), rng=0))
     tally = Tally()
@@ -170,7 +170,7 @@ def run(trial: Trial, frames: int, seed: int) -> Tally:
     return tally
 
 
-def judge(tally: Tally, reading: ff.Reading, forces: Array, reader: SingleFrameReader) -> None:
+def judge(tally: Tally, reading: ff.Reading, forces: Array, reader: StripFrameReader) -> None:
     tally.frames += 1
     tally.statuses[reading.status.name] += 1
     explanations = np.concatenate([reading.forces[None], reading.alternatives])

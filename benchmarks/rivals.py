@@ -40,7 +40,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.estimation.estimate import least_squares as least_squares_of_phase
 from fringeforce.estimation.phase.noise_free import recover_phase
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 from reading import random_loads
 
 Array = np.ndarray
@@ -59,7 +59,7 @@ WINDOWS = (21, 61, 181)
 class Scene:
     """One frame, and what every method may know."""
 
-    reader: SingleFrameReader
+    reader: StripFrameReader
     frame: Array
     largest: float
     rng: np.random.Generator
@@ -167,7 +167,7 @@ class Tally:
 def run(largest: float, frames: int, seed: int) -> dict[str, Tally]:
     rng, own = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     model = ff.characterize(ff.load_sensor("saad"))
-    reader = SingleFrameReader(model)
+    reader = StripFrameReader(model)
     n = model.sensor.tactels.count
     warm_up = model.expose(ff.polar(min(largest, 1.0), 10, n=n), rng=0).astype(float)
     for method in METHODS.values():

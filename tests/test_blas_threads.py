@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import fringeforce as ff
 from fringeforce.base.blas_threads import one_blas_thread
-from fringeforce.reading import single_frame
+from fringeforce.reading import strip_reader
 
 
 def threads() -> set[int]:
@@ -48,13 +48,13 @@ def test_frames_are_searched_with_one_thread(
     sensor: ff.Sensor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, seen = ff.characterize(sensor), []
-    search = single_frame.cold_start
+    search = strip_reader.isolated
 
     def watched(*arguments):
         seen.append(threads())
         return search(*arguments)
 
-    monkeypatch.setattr(single_frame, "cold_start", watched)
+    monkeypatch.setattr(strip_reader, "isolated", watched)
     frame = model.expose(ff.polar(1.0, 10, 11), rng=0)
     with threadpool_limits(2, user_api="blas"):
         reader = ff.Reader(model)

@@ -10,7 +10,7 @@ import fringeforce as ff
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.optics.camera import expose
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 N, PIXELS = 11, 512
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
@@ -79,7 +79,7 @@ class Held:
 
 def held_out(model, true, rng, count: int = 40, gain: float = 0.0, offset: float = 0.0) -> Held:
     """Read new frames; errors in units of the bound of a perfectly known sensor."""
-    forces, known = combined(rng, count), SingleFrameReader(true)
+    forces, known = combined(rng, count), StripFrameReader(true)
     frames = shots(
         true, forces, rng, gain * rng.standard_normal(count), offset * rng.standard_normal(count)
     )

@@ -16,7 +16,7 @@ from fringeforce.calibration.normal_equations import linearised
 from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 pytestmark = pytest.mark.slow
 
@@ -121,7 +121,7 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
     rng = np.random.default_rng(12)
     forces = combined(rng, 80)
     off, bounds, inside = [], [], []
-    known = SingleFrameReader(true)
+    known = StripFrameReader(true)
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
     influence, response = known.influence[seen], true.response.at(seen)
     for load, frame in zip(forces, exposed(true, forces, rng, dead), strict=True):

@@ -18,7 +18,7 @@ from fringeforce.calibration.frame_fit import levenberg_marquardt, light_basis, 
 from fringeforce.calibration.measurements import Measurements
 from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.bounds import covariance, cramer_rao_bound, systematic_covariance
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 pytestmark = pytest.mark.slow
 
@@ -66,7 +66,7 @@ class HeldOut:
 
 
 def held_out(model: ff.SensorModel, true: ff.SensorModel, rng, count: int) -> HeldOut:
-    known = SingleFrameReader(true)
+    known = StripFrameReader(true)
     off, std, bound = [], [], []
     statuses: Counter = Counter()
     for load in known_loads(rng, count):

@@ -27,7 +27,7 @@ from fringeforce.calibration.result import built
 from fringeforce.estimation.bounds import covariance
 from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.models.imaging import Imaging
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 pytestmark = pytest.mark.slow
 
@@ -215,7 +215,7 @@ def test_a_calibration_gives_back_its_derivatives_and_deviations(moved) -> None:
 
 def test_the_error_before_the_next_press_is_what_readings_state(timid, moved, typical) -> None:
     for model in (timid[0], moved[0]):
-        reader, used = SingleFrameReader(model), model.imaging.usable
+        reader, used = StripFrameReader(model), model.imaging.usable
         influence, response = reader.influence[used], model.response.at(used)
         noise = added = 0.0
         for load in typical.reshape(len(typical), -1):

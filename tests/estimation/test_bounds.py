@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 import scipy.linalg
 from scipy.linalg import eigh
+from scipy.optimize import minimize
 from uncertain_phase import agreed
 
 import fringeforce as ff
 from fringeforce.estimation.bounds import covariance, cramer_rao_bound, fisher_information
 from fringeforce.estimation.estimate import least_squares
 from fringeforce.estimation.likelihood import Response, misfit
-from fringeforce.estimation.strip import Strip
-from fringeforce.estimation.strip_fit import climb
 from fringeforce.models.imaging import camera_response
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 RESPONSE = Response(amplitude=200.0, offset=20.0, variance=9.0)
 
@@ -24,8 +23,16 @@ def small_problem(pixels: int = 400) -> tuple[np.ndarray, np.ndarray]:
     return influence, np.array([1.0, 1.7, -0.8])
 
 
-def whole(influence: np.ndarray, response: Response) -> Strip:
-    return Strip.of(influence, response, np.ones(len(influence), bool))
+def likeliest(frame: np.ndarray, start: np.ndarray, influence, response: Response) -> np.ndarray:
+    """Loads of the highest likelihood, near a start."""
+
+    def half(loads: np.ndarray) -> tuple[float, np.ndarray]:
+        phase = influence @ loads
+        left = misfit(frame, response.level(phase), response)
+        slope = response.slope(phase) / np.sqrt(response.variance)
+        return left.loss / 2, influence.T @ (slope * left.slope)
+
+    return np.asarray(minimize(half, start, jac=True, tol=1e-6).x)
 
 
 def test_information_is_the_curvature_of_the_expected_loss() -> None:
@@ -51,11 +58,11 @@ def test_information_is_the_curvature_of_the_expected_loss() -> None:
 def test_estimates_scatter_as_their_covariance_says() -> None:
     influence, loads = small_problem()
     rng = np.random.default_rng(0)
-    level, strip = RESPONSE.level(influence @ loads), whole(influence, RESPONSE)
+    level = RESPONSE.level(influence @ loads)
     found = []
     for _ in range(400):
         frame = level + rng.normal(0, 3, len(level))
-        found.append(climb(strip, frame, loads + 0.05, 30, 1e-3).loads)
+        found.append(likeliest(frame, loads + 0.05, influence, RESPONSE))
     spread = covariance(influence @ loads, influence, RESPONSE)
     np.testing.assert_allclose(np.cov(np.array(found).T), spread, atol=0.25 * spread.max())
     assert np.abs(np.mean(found, axis=0) - loads).max() < 4 * np.sqrt(spread.max() / 400)
@@ -108,11 +115,11 @@ def test_clipped_pixels_bias_nothing(edge: tuple[float, float]) -> None:
     influence, loads = small_problem(1000)
     offset = -30.0 if edge[0] == 0 else 90.0
     clipping = Response(200.0, offset, 9.0, *edge)
-    rng, found, strip = np.random.default_rng(1), [], whole(influence, clipping)
+    rng, found = np.random.default_rng(1), []
     for _ in range(60):
         noisy = clipping.level(influence @ loads) + rng.normal(0, 3, len(influence))
         frame = np.clip(noisy, 0, 255)
-        found.append(climb(strip, frame, loads + 0.02, 30, 1e-3).loads)
+        found.append(likeliest(frame, loads + 0.02, influence, clipping))
     error = np.abs(np.mean(found, axis=0) - loads)
     assert (error < 4 * np.std(found, axis=0) / np.sqrt(60) + 1e-4).all()
 
@@ -129,8 +136,8 @@ def test_limits_of_a_dry_contact_hold_and_are_reported(model: ff.SensorModel) ->
     forces = ff.polar([0, 1, 0, 2, 0, 0, 1, 1, 0, 0, 1], 30)
     frame = model.expose(forces, rng=3)
     free, limited = (
-        SingleFrameReader(model).read(frame),
-        SingleFrameReader(model, friction=0.3).read(frame),
+        StripFrameReader(model).read(frame),
+        StripFrameReader(model, friction=0.3).read(frame),
     )
     assert free.forces[0].min() < 0
     assert not free.limited.any()

@@ -6,19 +6,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.estimation.frame_exposure import (
-    expose,
-)
-from fringeforce.estimation.information_filter import (
-    ALARM,
-    DONE,
-    FAINT,
-    FORGOTTEN,
-    InformationFilter,
-    loss_gradient,
-)
+from fringeforce.estimation.followed_frames import ALARM, DONE, FAINT, loss_gradient, standing_at
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.information_filter import FORGOTTEN, InformationFilter
 from fringeforce.estimation.posterior import Posterior
-from fringeforce.reading.posterior_reader import PosteriorReader
+from fringeforce.reading.strip_reader import StripFrameReader
 from uncertain_strip import TOLERANCES
 
 Array = NDArray[np.float64]
@@ -28,7 +20,7 @@ STEP = 1e-5
 class Case:
     """A filter that begins at the very truth."""
 
-    def __init__(self, reader: PosteriorReader) -> None:
+    def __init__(self, reader: StripFrameReader) -> None:
         rng, at = np.random.default_rng(8), reader.uncertain.frame.at
         truth = 0.5 * rng.standard_normal(at.size)
         truth[: at.loads : 2] = rng.uniform(0.6, 2.0, at.loads // 2)
@@ -54,9 +46,19 @@ class Case:
         return expose(self.model, unknowns)[0] + noise
 
     def follow(self, frame: Array) -> tuple[Array, int, int]:
-        loads, squares = np.empty((1, self.model.at.loads)), np.empty((1, 2))
-        done, why = self.filter.follow(frame[None].astype(np.float32), loads, squares)
+        loads, std = np.empty((2, 1, self.model.at.loads))
+        room = np.empty((0, 0, 0)), np.empty((1, 2))
+        done, why = self.filter.follow(frame[None].astype(np.float32), loads, std, *room)
         return loads[0], done, why
+
+    def gradient(self, frame: Array, unknowns: Array) -> tuple[Array, float, float]:
+        own = self.filter
+        assert own._reference is not None
+        standing = standing_at(unknowns, own._pixels, own._reference)
+        squares, count = loss_gradient(
+            self.model, own._pixels, own._reference, frame.astype(np.float32), standing
+        )
+        return standing.gradient, float(squares), float(count)
 
     def rests(self, loads: Array, frame: Array, others: Array) -> Array:
         at, prior = self.model.at, self.posterior.prior
@@ -66,12 +68,12 @@ class Case:
 
 
 @pytest.fixture(scope="module")
-def reader(sensor: ff.Sensor) -> PosteriorReader:
-    return PosteriorReader(ff.characterize(sensor.replace(**TOLERANCES)))
+def reader(sensor: ff.Sensor) -> StripFrameReader:
+    return StripFrameReader(ff.characterize(sensor.replace(**TOLERANCES)))
 
 
 @pytest.fixture
-def case(reader: PosteriorReader) -> Case:
+def case(reader: StripFrameReader) -> Case:
     return Case(reader)
 
 
@@ -80,9 +82,7 @@ def test_gradient_is_that_of_differences_of_exposed_frames(case: Case) -> None:
     frame, here = case.frame(case.truth), own.unknowns.copy()
     here[: case.model.at.loads] += 0.001
     assert own._reference is not None
-    found, squares, count = loss_gradient(
-        case.model, own._pixels, own._reference, frame.astype(np.float32), here
-    )
+    found, squares, count = case.gradient(frame, here)
 
     def half(unknowns: Array) -> float:
         left = expose(case.model, unknowns)[0] - frame
@@ -185,12 +185,5 @@ def test_a_frame_without_fringes_is_not_followed(case: Case) -> None:
 def test_posteriors_and_filters_agree_on_the_loss(case: Case) -> None:
     assert isinstance(case.posterior, Posterior)
     frame = case.posterior.frame
-    assert case.filter._reference is not None
-    _, squares, _ = loss_gradient(
-        case.model,
-        case.filter._pixels,
-        case.filter._reference,
-        frame.astype(np.float32),
-        case.top.unknowns,
-    )
+    _, squares, _ = case.gradient(frame, case.top.unknowns)
     assert squares == pytest.approx(case.top.square, rel=1e-4)

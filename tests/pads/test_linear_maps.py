@@ -8,35 +8,10 @@ from scipy.sparse.linalg import LinearOperator
 
 from fringeforce.base.linear_map import LinearMap
 from fringeforce.calibration.columns.prior import ColumnCorrection
-from fringeforce.estimation.layout import Layout
-from fringeforce.estimation.vector_loops import gather, interpolate
 from fringeforce.models.int16_matrix import Packed
 from fringeforce.models.pad import PadModel
 from fringeforce.models.splines import Band
 from fringeforce.optics.area_camera import Lens
-
-LAYOUTS = [(2048, 1, 4), (700, 1, 2), (300, 3, 4), (97, 1, 1)]
-
-
-class Between(LinearMap):
-    """From phases at the nodes of a strip to those at its pixels."""
-
-    def __init__(self, pixels: int, channels: int, every: int) -> None:
-        self.layout, self.pixels = Layout(pixels, channels, every), pixels
-
-    @property
-    def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        return (self.layout.places,), (self.pixels,)
-
-    def forward(self, values: np.ndarray) -> np.ndarray:
-        base, found = np.zeros((2, self.layout.size), np.float32)
-        interpolate(values, self.layout.shares, base, found)
-        return self.layout.pick(found)
-
-    def adjoint(self, values: np.ndarray) -> np.ndarray:
-        found = np.zeros(self.layout.places, np.float32)
-        gather(self.layout.lay(values), self.layout.shares, found)
-        return found
 
 
 @pytest.fixture
@@ -53,7 +28,6 @@ def operators(model: PadModel) -> dict[str, LinearOperator]:
         "retardance of a pad": model.retarding,
         "lens": blurred,
         "corrected columns": ColumnCorrection(rng.normal(size=(40, 12)), csr_array(splines)),
-        **{f"nodes of a strip {layout}": Between(*layout) for layout in LAYOUTS},
     }
     return {name: one.operator for name, one in maps.items()}
 

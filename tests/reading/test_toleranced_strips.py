@@ -14,7 +14,7 @@ from fringeforce.estimation.frame_fit import (
     linearise,
 )
 from fringeforce.models.uncertainty import uncertainty
-from fringeforce.reading.posterior_reader import PosteriorReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 PLACES = drawing().tactels.positions
 X = drawing().pixel_positions
@@ -170,7 +170,7 @@ def test_the_hessian_is_that_of_the_grey_levels(everything: ff.SensorModel) -> N
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
     # of the blur to 1 %, whose derivative is a second difference of what is sampled
     np.testing.assert_allclose(exact / scale, dense / scale, atol=0.02)
-    reader = PosteriorReader(model)
+    reader = StripFrameReader(model)
     posterior = reader.posterior(shown, 1.0)
     about = linearise(frame, posterior.prior, shown, unknowns)
     left = (level - shown) / np.sqrt(frame.variance)

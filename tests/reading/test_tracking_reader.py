@@ -11,7 +11,7 @@ from scipy.stats import binom
 import fringeforce as ff
 from fringeforce.contacts.fingertip import fingertip_forces as fingertip
 from fringeforce.estimation.bounds import cramer_rao_bound
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
 N = 11
@@ -34,7 +34,7 @@ def touch(model: ff.SensorModel) -> tuple[Array, NDArray[np.unsignedinteger], ff
 
 def test_followed_readings_are_the_optimum_that_scipy_finds(model, touch) -> None:
     _, frames, batch = touch
-    single = SingleFrameReader(model)
+    single = StripFrameReader(model)
     response, influence = single.model.response, single.influence
     sigma = np.sqrt(response.variance)
     for i in range(100, 3000, 400):
@@ -45,9 +45,8 @@ def test_followed_readings_are_the_optimum_that_scipy_finds(model, touch) -> Non
             jac=lambda loads: influence * (response.slope(influence @ loads) / sigma)[:, None],  # type: ignore[arg-type]
             xtol=1e-12,
         )
-        np.testing.assert_allclose(
-            batch.forces[i].ravel(), best.x, atol=0.05 * float(batch.std[i].min())
-        )
+        # what contacts are known to do beforehand moves no force by more
+        assert (np.abs(batch.forces[i].ravel() - best.x) < 0.05 * batch.std[i].ravel()).all()
         assert batch.chi2[i] == pytest.approx(2 * best.cost / (2048 - 2 * N), rel=1e-3)
 
 
@@ -55,7 +54,7 @@ def test_errors_are_those_of_the_bound_and_of_the_deviations(model, touch) -> No
     forces, _, batch = touch
     assert (batch.status == ff.Status.OK).all()
     error = batch.forces - forces
-    single = SingleFrameReader(model)
+    single = StripFrameReader(model)
     bound = np.array(
         [
             cramer_rao_bound(single.influence @ f.ravel(), single.influence, single.model.response)

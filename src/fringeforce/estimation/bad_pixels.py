@@ -19,8 +19,6 @@ BAD = 6e-7
 """Chance that noise alone makes a sound pixel bad: of a frame of 2048 pixels, one in a thousand."""
 OUTLIER = float(np.sqrt(square_limit(1, BAD)))
 """Residual of one frame, in units of its noise, beyond which a pixel is bad: five of them."""
-FEW = 0.03
-"""Share of the pixels that may be bad where the others are believed."""
 STEEPEST = 3.0
 """Differences of its neighbours by which a pixel on a fringe lies off their mean at most."""
 

@@ -51,25 +51,6 @@ def _largest(response: Response) -> Array | float:
     return response.amplitude**2 / (8 * response.variance)
 
 
-def phase_information(phase: Array, response: Response) -> Array:
-    """Inverse variance of the phase of single pixels, bounded by noise where the slope vanishes.
-
-    Parameters
-    ----------
-    phase : ndarray, shape (P,)
-        Phase [rad].
-    response : Response
-        Of the camera.
-
-    Returns
-    -------
-    ndarray, shape (P,)
-        Information [1/rad^2].
-    """
-    floor = response.amplitude * np.sqrt(response.variance) / 64
-    return (response.slope(phase) ** 2 + floor) / response.variance
-
-
 def cramer_rao_bound(phase: Array, influence: Array, response: Response) -> Array:
     """Smallest standard deviations that an unbiased reading of one frame can have, shape (m,) [N].
 

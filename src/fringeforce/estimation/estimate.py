@@ -2,34 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.estimation.likelihood import Misfit, Response, misfit
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """Loads and what they leave of a frame.
-
-    Attributes
-    ----------
-    loads : ndarray, shape (m,)
-        The loads [N].
-    phase : ndarray, shape (P,)
-        Phase that it predicts [rad].
-    misfit : Misfit
-        What it leaves of the frame.
-    """
-
-    loads: Array
-    phase: Array
-    misfit: Misfit
 
 
 def least_squares(phase: ArrayLike, influence: ArrayLike) -> Array:
@@ -63,9 +41,3 @@ def least_squares(phase: ArrayLike, influence: ArrayLike) -> Array:
         )
     loads = np.linalg.lstsq(flat[known], measured[known], rcond=None)[0]
     return loads.reshape(matrix.shape[1:])
-
-
-def evaluated(frame: Array, influence: Array, response: Response, loads: Array) -> Estimate:
-    """Loads, shape (m,), and what they leave of a frame, shape (P,)."""
-    phase = influence @ loads
-    return Estimate(loads, phase, misfit(frame, response.level(phase), response))

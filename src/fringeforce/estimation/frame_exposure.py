@@ -139,7 +139,10 @@ def fill_columns(model, unknowns, columns):
 
 @sums
 def kernel_of(deviation):
-    """One half of a Gaussian kernel, from its middle."""
+    """One half of a Gaussian kernel, from its middle; a narrow one has its variance, no more."""
+    if deviation < NARROWEST:
+        share = deviation * deviation / 2
+        return np.array([1 - 2 * share, share])
     reach = max(int(4 * deviation + 0.5), 1)
     kernel, total = np.empty(reach + 1), 0.0
     for step in range(reach + 1):

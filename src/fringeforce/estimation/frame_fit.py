@@ -171,12 +171,9 @@ def pixel_loss(model, frame, level, sigma):
 
 
 @sums
-def _loss(model, prior, frame, unknowns, level, sigma, heat):
-    """Twice the negative logarithm of the posterior, less a constant."""
+def prior_loss(prior, loads, unknowns, heat):
+    """What the prior adds to the loss."""
     total = 0.0
-    for p in range(len(frame)):
-        if np.isfinite(frame[p]):
-            total += pixel_loss(model, frame[p], level[p], sigma)[0]
     for k in range(len(unknowns)):
         total += prior.precision[k] * (unknowns[k] - prior.mean[k]) ** 2
     for k in range(len(prior.joint)):
@@ -184,7 +181,7 @@ def _loss(model, prior, frame, unknowns, level, sigma, heat):
         for x in range(len(unknowns)):
             part += prior.joint[k, x] * (unknowns[x] - prior.mean[x])
         total += (unknowns[k] - prior.mean[k]) * part
-    for j in range(model.at.loads // 2):
+    for j in range(loads // 2):
         normal, tangential = unknowns[2 * j], unknowns[2 * j + 1]
         if prior.friction < 0:
             total += (min(normal, 0.0) / prior.yielding) ** 2 / heat
@@ -192,6 +189,16 @@ def _loss(model, prior, frame, unknowns, level, sigma, heat):
             for side in (-1.0, 1.0):
                 miss = min(prior.friction * normal + side * tangential, 0.0)
                 total += (miss / prior.yielding) ** 2 / heat
+    return total
+
+
+@sums
+def _loss(model, prior, frame, unknowns, level, sigma, heat):
+    """Twice the negative logarithm of the posterior, less a constant."""
+    total = prior_loss(prior, model.at.loads, unknowns, heat)
+    for p in range(len(frame)):
+        if np.isfinite(frame[p]):
+            total += pixel_loss(model, frame[p], level[p], sigma)[0]
     return total
 
 
@@ -376,6 +383,29 @@ def _products(rows, columns, count, out):
 
 
 @sums
+def add_cone(prior, loads, unknowns, heat, cone, gradient):
+    """Fill in what the cone adds to the Hessian, and add to the gradient."""
+    cone[:] = 0.0
+    stiff = 1 / (prior.yielding**2 * heat)
+    for j in range(loads // 2):
+        a, b = 2 * j, 2 * j + 1
+        if prior.friction < 0:
+            if unknowns[a] < 0:
+                cone[a, a] += stiff
+                gradient[a] += stiff * unknowns[a]
+            continue
+        for side in (-1.0, 1.0):
+            miss = prior.friction * unknowns[a] + side * unknowns[b]
+            if miss < 0:
+                gradient[a] += stiff * prior.friction * miss
+                gradient[b] += stiff * side * miss
+                cone[a, a] += stiff * prior.friction**2
+                cone[b, b] += stiff
+                cone[b, a] += stiff * side * prior.friction
+                cone[a, b] += stiff * side * prior.friction
+
+
+@sums
 def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band):
     """Hessian and gradient from the sums at the nodes."""
     at, m = model.at, columns.shape[1]
@@ -439,31 +469,13 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
         gradient[x] += prior.precision[x] * (unknowns[x] - prior.mean[x])
         for z in range(x):
             hessian[z, x] = hessian[x, z]
-    cone[:] = 0.0
-    stiff = 1 / (prior.yielding**2 * heat)
-    for j in range(at.loads // 2):
-        a, b = 2 * j, 2 * j + 1
-        if prior.friction < 0:
-            if unknowns[a] < 0:
-                cone[a, a] += stiff
-                gradient[a] += stiff * unknowns[a]
-            continue
-        for side in (-1.0, 1.0):
-            miss = prior.friction * unknowns[a] + side * unknowns[b]
-            if miss < 0:
-                gradient[a] += stiff * prior.friction * miss
-                gradient[b] += stiff * side * miss
-                cone[a, a] += stiff * prior.friction**2
-                cone[b, b] += stiff
-                cone[b, a] += stiff * side * prior.friction
-                cone[a, b] += stiff * side * prior.friction
+    add_cone(prior, at.loads, unknowns, heat, cone, gradient)
 
 
 @sums
-def _solve(hessian, cone, damping, gradient, lower, step):
-    """Solve (H + cone + damping diag) step = -gradient; False where it is not positive definite."""
-    m = len(gradient)
-    for i in range(m):
+def _factorised(hessian, cone, damping, lower):
+    """Root of H + cone + damping diag, into `lower`; False where it is not positive definite."""
+    for i in range(len(lower)):
         for j in range(i + 1):
             total = hessian[i, j] + cone[i, j]
             if i == j:
@@ -476,15 +488,30 @@ def _solve(hessian, cone, damping, gradient, lower, step):
                 lower[i, i] = np.sqrt(total)
             else:
                 lower[i, j] = total / lower[j, j]
-    for i in range(m):
+    return True
+
+
+@sums
+def _substituted(lower, gradient, step):
+    """Solve for the step to where the gradient vanishes, from the root of the Hessian."""
+    size = len(step)
+    for i in range(size):
         total = -gradient[i]
         for k in range(i):
             total -= lower[i, k] * step[k]
         step[i] = total / lower[i, i]
-    for i in range(m - 1, -1, -1):
+    for i in range(size - 1, -1, -1):
         step[i] /= lower[i, i]
         for k in range(i):
             step[k] -= lower[i, k] * step[i]
+
+
+@sums
+def _solve(hessian, cone, damping, gradient, lower, step):
+    """Solve (H + cone + damping diag) step = -gradient; False where it is not positive definite."""
+    if not _factorised(hessian, cone, damping, lower):
+        return False
+    _substituted(lower, gradient, step)
     return True
 
 
@@ -614,20 +641,21 @@ def information(model, frame, unknowns, more):
                 curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
                 curve -= 2 * seen[p]
                 rows[at.blur, p] = -amplitude * contrast / 2 * deviation * by_blur * curve
-            factor = slope[p] / sigma
-            for x in range(total):
-                rows[x, p] *= factor
             if at.size > at.gamma:
                 by_gamma = by_gamma_of(model, unknowns, level[p])
-                rows[at.gamma, p] = model.gamma_std * by_gamma / sigma
+                rows[at.gamma, p] = model.gamma_std * by_gamma / slope[p]
             if np.isfinite(frame[p]):
                 weight[p] = pixel_loss(model, frame[p], level[p], sigma)[2]
-    found, weighed = np.empty((total, total)), np.empty(len(phase))
+    found, weighed = np.empty((total, total)), np.empty((total, len(phase)))
+    for p in range(len(phase)):
+        weight[p] *= (slope[p] / sigma) ** 2
     for x in range(total):
         for p in range(len(phase)):
-            weighed[p] = rows[x, p] * weight[p]
-        for z in range(x + 1):
-            found[x, z] = found[z, x] = dot(weighed, rows[z])
+            weighed[x, p] = rows[x, p] * weight[p]
+    _products(weighed, rows, total, found)
+    for x in range(total):
+        for z in range(x):
+            found[z, x] = found[x, z]
     return found
 
 

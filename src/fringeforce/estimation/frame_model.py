@@ -155,6 +155,43 @@ def side_by_side(
     return starts.astype(np.uint32), shares, halves
 
 
+def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
+    """Where the pixels of a `FrameModel` look, from the nodes and weights of one channel."""
+    starts, shares, halves = side_by_side(first, weights)
+    pixels = len(first)
+    return {
+        "first": np.tile(first, channels),
+        "weights": np.tile(weights, (channels, 1)),
+        "starts": np.concatenate([starts + c * pixels for c in range(channels)]).astype(np.uint32),
+        "shares": np.ascontiguousarray(np.tile(shares, channels)),
+        "halves": np.ascontiguousarray(np.tile(halves, channels)),
+    }
+
+
+def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
+    """First node and weights of cubic B-splines at places between evenly spaced nodes.
+
+    Parameters
+    ----------
+    along : ndarray, shape (P,)
+        Places, in steps from the first node.
+    count : int
+        Number of nodes.
+    """
+    first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
+    t = along - first - 1
+    weights = np.stack(
+        [
+            (1 - t) ** 3 / 6,
+            2 / 3 - t**2 + t**3 / 2,
+            2 / 3 - (1 - t) ** 2 + (1 - t) ** 3 / 2,
+            t**3 / 6,
+        ],
+        axis=1,
+    )
+    return first, weights
+
+
 def moment_table(order: int) -> Array:
     """Coefficients of the moments of a uniform traction, shape (order, order // 2 + 1).
 

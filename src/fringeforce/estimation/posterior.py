@@ -8,13 +8,14 @@ covariance of the loads is a block of the inverse Hessian: everything else is in
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg.lapack import dpstrf, dtrtrs
 from scipy.special import chdtrc
 
+from fringeforce.estimation.binning import binned, seen_means
 from fringeforce.estimation.contact_sampling import (
     contacts_about,
     gaussian_share,
@@ -38,6 +39,12 @@ from fringeforce.estimation.frame_fit import (
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.phase_fit import (
+    by_coordinates,
+    contact_coordinates,
+    knowing_nothing,
+    settled,
+)
 
 Array = NDArray[np.float64]
 
@@ -45,7 +52,7 @@ HEATS = (100.0, 10.0)
 """Factors on the variance of the noise from which a climb starts: valleys of place and width that
 trap it at 1 are no valleys there.  Without them one climb in four ends in one."""
 CAREFUL = (300.0, 100.0, 30.0, 10.0)
-"""The same for mirror images, whose starts are farther off."""
+"""The same for starts that are farther off."""
 WAVES = 60
 """Smooth waves of phase along the frame that are looked for in what is left: shorter than the
 clear layer is thick they pass as noise, and no load makes them."""
@@ -56,6 +63,10 @@ LINEAR, WEAK = 1.0, 2 * np.pi
 loads are weak: beyond it fringes tell places and widths apart from forces [rad]."""
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
+ROUNDS, STEPS = 6, 8
+"""Rounds in which a start settles, and steps of the contacts in each."""
+SHARP = 0.4
+"""Phase that a bin may span for as much information as its pixels [rad]."""
 SECOND_ORDER, FAINT_ROUNDS = 3, 5
 """Rounds in which the variances of forces, places and widths settle, and of a faint phase."""
 
@@ -97,11 +108,66 @@ class Posterior:
         What is known before.
     frame : ndarray, shape (P,)
         Grey levels; not finite where a pixel is not used.
+    shared : Bins, optional
+        Of the sensor, if the model differs from it in its fields alone.
+    sound : ndarray, shape (P,), optional
+        Grey levels from which bins are made, without broken pixels; `frame` if not given.
     """
 
     model: FrameModel
     prior: Prior
     frame: Array
+    shared: Bins | None = None
+    sound: Array | None = None
+
+    @cached_property
+    def bins(self) -> Bins:
+        """Models of the frame in bins."""
+        return Bins(self.model) if self.shared is None else self.shared
+
+    def settled(
+        self,
+        start: Array,
+        size: int = 1,
+        heats: tuple[float, ...] = (),
+        tolerance: float = 0.1,
+        bound: float = np.inf,
+        rounds: int = ROUNDS,
+    ) -> Top:
+        """The top of a frame in bins of so many pixels that a start of nearly its phase leads to.
+
+        Losses are those of the bins.  Nothing may be known of unknowns together.
+        """
+        size = min(size, self._coarsest)
+        model, contacts = self.bins.of(size, self.model)
+        plain = knowing_nothing(model)
+        found = settled(
+            model,
+            contacts,
+            plain,
+            self.prior,
+            self._binned(size),
+            start,
+            np.array(heats),
+            rounds,
+            STEPS,
+            tolerance,
+            bound,
+        )
+        unknowns, loads = found[0], self.model.at.loads
+        if len(heats) and self.even and unknowns[:loads:2].sum() < 0:
+            return self.settled(self.mirrored(unknowns), size, (), tolerance, bound)
+        return Top(*found)
+
+    def _binned(self, size: int) -> Array:
+        if size not in self._frames:
+            frame = self.frame if self.sound is None else self.sound
+            self._frames[size] = seen_means(frame, size, len(self.model.bias))
+        return self._frames[size]
+
+    @cached_property
+    def _frames(self) -> dict[int, Array]:
+        return {1: self.frame}
 
     def climbed(
         self,
@@ -147,21 +213,19 @@ class Posterior:
         The waves are those of the discrete cosine transform; what the unknowns can absorb is taken
         out (Rao, Math. Proc. Camb. Phil. Soc. 44, 50, 1948).
         """
-        nodes = len(self.model.fixed)
-        along = np.pi * (np.arange(nodes) + 0.5) / nodes
-        waves = np.cos(np.outer(np.arange(min(WAVES, nodes)), along))
+        waves = _waves(len(self.model.fixed))
         seen = spread_profiles(self.model, top.unknowns, waves)
         cross = shared_information(self.model, about, seen)
         # sums at the nodes are not positive definite to the last digit
         solved = np.linalg.solve(about.hessian + about.cone, cross)
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
         information = seen @ banded(about, seen).T - cross.T @ solved
-        values, vectors = eigh(information, check_finite=False)
-        kept = values > RANK * values[-1]
-        if not kept.any():
+        # a generalised inverse: waves that the unknowns absorb, or others before them, are left out
+        root, order, rank, _ = dpstrf(information, tol=RANK * information.diagonal().max(), lower=1)
+        if rank == 0:
             return 1.0
-        normal = (vectors.T @ score)[kept] / np.sqrt(values[kept])
-        return float(chdtrc(np.count_nonzero(kept), normal @ normal))
+        normal, _ = dtrtrs(root[:rank, :rank], score[order[:rank] - 1], lower=1)
+        return float(chdtrc(rank, normal @ normal))
 
     def covariance(self, top: Top) -> Array:
         """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2]."""
@@ -181,7 +245,11 @@ class Posterior:
         """
         at, nodes = self.model.at, len(self.model.fixed)
         waves, force, partner = products(self.model, top.unknowns)
-        known = information(self.model, self.frame, top.unknowns, waves)
+        pace = np.abs(np.diff(self.phase(top))).max() * self._per_pixel
+        size = next((n for n in (4, 2) if n <= self._coarsest and pace * n < SHARP), 1)
+        known = information(
+            self.bins.pixels(size, self.model), self._binned(size), top.unknowns, waves
+        )
         known[: at.size, : at.size] += np.diag(self.prior.precision)
         phase = self.phase(top)
         faint = np.abs(phase).max() < LINEAR
@@ -202,6 +270,17 @@ class Posterior:
             reduced = np.linalg.solve(own, cross.T)
             covariance = np.linalg.inv(full[: at.size, : at.size] - cross @ reduced)
         return np.asarray(covariance, dtype=float)
+
+    @property
+    def _coarsest(self) -> int:
+        """Most pixels of a bin: one bin or more must lie between neighbouring nodes."""
+        pixels = len(self.model.amplitude) // len(self.model.bias)
+        return max(pixels // (len(self.model.fixed) - 3), 1)
+
+    @property
+    def _per_pixel(self) -> float:
+        """Nodes per pixel."""
+        return len(self.model.fixed) * len(self.model.bias) / len(self.model.amplitude)
 
     def _curvature(self, phase: Array) -> Array:
         """Squared second derivative of the grey levels around each node, over the noise."""
@@ -265,6 +344,46 @@ class Posterior:
     def phase(self, top: Top) -> Array:
         """Phase at the nodes, shape (m,) [rad]."""
         return node_phase(self.model, top.unknowns)
+
+
+@lru_cache(maxsize=8)
+def _waves(nodes: int) -> Array:
+    """Waves of phase at the nodes, shape (k, m)."""
+    along = np.pi * (np.arange(nodes) + 0.5) / nodes
+    return np.asarray(np.cos(np.outer(np.arange(min(WAVES, nodes)), along)))
+
+
+class Bins:
+    """Models of a sensor whose frames are in bins of pixels, by their sizes.
+
+    Parameters
+    ----------
+    model : FrameModel
+        Of the sensor.
+    """
+
+    def __init__(self, model: FrameModel) -> None:
+        self._models, self._own = {1: model}, dict[int, FrameModel]()
+
+    @cached_property
+    def _coordinates(self) -> tuple[Array, FrameModel]:
+        return contact_coordinates(self._models[1])
+
+    def of(self, size: int, model: FrameModel) -> tuple[FrameModel, FrameModel]:
+        """Model of bins by coordinates, and contacts, as of `settled`; fields are the model's."""
+        basis, contacts = self._coordinates
+        if size not in self._own:
+            self._own[size] = by_coordinates(self.pixels(size, self._models[1]), basis)
+        found = self._own[size]
+        if model.fields is not self._models[1].fields:
+            found = found._replace(fields=np.concatenate([basis, model.fields]))
+        return found, contacts
+
+    def pixels(self, size: int, model: FrameModel) -> FrameModel:
+        """Model of bins."""
+        if size not in self._models:
+            self._models[size] = binned(self._models[1], size)
+        return self._models[size]._replace(fields=model.fields)
 
 
 def products(

@@ -10,13 +10,9 @@ from numba import njit
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
-from fringeforce.estimation.layout import BEFORE, BEHIND
-
 Single = NDArray[np.float32]
 Array = NDArray[np.float64]
 
-ROWS = 4
-"""Rows of a matrix come in multiples of this, so that loops over fours end evenly."""
 
 # The order of sums is left to the compiler, which needs that freedom to vectorise them; numbers
 # that are not finite keep their meaning.
@@ -48,49 +44,6 @@ def waves(phase: np.float32) -> tuple[np.float32, np.float32]:
     sine = half * (_S1 + x * (_S3 + x * (_S5 + x * (_S7 + x * _S9))))
     cosine = _C0 + x * (_C2 + x * (_C4 + x * (_C6 + x * _C8)))
     return sine, cosine
-
-
-@njit(cache=True, error_model="numpy")
-def copy(values: Array | Single, target: Array | Single) -> None:
-    """Fill in the beginning of a row; a slice does the same, but takes far longer to compile."""
-    for k in range(min(len(values), len(target))):
-        target[k] = values[k]
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
-def expose(
-    phase: Single,
-    amplitude: Single,
-    offset: Single,
-    steepness: Single,
-    level: Single,
-    slope: Single,
-) -> None:
-    """Fill in A sin^2(p/2) + I_o and s sin(p/2) cos(p/2)."""
-    for k in range(len(phase)):
-        sine, cosine = waves(phase[k])
-        level[k] = amplitude[k] * (sine * sine) + offset[k]
-        slope[k] = steepness[k] * (sine * cosine)
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
-def subtract_levels(
-    level: Single, grey: Single, inverse: Single, slope: Single, left: Single, pull: Single
-) -> None:
-    """Fill in what is left of grey levels in units of the noise, and that times the slopes."""
-    for k in range(len(left)):
-        rest = (level[k] - grey[k]) * inverse[k]
-        left[k] = rest
-        pull[k] = rest * slope[k]
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def square_sum(values: Single) -> np.float32:
-    """Sum of squares."""
-    total = np.float32(0)
-    for k in range(len(values)):
-        total += values[k] * values[k]
-    return total
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -125,105 +78,6 @@ def add_products(matrix: Single, values: Single, total: Array) -> None:
         total[j + 3] += d
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def interpolate(nodes: Single, shares: Single, base: Single, values: Single) -> None:
-    """Add to a base what lies between nodes; see `Layout.shares`.
-
-    Arrays have the shapes (places,), (every, TAPS) and (size,).
-    """
-    places = len(nodes)
-    last = places - BEFORE - BEHIND
-    for k in range(places):
-        values[k] = base[k] + nodes[k]
-    # slices, whose indices need no look at their signs, let the loop be vectorised
-    p, q, r = nodes[:last], nodes[1 : last + 1], nodes[2 : last + 2]
-    s, t, u = nodes[3 : last + 3], nodes[4 : last + 4], nodes[5 : last + 5]
-    for row in range(1, len(shares)):
-        a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]
-        d, e, f = shares[row, 3], shares[row, 4], shares[row, 5]
-        first = row * places + BEFORE
-        origin, target = base[first : first + last], values[first : first + last]
-        for k in range(last):
-            outer, inner = a * p[k] + f * u[k] + b * q[k], e * t[k] + c * r[k] + d * s[k]
-            target[k] = origin[k] + (outer + inner)
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def gather(values: Single, shares: Single, nodes: Single) -> None:
-    """Fill in what the nodes get of values between them: the transpose of `interpolate`."""
-    places = len(nodes)
-    last = places - BEFORE - BEHIND
-    copy(values, nodes)
-    target = nodes[BEHIND:-BEFORE]
-    for row in range(1, len(shares)):
-        a, b, c = shares[row, 0], shares[row, 1], shares[row, 2]
-        d, e, f = shares[row, 3], shares[row, 4], shares[row, 5]
-        line = values[row * places : (row + 1) * places]
-        p, q, r = line[5 : last + 5], line[4 : last + 4], line[3 : last + 3]
-        s, t, u = line[2 : last + 2], line[1 : last + 1], line[:last]
-        for k in range(last):
-            outer, inner = a * p[k] + f * u[k] + b * q[k], e * t[k] + c * r[k] + d * s[k]
-            target[k] += outer + inner
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def add_gram(matrix: Single, weight: Single, first: int, scaled: Single, total: Array) -> None:
-    """Add the weighted rows times the rows, over some pixels from the `first` on.
-
-    As many at `scaled`, shape (rows, pixels), has room for; of `total` the lower triangle is valid.
-    Sixteen products at a time, so that every number loaded is used four times.
-    """
-    rows, pixels = scaled.shape
-    span = slice(first, first + pixels)
-    heavy, zero = weight[span], np.float32(0)
-    for j in range(rows):
-        row = matrix[j][span]
-        for k in range(pixels):
-            scaled[j, k] = row[k] * heavy[k]
-    for i in range(0, rows, 4):
-        a, b, c, d = scaled[i], scaled[i + 1], scaled[i + 2], scaled[i + 3]
-        for j in range(0, i + 1, 4):
-            p, q = matrix[j][span], matrix[j + 1][span]
-            r, t = matrix[j + 2][span], matrix[j + 3][span]
-            ap, aq, ar, at = zero, zero, zero, zero
-            bp, bq, br, bt = zero, zero, zero, zero
-            cp, cq, cr, ct = zero, zero, zero, zero
-            dp, dq, dr, dt = zero, zero, zero, zero
-            for k in range(pixels):
-                ap += a[k] * p[k]
-                aq += a[k] * q[k]
-                ar += a[k] * r[k]
-                at += a[k] * t[k]
-                bp += b[k] * p[k]
-                bq += b[k] * q[k]
-                br += b[k] * r[k]
-                bt += b[k] * t[k]
-                cp += c[k] * p[k]
-                cq += c[k] * q[k]
-                cr += c[k] * r[k]
-                ct += c[k] * t[k]
-                dp += d[k] * p[k]
-                dq += d[k] * q[k]
-                dr += d[k] * r[k]
-                dt += d[k] * t[k]
-            total[i, j] += ap
-            total[i, j + 1] += aq
-            total[i, j + 2] += ar
-            total[i, j + 3] += at
-            total[i + 1, j] += bp
-            total[i + 1, j + 1] += bq
-            total[i + 1, j + 2] += br
-            total[i + 1, j + 3] += bt
-            total[i + 2, j] += cp
-            total[i + 2, j + 1] += cq
-            total[i + 2, j + 2] += cr
-            total[i + 2, j + 3] += ct
-            total[i + 3, j] += dp
-            total[i + 3, j + 1] += dq
-            total[i + 3, j + 2] += dr
-            total[i + 3, j + 3] += dt
-
-
 @njit(cache=True, error_model="numpy")
 def factorise(matrix: Array, size: int, ridge: float) -> None:
     """Cholesky factor of the leading block, in place in the lower triangle."""
@@ -241,34 +95,6 @@ def factorise(matrix: Array, size: int, ridge: float) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def multiply_factors(left: Array, right: Array) -> None:
-    """Multiply two lower triangular matrices, in place in the leading block of the second."""
-    for i in range(len(left) - 1, -1, -1):
-        row, first = right[i], left[i, i]
-        for j in range(i + 1):
-            row[j] *= first
-        for k in range(i):
-            weight, other = left[i, k], right[k]
-            for j in range(k + 1):
-                row[j] += weight * other[j]
-
-
-@njit(cache=True, error_model="numpy")
-def solve(factor: Array, size: int, right: Array, solution: Array) -> None:
-    """Solve with a Cholesky factor; `right` and `solution` may be the same array."""
-    for i in range(size):
-        rest = right[i]
-        for k in range(i):
-            rest -= factor[i, k] * solution[k]
-        solution[i] = rest / factor[i, i]
-    for i in range(size - 1, -1, -1):
-        rest = solution[i]
-        for k in range(i + 1, size):
-            rest -= factor[k, i] * solution[k]
-        solution[i] = rest / factor[i, i]
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def invert_factor(factor: Array, half: Array) -> None:
     """Fill in the inverse of the leading block of a Cholesky factor; `half` comes full of zeros."""
     for i in range(len(half)):
@@ -280,16 +106,6 @@ def invert_factor(factor: Array, half: Array) -> None:
         for j in range(i):
             row[j] /= factor[i, i]
         row[i] = 1 / factor[i, i]
-
-
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def multiply(matrix: Array, values: Array, product: Array) -> None:
-    """Fill in a symmetric matrix (size, size) times the first of some values, shape (size,)."""
-    product[:] = 0
-    for j in range(len(product)):
-        row, value = matrix[j], values[j]
-        for i in range(len(product)):
-            product[i] += row[i] * value
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)

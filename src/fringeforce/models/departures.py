@@ -21,15 +21,17 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
     moment_table,
+    node_weights,
+    pixels_at,
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.models.uncertainty import (
     Uncertainty,
+    coefficients,
+    inside,
     mixed,
-    node_weights,
-    pixels_at,
     random_field,
     uncertainty,
 )
@@ -225,19 +227,20 @@ class Departures:
 
     def _moved(self, frame: FrameModel, by: float, scale: float) -> FrameModel:
         """The camera looks elsewhere; beyond its ends it sees what is there."""
-        nodes = self.uncertain.places
-        count, step = len(nodes), (nodes[-1] - nodes[0]) / (len(nodes) - 1)
+        places, count = self.uncertain.places, len(frame.fixed)
+        step = (places[-1] - places[0]) / (count - 3)
         # cubic weights give back where a pixel looks
         own = slice(0, len(frame.first) // len(frame.bias))
         along = frame.first[own] + frame.weights[own] @ np.arange(4.0)
-        x = nodes[0] + along * step
+        x = places[0] + (along - 1) * step
         moved = along + (by + scale * x) / step
-        first, weights = node_weights(np.clip(moved, 0, count - 1), count)
+        first, weights = node_weights(np.clip(moved, 1, count - 2), count)
         return frame._replace(**pixels_at(first, weights, len(frame.bias)))
 
     def _uneven(self, frame: FrameModel) -> Widened:
         places, at = self.uncertain.places, frame.at
-        field = UNEVEN * random_field(places, LIGHT_LENGTH * abs(places[-1] - places[0]))
+        length = LIGHT_LENGTH * abs(places[-1] - places[0])
+        field = UNEVEN * random_field(places, length, len(frame.fixed))
         wider = frame._replace(
             brightness=np.concatenate([frame.brightness, field]),
             darkness=np.concatenate([frame.darkness, 0 * field]),
@@ -247,7 +250,7 @@ class Departures:
 
     def _residual(self, frame: FrameModel) -> Widened:
         length, at = self.model.sensor.polariscope.residual_length, frame.at
-        field = RETARDANCE * random_field(self.uncertain.places, length)
+        field = RETARDANCE * random_field(self.uncertain.places, length, len(frame.fixed))
         wider = frame._replace(
             fields=np.concatenate([frame.fields, field]), at=_grown(at, "fields", len(field))
         )
@@ -268,7 +271,7 @@ class Departures:
             np.clip(x, -half, half),
         )
         constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
-        inside = np.abs(x) <= half
+        seen, nodes = inside(x, half), len(self.uncertain.frame.fixed)
         stress = np.ascontiguousarray(np.moveaxis(surface.stress, 1, 0)).reshape(
             len(surface.places), -1
         )
@@ -277,7 +280,7 @@ class Departures:
             widths = np.full(len(centres), max(tactels.contact_width + wider, 0.0))
             lines = surface.shares(centres + by, widths) @ stress
             lead = phase_lead(lines.reshape(len(centres), len(x), 2), constant)
-            return np.moveaxis(lead * inside[:, None], 2, 1)
+            return coefficients(np.moveaxis(lead * seen[:, None], 2, 1), nodes)
 
         drawn = influence(0.0, 0.0)
         return lambda by, wider: influence(by, wider) - drawn
@@ -342,7 +345,7 @@ class Departures:
         t = share / step
         change = (ahead - behind) / 2 * t + (ahead + behind) / 2 * t * t
         moments = frame.moments.copy()
-        moments[:, :, 0] += np.moveaxis(change, 0, 2)
+        moments[:, :, 0] += coefficients(np.moveaxis(change, 0, 2), len(frame.fixed))
         return with_moments(frame, moments)
 
     def _solved(self, path: str) -> tuple[Array, Array]:

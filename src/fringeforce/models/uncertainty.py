@@ -9,7 +9,7 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import accumulate
 
 import numpy as np
@@ -21,7 +21,8 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
     moment_table,
-    side_by_side,
+    node_weights,
+    pixels_at,
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
@@ -41,7 +42,9 @@ Array = NDArray[np.float64]
 
 NODES = 5
 """Nodes in the thickness of the cover, which smooths everything that passes through it: cubic
-interpolation between them is good to 1e-4 of the peak of a line load."""
+splines on them are good to 1e-4 of the peak of a line load."""
+SAMPLES, SMOOTH = 8, 2
+"""Samples between neighbouring nodes by which splines are fitted, and of random fields."""
 ORDER = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
@@ -102,8 +105,8 @@ class Uncertainty:
         matrix; empty if there are none.
     shapes : int
         Modes that stand for them, the last ones of the frame's fields.
-    places : ndarray, shape (m,)
-        Of the nodes along the strip [m].
+    places : ndarray, shape (s,)
+        Of samples along the strip, evenly spaced from the second node to the last but one [m].
     """
 
     frame: FrameModel
@@ -148,24 +151,6 @@ def shape_modes(frame: FrameModel, shape: Array, loads: Array, count: int) -> Ar
     return (vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0))).T
 
 
-def has_tolerances(model: SensorModel) -> bool:
-    """Whether anything is uncertain besides noise, or the light is not that of a perfect camera.
-
-    A calibration leaves uncertain what changes from frame to frame; its own errors are so small
-    that a reading allows for them to first order.
-    """
-    sensor, imaging = model.sensor, model.imaging
-    light, camera = sensor.polariscope, sensor.camera
-    anew = any(path in (PLACEMENT, WIDTH, RESIDUAL) for path in sensor.tolerances)
-    bent = camera.response != "linear" or camera.gamma != 1
-    if anew or light.residual or light.bandwidth or camera.blur or bent:
-        return True
-    if imaging is not None:
-        return any(imaging.drift)
-    loose = camera.drift or camera.unevenness or sensor.transducer.influence_error
-    return bool(sensor.tolerances or loose)
-
-
 def uncertainty(model: SensorModel) -> Uncertainty:
     """Unknowns of a model, from the tolerances of its design and the drift of its light.
 
@@ -182,28 +167,32 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     sensor, imaging = model.sensor, model.imaging
     std = dict(sensor.tolerances)
     first, weights, positions = _nodes(model)
-    x = np.interp(positions, np.arange(len(model.pixel_positions)), model.pixel_positions)
-    half = sensor.transducer.length / 2
-    psi = model.influence(np.clip(x, -half, half)) * (np.abs(x) <= half)[:, None, None]
+    pixel = model.pixel_positions
+    x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
+    nodes, half = (len(x) - 1) // SAMPLES + 3, sensor.transducer.length / 2
+    psi = model.influence(np.clip(x, -half, half)) * inside(x, half)[:, None, None]
     moments, reach = _contact_moments(model, x, psi)
-    modes = ([] if imaging else _design_modes(model, x)) + _drift(model)
+    modes = ([] if imaging else _design_modes(model, x, nodes)) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
     residual = std.get(RESIDUAL, 0.0)
     fields = (
-        residual * random_field(x, light.residual_length) if residual else np.empty((0, len(x)))
+        residual * random_field(x, light.residual_length, nodes)
+        if residual
+        else np.empty((0, nodes))
     )
     error = sensor.transducer.influence_error if imaging is None else 0.0
     shape = np.empty((0, 0))
     shapes = 0
     if error:
-        distance = np.subtract.outer(x, x) / ((x[-1] - x[0]) * SHAPE_LENGTH)
+        columns = coefficients(np.moveaxis(psi, 0, 2), nodes).reshape(-1, nodes).T
+        along = np.arange(nodes) / (nodes - 3)
+        distance = np.subtract.outer(along, along) / SHAPE_LENGTH
         shape = error**2 * np.exp(-np.square(distance) / 2)
-        columns = psi.reshape(len(x), -1)
         values = np.linalg.eigvalsh(shape * (columns @ columns.T))
         shapes = int(np.sum(values > SMALLEST * values.max()))
-    fields = np.concatenate([fields, np.zeros((shapes, len(x)))])
+    fields = np.concatenate([fields, np.zeros((shapes, nodes))])
     seen = pictures(light.model_copy(update={"visibility": 1.0}))
     fringes = [picture.fringe for picture in seen]
     pixels = camera.pixels
@@ -238,7 +227,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
-        **mixed(moments, reach, places, (width, widths)),
+        **mixed(coefficients(moments, nodes), reach, places, (width, widths)),
         **pixels_at(first, weights, len(seen)),
         table=moment_table(moments.shape[2]),
         reach=reach,
@@ -247,10 +236,10 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         width_std=widths,
         narrow=NARROW * max(width, widths),
         fields=np.ascontiguousarray(fields),
-        fixed=np.full(len(x), light.residual),
-        influence=_powers(turning, psi),
-        brightness=_profiles([mode.brightness for mode in modes], len(x)),
-        darkness=_profiles([mode.darkness for mode in modes], len(x)),
+        fixed=np.full(nodes, light.residual),
+        influence=coefficients(_powers(turning, psi), nodes),
+        brightness=_profiles([mode.brightness for mode in modes], nodes),
+        darkness=_profiles([mode.darkness for mode in modes], nodes),
         amplitude=np.asarray(amplitude, dtype=float),
         offset=np.asarray(offset, dtype=float),
         dispersion=np.array([picture.dispersion for picture in seen]),
@@ -293,52 +282,43 @@ def _profiles(rows: list[Array | float], nodes: int) -> Array:
 
 
 def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
-    """First node and weights of every pixel of one channel, and the nodes' places in pixels."""
+    """First node and weights of every pixel of one channel, and places of samples in pixels."""
     pixels = model.sensor.camera.pixels
     seen = model.pixel_positions
     step = abs(float(seen[-1] - seen[0])) / max(pixels - 1, 1)
     spacing = model.sensor.transducer.compliant.thickness / NODES
-    count = max(int(np.ceil(pixels * step / spacing)) + 1, 5)
-    count = min(count, max(pixels + 1, 5))
-    first, weights = node_weights((np.arange(pixels) + 0.5) * (count - 1) / pixels, count)
-    return first, weights, np.arange(count) * pixels / (count - 1) - 0.5
+    steps = max(int(np.ceil(pixels * step / spacing)), 4)
+    steps = min(steps, max(pixels, 4))
+    count = steps + 3
+    first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
+    return first, weights, np.arange(SAMPLES * steps + 1) / SAMPLES * pixels / steps - 0.5
 
 
-def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
-    """Where the pixels of a `FrameModel` look, from the nodes and weights of one channel."""
-    starts, shares, halves = side_by_side(first, weights)
-    pixels = len(first)
-    return {
-        "first": np.tile(first, channels),
-        "weights": np.tile(weights, (channels, 1)),
-        "starts": np.concatenate([starts + c * pixels for c in range(channels)]).astype(np.uint32),
-        "shares": np.ascontiguousarray(np.tile(shares, channels)),
-        "halves": np.ascontiguousarray(np.tile(halves, channels)),
-    }
-
-
-def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
-    """First node and weights of cubic interpolation at places between evenly spaced nodes.
+def coefficients(values: Array, count: int) -> Array:
+    """Coefficients of cubic B-splines nearest to values at samples, in the least-squares sense.
 
     Parameters
     ----------
-    along : ndarray, shape (P,)
-        Places, in steps from the first node.
+    values : ndarray, shape (..., s)
+        At evenly spaced places from the second node to the last but one.
     count : int
-        Number of nodes.
+        Number of nodes m.
+
+    Returns
+    -------
+    ndarray, shape (..., m)
     """
-    first = np.clip(along.astype(np.int64) - 1, 0, count - 4)
-    t = along - first
-    weights = np.stack(
-        [
-            -(t - 1) * (t - 2) * (t - 3) / 6,
-            t * (t - 2) * (t - 3) / 2,
-            -t * (t - 1) * (t - 3) / 2,
-            t * (t - 1) * (t - 2) / 6,
-        ],
-        axis=1,
-    )
-    return first, weights
+    return np.ascontiguousarray(values @ _fitted(values.shape[-1], count))
+
+
+@cache
+def _fitted(samples: int, count: int) -> Array:
+    """Coefficients of each of so many samples, shape (s, m)."""
+    first, weights = node_weights(np.linspace(1, count - 2, samples), count)
+    splines = np.zeros((samples, count))
+    for k in range(4):
+        splines[np.arange(samples), first + k] = weights[:, k]
+    return np.asarray(np.linalg.pinv(splines), dtype=float).T
 
 
 def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:
@@ -379,7 +359,6 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
     )
     to_moments = powers.T @ basis
     out = np.empty((tactels.count, 2, ORDER, len(x)))
-    inside = np.abs(x) <= end
     table = moment_table(ORDER)
     half = tactels.contact_width / 2 / reach
     even = np.arange(0, ORDER, 2)
@@ -388,7 +367,7 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
     for j, centre in enumerate(centres):
         shares = to_moments @ surface.shares(centre + reach * t, np.zeros(len(t)))
         lines = phase_lead(np.einsum("ks,mst->tkm", shares, surface.stress), constant)
-        out[j] = lines * inside
+        out[j] = lines * inside(x, end)
     out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
     return np.ascontiguousarray(out), reach
 
@@ -446,7 +425,7 @@ def _mixtures(
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
-def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
+def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths."""
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
@@ -477,7 +456,7 @@ def _design_modes(model: SensorModel, x: Array) -> list[Mode]:
             modes.append(Mode(path, std, change))
     uneven = sensor.camera.unevenness
     if uneven:
-        for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH):
+        for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH, nodes):
             modes.append(Mode("camera.unevenness", uneven, brightness=row))
     return modes
 
@@ -490,7 +469,12 @@ def _drift(model: SensorModel) -> list[Mode]:
     return modes + ([Mode(DRIFTS[1], offset, darkness=offset)] if offset else [])
 
 
-def random_field(x: Array, length: float) -> Array:
+def inside(x: Array, half: float) -> NDArray[np.bool_]:
+    """Whether places are on a strip of this half length, its very ends included."""
+    return np.abs(x) <= half * (1 + 1e-9)
+
+
+def random_field(x: Array, length: float, nodes: int) -> Array:
     """Modes of a Gaussian process of unit variance, shape (k, m): sum_k e_k row_k, e_k ~ N(0, 1).
 
     The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
@@ -498,12 +482,15 @@ def random_field(x: Array, length: float) -> Array:
 
     Parameters
     ----------
-    x : ndarray, shape (m,)
-        Places [m].
+    x : ndarray, shape (s,)
+        Places of samples, as those of `Uncertainty` [m].
     length : float
         Correlation length [m].
+    nodes : int
+        Number of nodes m.
     """
+    x = x[:: SAMPLES // SMOOTH]
     values, vectors = np.linalg.eigh(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
     order = np.argsort(-values)
     kept = order[: int(np.sum(values > SMALLEST * values.max()))]
-    return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)
+    return coefficients((vectors[:, kept] * np.sqrt(values[kept])).T, nodes)

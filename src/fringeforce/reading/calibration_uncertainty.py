@@ -10,11 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from fringeforce.estimation.bounds import systematic_covariance
 from fringeforce.estimation.likelihood import Response
-from fringeforce.estimation.residual_test import GROUP
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
 
@@ -79,31 +77,6 @@ class CalibrationUncertainty:
             np.ascontiguousarray(np.moveaxis(means(light), 2, 0)),
             width,
         )
-
-    def __call__(self, loads: Array, pixels: Mask) -> Array:
-        """Group sums of the modes of some pixels in units of the noise, shape (p // GROUP, k).
-
-        Parameters
-        ----------
-        loads : ndarray, shape (2n,)
-            Loads [N].
-        pixels : ndarray of bool, shape (P,)
-            Pixels that are used.
-        """
-        chosen = np.flatnonzero(pixels)
-        chosen = chosen[: len(chosen) // GROUP * GROUP]
-        place = np.arange(len(chosen)) // GROUP, chosen // self.width
-        size = len(chosen) // GROUP, self.light.shape[2]
-        slope, brightness = (values[chosen] for values in self._seen(loads))
-        scale = 1 / np.sqrt(GROUP * self.response.variance)
-
-        def summed(values: Array, modes: Single) -> Array:
-            sums = csr_array(((scale * values).astype(np.float32), place), shape=size)
-            return np.asarray(sums @ modes.T, dtype=float)
-
-        found = summed(brightness, self.light[0]) + summed(np.ones(len(chosen)), self.light[1])
-        found[:, : len(self.matrix)] += summed(slope, self.matrix @ loads.astype(np.float32))
-        return found
 
     def covariance(self, loads: Array, pixels: Mask, spread: Array) -> Array:
         """Covariance that the modes add to loads, shape (2n, 2n) [N^2].

@@ -24,7 +24,7 @@ from fringeforce.models.departures import Departure, Departures
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
 from fringeforce.reading.findings import UNEXPLAINED, sentence, together
-from fringeforce.reading.posterior_reader import FITS, SAME, PosteriorReader
+from fringeforce.reading.strip_reader import FITS, SAME, StripFrameReader
 
 Array = NDArray[np.float64]
 
@@ -90,14 +90,14 @@ class Diagnosis:
 
     Parameters
     ----------
-    reader : PosteriorReader
+    reader : StripFrameReader
         Of the design or the calibrated sensor.
     """
 
-    def __init__(self, reader: PosteriorReader) -> None:
+    def __init__(self, reader: StripFrameReader) -> None:
         self.reader = reader
         self.departures = Departures(reader.model, reader.uncertain)
-        self._everything: dict[Allowance, PosteriorReader] = {}
+        self._everything: dict[Allowance, StripFrameReader] = {}
 
     def findings(self, frame: Array) -> tuple[str, ...]:
         """Sentences about a frame: the likeliest departure, or that there is none.
@@ -225,7 +225,7 @@ class Diagnosis:
         model = self.reader.model
         return model.sensor.transducer.plane == "3d" or model.imaging is not None
 
-    def _allowing(self, allowance: Allowance) -> PosteriorReader:
+    def _allowing(self, allowance: Allowance) -> StripFrameReader:
         """A reader that allows for so much."""
         if allowance not in self._everything:
             model, pitch, pixel = self.reader.model, self.departures.pitch, self.departures.pixel
@@ -245,7 +245,7 @@ class Diagnosis:
             blur = (sensor.camera.blur or 0.0) + allowance.blur * pixel
             made = with_values(model.sensor, {"camera.blur": blur} if allowance.blur else {})
             made = made.model_copy(update={"tolerances": Tolerances(wide)})
-            self._everything[allowance] = PosteriorReader(replace(model, sensor=made))
+            self._everything[allowance] = StripFrameReader(replace(model, sensor=made))
         return self._everything[allowance]
 
 

@@ -12,19 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import has_tolerances
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
-from fringeforce.reading.posterior_following import PosteriorFollower
-from fringeforce.reading.posterior_reader import PosteriorReader
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reading.skin_following import SkinFollower
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_following import StripFollower
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
 
@@ -33,8 +30,7 @@ CONFIDENCE = 0.999
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 _KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
-    "strip": (SingleFrameReader, StripFollower),
-    "strip with tolerances": (PosteriorReader, PosteriorFollower),
+    "strip": (StripFrameReader, StripFollower),
     "skin": (SkinReader, SkinFollower),
     "pad": (PadFrameReader, PadFollower),
 }
@@ -50,10 +46,11 @@ class Reader:
 
     Of a strip, previous frames select between equivalent loads if the motion was small: a followed
     reading is OK where the frame alone would be AMBIGUOUS.  Otherwise, as after a jump, a full
-    search runs.  Where forces are so weak that no motion is small, followed frames are AMBIGUOUS,
-    with the loads that previous frames make likeliest, and a search runs at first every 128 frames,
-    then at doubling intervals.  It searches the mean of the last frames, which distinguishes loads
-    that no single frame can, while the contact hardly moves.
+    search runs.  Frames after an ambiguous one are AMBIGUOUS, with its alternatives, until a search
+    settles it, which runs after one frame, then at doubling intervals.  Where forces are so weak
+    that hardly a fringe shows, the mean of the frames since the last search is searched after 16 of
+    them, then 64 and so on; it distinguishes loads that no single frame can, while the contact
+    hardly moves.
 
     The loops of a strip take about a minute to compile on the first use on a machine, and half a
     second to load in each process; `prepare` does it before the first frame comes.
@@ -65,8 +62,7 @@ class Reader:
     friction : float, optional
         If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
     confidence : float
-        Probability of the likeliest explanation from which a reading is OK, of strips whose design
-        states tolerances.
+        Probability of the likeliest explanation from which a reading is OK; strips only.
 
     Raises
     ------
@@ -98,12 +94,8 @@ class Reader:
         friction: float | None = None,
         confidence: float = CONFIDENCE,
     ) -> None:
-        kind = model.sensor.kind
-        if isinstance(model, SensorModel) and model.sensor.skin is not None:
-            kind = "skin"
-        elif isinstance(model, SensorModel) and has_tolerances(model):
-            kind += " with tolerances"
-        single, self._follow = _KINDS[kind]
+        skin = isinstance(model, SensorModel) and model.sensor.skin is not None
+        single, self._follow = _KINDS["skin" if skin else model.sensor.kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
 
@@ -213,9 +205,9 @@ class Reader:
 
     @cached_property
     def _diagnosis(self) -> Diagnosis:
-        single = self._single
-        own = single if isinstance(single, PosteriorReader) else PosteriorReader(single.model)
-        return Diagnosis(own)
+        if not isinstance(self._single, StripFrameReader):
+            raise TypeError("Only strips have departures.")
+        return Diagnosis(self._single)
 
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
@@ -276,9 +268,7 @@ class Reader:
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, a megabyte each for a pad of 121 tactels.
-            That of a strip is from all of its pixels, right within 5 % in every direction; without
-            it the batch holds deviations only, whose errors are 5 % at most on the root of the mean
-            square over motions that are tried for the design, and reading takes half the time.
+            Those of a strip may be some frames old.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
         workers : int, optional

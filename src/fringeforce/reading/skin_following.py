@@ -12,7 +12,7 @@ from fringeforce.base.arrays import Mask
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
-from fringeforce.reading.posterior_reader import FITS
+from fringeforce.reading.strip_reader import FITS
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.skin_fit import Explanation, renewed
 from fringeforce.reading.skin_reader import SkinReader

@@ -27,7 +27,7 @@ from fringeforce.models.skin import (
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.frame_reader import FrameReader
-from fringeforce.reading.posterior_reader import (
+from fringeforce.reading.strip_reader import (
     DENSE,
     FITS,
     HOPELESS,

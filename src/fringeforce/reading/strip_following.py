@@ -1,138 +1,276 @@
-"""Frames of a strip as they come: followed from one to the next, searched where in doubt."""
+"""Frames of a strip as they come: filtered from one to the next, or searched."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.contacts.friction_cone import within_friction_cone
-from fringeforce.estimation.track_status import HELD, SILENT, UNSETTLED
+from fringeforce.estimation.followed_frames import AGEING, DONE, STALE
+from fringeforce.estimation.information_filter import InformationFilter
+from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
-from fringeforce.reading.reading import Reading
-from fringeforce.reading.single_frame import SingleFrameReader
-from fringeforce.reading.tracker import STATUSES, Track, Tracker
+from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.strip_reader import FAINT, StripFrameReader
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
+INTERVAL, LONGEST = 1, 8192
+"""Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
+ALIKE = 16
+"""Frames in a row to which the calibration's own errors do the same."""
+FIRST, MORE = 16, 4
+"""Frames whose mean is searched first, and how many times as many each time after."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Frames in a row that were followed.
+
+    Attributes
+    ----------
+    loads, std : ndarray, shape (k, 2n)
+        Forces and their standard deviations [N].
+    covariances : ndarray, shape (k or 0, 2n, 2n)
+        Of each frame's loads [N^2].
+    squares : ndarray, shape (k, 2)
+        Squared residuals and their number.
+    """
+
+    loads: Array
+    std: Array
+    covariances: Array
+    squares: Array
+
+    @classmethod
+    def of(cls, frames: int, loads: int, covariances: bool) -> Followed:
+        """Room for so many frames."""
+        return cls(
+            np.empty((frames, loads)),
+            np.empty((frames, loads)),
+            np.empty((frames if covariances else 0, loads, loads)),
+            np.empty((frames, 2)),
+        )
+
+    def __getitem__(self, rows: slice) -> Followed:
+        """Some of the frames."""
+        return Followed(
+            self.loads[rows], self.std[rows], self.covariances[rows], self.squares[rows]
+        )
 
 
 class StripFollower(Follower):
     """Reads the frames of one strip in the order in which they were taken.
 
+    A reading begins a filter that follows its explanation.  Where a frame contradicts the filter,
+    it is read alone, from the last unknowns at first, and its own reading begins another filter, so
+    that what contradicts is forgotten.  Frames after an ambiguous one are ambiguous until a search
+    settles it.  Where the phase is so small that loads are hardly told from others, the filter
+    stays where it began, and the mean of the frames since is searched at growing intervals: it has
+    less noise than each of them.
+
     Parameters
     ----------
-    single : SingleFrameReader
+    single : StripFrameReader
         What searches.
     """
 
-    def __init__(self, single: SingleFrameReader) -> None:
-        self._single, self._tracker = single, Tracker(single)
-        self._track = Track.of(1, single.influence.shape[1], covariances=False)
+    def __init__(self, single: StripFrameReader) -> None:
+        self._single = single
+        self.reset()
 
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
-        self._tracker.release()
+        self._filter: InformationFilter | None = None
+        self._last: Array | None = None
+        self._used = np.empty(0, bool)
+        self._begun: Reading | None = None
+        self._interval = INTERVAL
+        self._left = self._count = 0
+        self._held: Posterior | None = None
+        self._total = np.empty(0)
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
-        tracker = self._tracker
-        packed = tracker.packed(levels[None], used) if tracker.holds(used) else levels
-        while tracker.holds(used):
-            if tracker.advance(packed, self._track, 0):
-                return self._followed()
-        return tracker.search(levels, used)
+        followed = Followed.of(1, self._single.uncertain.frame.at.loads, covariances=True)
+        begun = self._look(used)
+        if begun is None or not self._follow(levels[None], used, followed):
+            return self._read_alone(levels, used)
+        single = self._single
+        loads, covariance = followed.loads[0], followed.covariances[0]
+        covariance = covariance + single.calibration_covariance(loads, used, covariance)
+        limited = np.zeros(len(loads) // 2, dtype=bool)
+        if single.friction is not None:
+            loads, limited = within_friction_cone(loads, covariance, single.friction)
+        top, others = Top(loads, 0.0, *followed.squares[0]), begun.alternatives
+        return single.reading(
+            loads, covariance, top, begun.status, begun.probability, limited, others, True
+        )
 
     def read_on(
         self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
     ) -> None:
         """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        single, tracker = self._single, self._tracker
-        if not tracker.holds(used):
-            tracker.release()
-        track = Track.of(min(BLOCK, len(levels)), single.influence.shape[1], covariances=True)
-        whole = batch.covariance is not None
+        single, whole = self._single, batch.covariance is not None
+        whole = whole or single.friction is not None or single.model.imaging is not None
+        room = Followed.of(min(BLOCK, len(levels)), single.uncertain.frame.at.loads, whole)
         for first in range(0, len(levels), BLOCK):
             block, result = levels[first : first + BLOCK], batch[first : first + BLOCK]
-            packed, bad = tracker.packed(block, used), single.suspicious(block, used)
-            done = 0
+            bad, done = single.suspicious(block, used), 0
             while done < len(block):
-                ahead = bad[done:].argmax() if bad[done:].any() else len(block) - done
-                followed = tracker.advance(packed[done : done + ahead], track, done, whole)
-                if followed:
-                    rows = slice(done, done + followed)
-                    _store_track(tracker, track, rows, result)
-                done += followed
-                if done < len(block) and (bad[done] or not tracker.holds(used)):
-                    frame = block[done].reshape(single.model.frame_shape)
-                    checked = single.checked(frame, used)
+                ahead = int(bad[done:].argmax()) if bad[done:].any() else len(block) - done
+                begun = self._look(used)
+                if begun is not None and ahead:
+                    count = self._follow(block[done : done + ahead], used, room)
+                    self._store(room[:count], result[done : done + count], begun)
+                    done += count
+                    if self._filter is not None and done < len(block) and not bad[done]:
+                        continue
+                if done < len(block):
+                    checked = single.checked(block[done].reshape(single.model.frame_shape), used)
                     if not isinstance(checked, Reading):
-                        checked = tracker.search(checked, used)
+                        checked = self._read_alone(checked, used)
                     result.store(done, checked)
                     done += 1
             if progress is not None:
                 progress(len(block))
 
-    def _followed(self) -> Reading:
-        single, tracker = self._single, self._tracker
-        loads, verdict = self._track.loads[0].copy(), self._track.verdicts[0]
-        spread: Callable[[], Array]
-        if verdict == SILENT:
-            spread = partial(getattr, single, "silent_covariance")
-        else:
-            spread = tracker.noise(loads, verdict)
-            if tracker.widens:
-                spread = partial(_widened, tracker, spread, loads)
-        limited = np.zeros(len(loads) // 2, dtype=bool)
-        rivals = tracker.rivals if verdict == UNSETTLED else tracker.rivals[:0]
-        if single.friction is not None:
-            covariance = spread()
-            loads, limited = within_friction_cone(loads, covariance, single.friction)
-            spread = partial(np.asarray, covariance)
-        forces = loads.reshape(-1, 2)
-        return Reading.of(
-            forces=forces,
-            chi2=float(tracker.chi2(self._track.reports[0])),
-            status=STATUSES[verdict],
-            covariance=spread,
-            phase=partial(single.model.phase, forces),
-            alternatives=rivals.reshape(-1, *forces.shape),
-            limited=limited,
-            tracked=True,
+    def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
+        reading, located = self._single.followed(levels, used, self._last)
+        before = self._begun
+        self._filter = self._begun = self._last = self._held = None
+        if located is None:
+            return reading
+        posterior, top = located
+        self._used, self._begun, self._last = used, reading, top.unknowns.copy()
+        weak = reading.status is Status.NO_CONTACT or self._single.faint(posterior, top)
+        again = before is not None and before.status is reading.status
+        self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
+        self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
+        self._begin(posterior, top, weak)
+        if weak and reading.status is not Status.NO_CONTACT:
+            self._held, self._count, self._total = posterior, 1, levels.astype(float)
+            self._left = FIRST - 1
+        return reading
+
+    def _begin(self, posterior: Posterior, top: Top, weak: bool) -> None:
+        own = InformationFilter(
+            posterior.model,
+            posterior.prior,
+            self._single.uncertain.lasting,
+            self._used,
+            FAINT,
+            top.unknowns.copy(),
         )
+        about, spread = posterior.linearised(top), posterior.spread(top)
+        if weak:
+            still = self._begun is not None and self._begun.status is Status.NO_CONTACT
+            own.hold(about, spread, still, FALSE_CONTACT if still else FALSE_ALARM)
+        else:
+            own.begin(about, spread)
+        self._filter, self._last = own, own.unknowns
 
+    def _look(self, used: Mask) -> Reading | None:
+        """What the filter began with, or None if there is none; searches anew where it is time."""
+        if self._filter is None:
+            return None
+        if used is not self._used and not np.array_equal(used, self._used):
+            self._filter = None
+            return None
+        if self._left == 0 and self._held is None:
+            self._filter = self._last = None
+            return None
+        if self._left == 0 and self._held is not None:
+            quiet = self._single.quieter(1 / self._count)
+            mean = self._total / self._count
+            reading, located = quiet.followed(mean, used, None)
+            if located is None or reading.status is Status.NO_CONTACT:
+                self._filter = self._last = None
+                return None
+            posterior, top = located
+            frame = np.where(used, mean, np.nan)
+            model = posterior.model._replace(variance=self._single.uncertain.frame.variance)
+            self._begun = reading
+            self._held = Posterior(model, posterior.prior, frame)
+            self._left = (MORE - 1) * self._count
+            self._begin(self._held, top, weak=True)
+        return self._begun
 
-def _store_track(tracker: Tracker, track: Track, rows: slice, batch: Batch) -> None:
-    """Fill in frames that were followed."""
-    loads, covariance = track.loads[rows], track.covariances[rows]
-    verdicts = track.verdicts[rows]
-    touched = verdicts != SILENT
-    if not touched.all():
-        covariance[~touched] = tracker.single.silent_covariance
-    for verdict in (HELD, UNSETTLED):
-        if (unsure := verdicts == verdict).any():
-            covariance[unsure] += tracker.excess(verdict)
-    if tracker.widens:
-        for i in np.flatnonzero(touched):
-            covariance[i] = tracker.widened(covariance[i], loads[i])
-    if (friction := tracker.single.friction) is not None:
-        for i in range(len(loads)):
-            loads[i], _ = within_friction_cone(loads[i], covariance[i], friction)
-    shape = batch.forces[rows].shape
-    batch.forces[rows] = loads.reshape(shape)
-    batch.std[rows] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).reshape(shape)
-    batch.chi2[rows], batch.tracked[rows] = tracker.chi2(track.reports[rows]), True
-    batch.status[rows] = STATUSES[verdicts]
-    if batch.covariance is not None:
-        batch.covariance[rows] = covariance
+    def _follow(self, levels: NDArray[Any], used: Mask, room: Followed) -> int:
+        """Read frames, shape (k, P), as far as the filter explains them; returns how many."""
+        own = self._filter
+        assert own is not None
+        if self._left > 0:
+            levels = levels[: self._left]
+        done = self._explained(own, levels, room)
+        if done < len(levels):
+            self._filter = None
+        if self._left > 0:
+            self._left -= done
+        if self._held is not None:
+            self._total += np.where(used, levels[:done], 0.0).sum(axis=0)
+            self._count += done
+        return done
 
+    def _explained(self, own: InformationFilter, levels: NDArray[Any], room: Followed) -> int:
+        done = 0
+        frames = np.ascontiguousarray(levels, dtype=np.float32)
+        while done < len(frames):
+            rest = room[done:]
+            count, why = own.follow(
+                frames[done:], rest.loads, rest.std, rest.covariances, rest.squares
+            )
+            done += count
+            if why == DONE:
+                continue
+            if self._held is not None:
+                break
+            if why == AGEING:
+                if own.renew(self._seen(frames[done - 1])) is None:
+                    break
+                continue
+            top = own.renew(self._seen(frames[done])) if why == STALE else None
+            if top is None:
+                break
+            room.squares[done] = top.square, top.count
+            room.loads[done] = top.unknowns[: room.loads.shape[1]]
+            covariance = own.covariance
+            room.std[done] = np.sqrt(np.diag(covariance))
+            room.covariances[done : done + 1] = covariance
+            done += 1
+        return done
 
-def _widened(tracker: Tracker, noise: Callable[[], Array], loads: Array) -> Array:
-    return tracker.widened(noise(), loads)
+    def _seen(self, frame: NDArray[np.float32]) -> Array:
+        return np.where(self._used, frame.astype(float), np.nan)
+
+    def _widen(self, followed: Followed) -> None:
+        """Add what the calibration leaves uncertain."""
+        for first in range(0, len(followed.loads), ALIKE):
+            rows = slice(first, first + ALIKE)
+            own = followed.covariances[rows]
+            own += self._single.calibration_covariance(followed.loads[first], self._used, own[0])
+            followed.std[rows] = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
+
+    def _store(self, followed: Followed, batch: Batch, begun: Reading) -> None:
+        """Fill in frames that were followed."""
+        loads, std = followed.loads, followed.std
+        if self._single.model.imaging is not None and len(loads):
+            self._widen(followed)
+        if (friction := self._single.friction) is not None:
+            pairs = zip(loads, followed.covariances, strict=True)
+            loads = np.array([within_friction_cone(*pair, friction)[0] for pair in pairs])
+        batch.forces[:] = loads.reshape(batch.forces.shape)
+        batch.std[:] = std.reshape(batch.std.shape)
+        square, count = followed.squares.T
+        batch.chi2[:] = square / np.maximum(count - loads.shape[1], 1.0)
+        batch.status[:], batch.tracked[:] = begun.status, True
+        if batch.covariance is not None:
+            batch.covariance[:] = followed.covariances

@@ -10,7 +10,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.contacts.loads import PAPER_ANGLE, PAPER_LOAD
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.reading import Reading
-from fringeforce.reading.single_frame import SingleFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
 from fringeforce.reproduction.example import PaperExample
 
 PAPER_MAGNITUDES = (0.976, 1.02, 1.05, 0.97, 0.963, 0.98, 0.973, 0.967, 0.953, 0.943, 1.056)
@@ -47,7 +47,7 @@ class Recovery:
 def recovered(example: PaperExample) -> Recovery:
     """Read the paper's example from `SEEDS` noisy frames."""
     model = example.models["free"]
-    reader = SingleFrameReader(model)
+    reader = StripFrameReader(model)
     readings = [reader.read(model.expose(example.forces, rng=seed)) for seed in range(SEEDS)]
     forces = np.array([reading.forces for reading in readings])
     phase = reader.influence @ example.forces.ravel()

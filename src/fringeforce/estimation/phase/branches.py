@@ -164,12 +164,20 @@ def branches(
 
     Parameters
     ----------
-    fold, variance, single, bias
-        As of `beam_search`.
+    fold, variance : ndarray, shape (b,)
+        Folded phases [rad] and their variances, in the order of the scan.
+    single : ndarray of bool, shape (b,)
+        Blocks that allow fold + 2 pi q only.
+    bias : ndarray, shape (b,)
+        Phase that is there without loads [rad].
     columns : ndarray, shape (b, m)
         Phase per unit of every state, which is a standard normal number before anything is seen.
-    width, gate, cut
-        As of `beam_search`.
+    width : int
+        Hypotheses that are kept.
+    gate : float
+        Standard deviations within which a phase counts as predicted.
+    cut : float
+        Squared deviations behind the best at which a hypothesis is given up.
     most : int
         Departures that are replayed from each of the best hypotheses.
 

@@ -26,30 +26,6 @@ EQUAL = 0.01
 Both sides of one place at zero, for one, leave loads that differ in their sign alone."""
 
 
-def reflections(phase: Array, influence: Array, information: Array) -> Array:
-    """Changes of the loads that mirror a stretch of the phase at a multiple of pi.
-
-    Every stretch between two places where the phase meets the same multiple of pi is mirrored, and
-    the change of the loads that follows it best is found by least squares; sin^2 p, and with it the
-    information, is the same on both sides of the mirror.  An end of the frame may be either place.
-
-    Parameters
-    ----------
-    phase : ndarray, shape (P,)
-        Phase of an explanation [rad].
-    influence : ndarray, shape (P, m)
-        Influence matrix.
-    information : ndarray, shape (P,)
-        Inverse variance of the phase at every pixel [1/rad^2].
-
-    Returns
-    -------
-    ndarray, shape (k, m)
-        Changes of the loads, the likeliest first; equals in the order of their stretches.
-    """
-    return mirror_images(phase, influence, information)[0]
-
-
 def mirror_images(
     phase: Array,
     columns: Array,

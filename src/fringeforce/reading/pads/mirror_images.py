@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import label
 
-from fringeforce.reading.hypothesis_selection import RIVAL, SPREAD
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.sampling import Sampling
 
@@ -28,6 +27,11 @@ NEAR = (0.0, 0.15, 0.4)
 """Distances below a fold from which retardance is taken to its other side [rad]."""
 TRIED = 6
 """Regions beyond folds that are tried, the smallest ones."""
+RIVAL = 16.0
+"""Twice the log-likelihood by which an explanation must beat another to rule it out: the other is
+then exp(-8) = 0.0003 times as likely."""
+SPREAD = 3.0
+"""Factor in a deviation up to which rivals that widen it are one explanation, less sure."""
 SAME = 1.0
 """Squared distance in deviations, per load, below which two explanations are one."""
 RIDGE = 1e-6

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fringeforce.estimation.phase.beam import beam_search
+from fringeforce.estimation.phase.branches import branches
 
 BLOCKS, LOADS, SCALE, NOISE = 160, 4, 2.0, 0.03
 X = np.linspace(0, 1, BLOCKS)
@@ -16,17 +16,17 @@ def searched(
     """Search a row of phases of which only the distance to the next multiple of 2 pi is known."""
     known = np.arccos(np.cos(phase)) if fold else phase
     blocks = len(phase)
-    return beam_search(
+    states, scores = branches(
         known,
         np.full(blocks, NOISE**2),
         np.full(blocks, not fold),
         np.full(blocks, bias),
-        influence,
-        SCALE,
+        SCALE * influence,
         width,
         5.0,
         40.0,
     )
+    return SCALE * states, scores
 
 
 def regression(phase: np.ndarray, influence: np.ndarray) -> tuple[np.ndarray, float]:

@@ -74,7 +74,7 @@ def test_a_released_sensor_is_no_contact(uncertain) -> None:
     nothing = uncertain.expose(np.zeros((2, 11, 2)), rng=1)
     batch = ff.Reader(uncertain).read_on(np.concatenate([frames, nothing]))
     assert [status.name for status in batch.status[3:]] == ["NO_CONTACT", "NO_CONTACT"]
-    assert not batch.tracked[3:].any()
+    assert batch.tracked[3:].tolist() == [False, True]
 
 
 def test_masked_pixels_do_not_count(uncertain) -> None:

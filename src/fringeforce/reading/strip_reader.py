@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import islice
 from typing import Any
@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
-from fringeforce.estimation.frame_exposure import (
-    expose,
-)
+from fringeforce.estimation.followed_frames import JUMP
+from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
     information,
 )
-from fringeforce.estimation.posterior import CAREFUL, Posterior, Top
+from fringeforce.estimation.posterior import CAREFUL, HEATS, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
@@ -43,20 +43,20 @@ YIELDING = 0.05
 UNSURE, FITS = 0.02, 1e-5
 """Chances of noise below which an explanation is not taken at once, and not at all."""
 HOPELESS = 4.0
-"""Reduced chi-square after two steps from which a climb without loads reaches no explanation."""
+"""Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
 MISSED = 0.02
 """Share of frames whose best explanation the search misses, measured under many tolerances."""
 CANDIDATES = 24
 """Starts of one search that are climbed."""
 SAME = 0.3
 """Phases nowhere farther apart are one explanation of a frame [rad]."""
-NEAR, WIDE = 250.0, 2500.0
+NEAR, WIDE = 80.0, 2500.0
 """Expected growth of the loss up to which images are tried: of what fits, of what does not."""
 IMAGES, RIVALS = 12, 8
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
 ROUNDS = 6
 """Rounds of mirror images, each from the best explanation so far."""
-LIST = 15.0
+LIST = 7.0
 """Squared deviations of the search behind its best at which what fits is not looked for further."""
 CLOSE = 16.0
 """Loss beyond the best at which an explanation has no weight, exp(-8) = 0.0003."""
@@ -65,9 +65,13 @@ SEARCHES = 4
 FOLLOWED = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT = 1.5
-"""Phase that a frame must reach to be followed rather than searched [rad]."""
+"""Phase that a frame must reach to be followed from one to the next [rad]."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
+EQUAL = 0.1
+"""Unknowns, in deviations or newtons, that differ by less are of one explanation."""
+BINS = 8
+"""Pixels that count as one while explanations are looked for."""
 DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
 
@@ -99,18 +103,33 @@ class Weighed:
 
 
 @dataclass(frozen=True, eq=False)
-class PosteriorReader(FrameReader):
-    """Reads frames of one strip with tolerances, each for itself."""
+class StripFrameReader(FrameReader):
+    """Reads frames of one strip, each for itself.
+
+    Attributes
+    ----------
+    noise : float
+        Variance of the noise of what is read over that of a frame: 1 / k for the mean of k frames.
+    """
 
     model: SensorModel
+    noise: float = 1.0
+
+    @property
+    def influence(self) -> Array:
+        """Influence matrix at the pixels of a frame, shape (P, 2n) [rad/N]."""
+        return self.model.frame_influence
 
     @cached_property
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""
-        return uncertainty(self.model)
+        found = uncertainty(self.model)
+        frame = found.frame._replace(variance=self.noise * found.frame.variance)
+        return replace(found, frame=frame)
 
     @cached_property
-    def _calibration(self) -> CalibrationUncertainty | None:
+    def calibration_uncertainty(self) -> CalibrationUncertainty | None:
+        """What the calibration leaves uncertain, if there was one."""
         return CalibrationUncertainty.left_in(self.model)
 
     @cached_property
@@ -147,7 +166,13 @@ class PosteriorReader(FrameReader):
         spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
         return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
 
-    def posterior(self, frame: Array, push: float, loads: Array | None = None) -> Posterior:
+    @cached_property
+    def _bins(self) -> Bins:
+        return Bins(self.uncertain.frame)
+
+    def posterior(
+        self, frame: Array, push: float, loads: Array | None = None, sound: Array | None = None
+    ) -> Posterior:
         """Posterior of a frame whose contacts push with about this force, or these loads [N]."""
         at = self.uncertain.frame.at
         if loads is None:
@@ -156,10 +181,11 @@ class PosteriorReader(FrameReader):
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
-        friction = -1.0 if self.friction is None else self.friction
-        return Posterior(
-            model, Prior(np.zeros(at.size), precision, friction, YIELDING * push), frame
-        )
+        # where nothing else is uncertain, a cone that is too narrow would leave no explanation
+        alone = self.friction is None or at.size == at.loads
+        friction = -1.0 if alone else float(self.friction or 0.0)
+        prior = Prior(np.zeros(at.size), precision, friction, YIELDING * push)
+        return Posterior(model, prior, frame, self._bins, sound)
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked; strips need no start, and take none."""
@@ -167,6 +193,7 @@ class PosteriorReader(FrameReader):
             raise InputError("start is for pads; a strip is searched as fast without it.")
         return self.followed(levels, used, None)[0]
 
+    @one_blas_thread()
     def followed(
         self, levels: NDArray[Any], used: Mask, last: Array | None
     ) -> tuple[Reading, Located | None]:
@@ -177,28 +204,36 @@ class PosteriorReader(FrameReader):
         reading : Reading
             Of the frame.
         located : tuple of Posterior and Top, or None
-            From where the next one can be followed, if this one is OK.
+            From where the next one can be followed, if this one is explained.
         """
         frame = np.where(used, levels.astype(float), np.nan)
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
-        lines = self._search.lines(np.where(alone, np.nan, frame))
-        posterior = self._own(frame, lines)
+        sound = np.where(alone, np.nan, frame)
+        lines = self._search.lines(sound)
+        posterior = self._own(frame, lines, sound)
         if last is not None:
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
-            if _Met(posterior).explains(top, FITS) and not self._faint(posterior, top):
-                return self._stated(posterior, [top], tracked=True), (posterior, top)
+            way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
+            near = way < JUMP and not self.faint(posterior, top)
+            if near and _Met(posterior).explains(top, FITS):
+                return self._stated(_Met(posterior, [top]), tracked=True), (posterior, top)
         silent = self._silent(posterior)
-        tops = self._explained(posterior, lines, silent)
-        if tops is None:
+        met = self._explained(posterior, lines, silent)
+        if met is None:
             return self._refused(posterior, lines), None
-        if silent is not None and self._nothing(silent, tops[0]):
-            return self._stated(posterior, [silent], Status.NO_CONTACT), None
+        if silent is not None and self._nothing(silent, met.tops[0]):
+            return self._stated(_Met(posterior, [silent]), Status.NO_CONTACT), (posterior, silent)
         if self.uncertain.shapes:
-            loads = tops[0].unknowns[: posterior.model.at.loads]
-            posterior = self.posterior(frame, self._push(posterior), loads)
-        reading = self._stated(posterior, tops)
-        return reading, (posterior, tops[0]) if reading.ok else None
+            loads = met.tops[0].unknowns[: posterior.model.at.loads]
+            posterior = self.posterior(frame, self._push(posterior), loads, sound)
+            met = _Met(posterior, [posterior.settled(top.unknowns) for top in met.tops])
+        reading = self._stated(met)
+        return reading, (posterior, met.tops[0])
+
+    def quieter(self, noise: float) -> StripFrameReader:
+        """What reads means of frames, whose noise has so large a share of one frame's variance."""
+        return replace(self, noise=noise)
 
     def own_posterior(self, frame: Array) -> Posterior:
         """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
@@ -212,13 +247,13 @@ class PosteriorReader(FrameReader):
         self._searched(posterior, lines, met, [], attempts, mend)
         return posterior, met.tops
 
-    def _faint(self, posterior: Posterior, top: Top) -> bool:
+    def faint(self, posterior: Posterior, top: Top) -> bool:
         """Whether the phase stays so small that loads are hardly told from others, or none."""
         return bool(np.abs(posterior.phase(top)).max() < FAINT)
 
-    def _own(self, frame: Array, lines: Lines) -> Posterior:
+    def _own(self, frame: Array, lines: Lines, sound: Array | None = None) -> Posterior:
         pace, _ = self._search.true_pace(lines, lines.light)
-        return self.posterior(frame, self._search.pushing(pace))
+        return self.posterior(frame, self._search.pushing(pace), sound=sound)
 
     def _push(self, posterior: Posterior) -> float:
         return posterior.prior.yielding / YIELDING
@@ -228,22 +263,18 @@ class PosteriorReader(FrameReader):
         at = posterior.model.at
         precision = posterior.prior.precision.copy()
         precision[: at.loads] *= 1e8
-        alone = Posterior(
-            posterior.model, posterior.prior._replace(precision=precision), posterior.frame
-        )
-        top = alone.climbed(np.zeros(at.size), heats=(), steps=(0, 2))
-        if top.square > HOPELESS * top.count:
+        alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
+        rough = alone.settled(np.zeros(at.size), BINS, rounds=1)
+        if rough.loss > HOPELESS * len(posterior.frame) / BINS:
             return None
-        top = alone.climbed(top.unknowns, heats=(), steps=(0, 15))
+        top = alone.climbed(rough.unknowns, heats=(), steps=(0, 15))
         return top if top.chance > FALSE_ALARM else None
 
     def _nothing(self, silent: Top, best: Top) -> bool:
         at = self.uncertain.frame.at
         return silent.loss - best.loss < square_limit(at.loads, FALSE_CONTACT)
 
-    def _explained(
-        self, posterior: Posterior, lines: Lines, silent: Top | None
-    ) -> list[Top] | None:
+    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met | None:
         """Explanations of a frame, the best first, or None if there is none."""
         met, tried = _Met(posterior), list[Array]()
         done = self._searched(posterior, lines, met, tried)
@@ -251,12 +282,13 @@ class PosteriorReader(FrameReader):
             met.add(silent)
         if not done and not (met.tops and met.explains(met.tops[0], FITS)):
             return None
-        best = met.tops[0]
-        self._improved(met, best, RIVALS, NEAR, stop=False)
+        if met.rough:
+            self._improved(met, met.rough[0], RIVALS, NEAR, stop=False)
+        met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and self._may_push(posterior, turned):
             met.add(posterior.climbed(turned, heats=(), steps=(0, 15)))
-        return met.tops
+        return met
 
     def _may_push(self, posterior: Posterior, unknowns: Array) -> bool:
         """Whether loads do not pull so much that no contact does."""
@@ -287,29 +319,32 @@ class PosteriorReader(FrameReader):
                 tried.append(phase)
                 if posterior.even and start[: at.loads : 2].sum() < 0:
                     start = posterior.mirrored(start)
-                top = posterior.climbed(start)
-                fits.append(top)
-                met.add(top)
-                done = done or met.explains(top, UNSURE)
+                if done:
+                    bound = met.rough[0].loss + CLOSE
+                    rough = posterior.settled(start, BINS, HEATS[1:], bound=bound)
+                else:
+                    rough = posterior.settled(start, BINS, HEATS)
+                fits.append(rough)
+                tried.append(posterior.phase(rough))
+                done = met.tried(rough) or done
             if done:
                 return True
-            for top in sorted(fits, key=lambda top: top.loss)[:3]:
-                if mend and top.square < 2 * top.count:
-                    mended = self._improved(met, top, IMAGES, WIDE, stop=True)
-                    if met.explains(mended, UNSURE):
+            for rough in sorted(fits, key=lambda top: top.loss)[:3]:
+                if mend and rough.loss < (1 + BINS) * rough.count:
+                    self._improved(met, rough, IMAGES, WIDE, stop=True)
+                    if met.tops and met.explains(met.tops[0], UNSURE):
                         return True
             if number + 1 >= SEARCHES and met.tops and met.explains(met.tops[0], FITS):
                 return True
         return False
 
-    def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> Top:
+    def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> None:
         """Descend over mirror images of stretches of the phase, as long as they are better."""
         posterior, seen = met.posterior, [met.posterior.phase(top)]
-
-        again = posterior.climbed(posterior.drawn_in(top.unknowns), CAREFUL, (6, 15))
-        met.add(again)
-        if again.loss < top.loss - 1:
-            top = again
+        if stop:
+            again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, CAREFUL)
+            met.tried(again)
+            top = min(top, again, key=lambda one: one.loss)
         for _ in range(ROUNDS):
             better = None
             count = 0
@@ -321,33 +356,29 @@ class PosteriorReader(FrameReader):
                 count += 1
                 if count > tries:
                     break
-                bound = met.tops[0].loss + CLOSE + 8
-                reached = posterior.climbed(start, heats=(), steps=(0, 15), bound=bound)
+                bound = met.rough[0].loss + CLOSE + 8
+                reached = posterior.settled(start, BINS, bound=bound)
                 if stop and reached.loss >= top.loss - 1:
-                    careful = posterior.climbed(posterior.drawn_in(start), CAREFUL, (6, 15))
+                    careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL)
                     reached = min(reached, careful, key=lambda one: one.loss)
-                met.add(reached)
+                met.tried(reached)
                 if reached.loss < top.loss - 1:
                     better = reached
                     break
             if better is None:
                 break
             top = better
-            if stop and met.explains(top, UNSURE):
+            if stop and met.explains(met.tops[0], UNSURE):
                 break
-        return top
 
-    def _weighed(self, posterior: Posterior, tops: list[Top]) -> list[Weighed]:
+    def _weighed(self, met: _Met) -> list[Weighed]:
         """Explanations with their weights, the heaviest first."""
         found = list[tuple[Top, Linearised]]()
-        loads = posterior.model.at.loads
-        for top in tops:
-            if top.loss > tops[0].loss + CLOSE + 8:
-                continue
-            top = posterior.climbed(top.unknowns, heats=(), steps=(0, 20), tolerance=0.01)
-            if found and top.loss > min(other.loss for other, _ in found) + CLOSE:
-                continue
-            about = posterior.linearised(top)
+        posterior, loads = met.posterior, met.posterior.model.at.loads
+        for top in met.tops:
+            if top.loss > met.tops[0].loss + CLOSE:
+                break
+            about = met.about(top)
             near = np.sqrt(np.diag(np.linalg.inv(about.hessian))[:loads])
             known = (
                 (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < 0.3 * near).all()
@@ -363,36 +394,28 @@ class PosteriorReader(FrameReader):
         ]
         return sorted(weighed, key=lambda one: -one.weight)
 
-    def _stated(
-        self,
-        posterior: Posterior,
-        tops: list[Top],
-        status: Status | None = None,
-        tracked: bool = False,
-    ) -> Reading:
-        weighed = self._weighed(posterior, tops)
+    def _stated(self, met: _Met, status: Status | None = None, tracked: bool = False) -> Reading:
+        posterior, weighed = met.posterior, self._weighed(met)
         best, count = weighed[0], posterior.model.at.loads
         same = [_alike(one, best, count) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         loads, covariance = _mixture(own, count)
         near = [one.top for one in own]
-        about = posterior.linearised(near[0])
+        about = met.about(near[0])
         loads, covariance = posterior.sampled(near, about, covariance, self._profiles) or (
             loads,
             covariance,
         )
-        if self._calibration is not None:
-            covariance = covariance + self._calibration.covariance(
-                loads, np.isfinite(posterior.frame), covariance
-            )
+        seen = np.isfinite(posterior.frame)
+        covariance = covariance + self.calibration_covariance(loads, seen, covariance)
         others = [
             one.top.unknowns[:count]
             for one, is_same in zip(weighed, same, strict=True)
             if not is_same
         ]
-        if status is None and not tracked:
-            chance = posterior.waves_chance(near[0], about)
+        if status is None and not tracked and posterior.model.at.size > count:
+            chance = met.chance(near[0])
             if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
                 probability *= chance / (chance + MISSED)
         if status is None:
@@ -403,6 +426,22 @@ class PosteriorReader(FrameReader):
         return self.reading(
             loads, covariance, best.top, status, probability, limited, np.array(others), tracked
         )
+
+    def calibration_covariance(self, loads: Array, used: Mask, spread: Array) -> Array:
+        """Covariance of loads that the calibration's own errors cause, shape (2n, 2n) [N^2].
+
+        Parameters
+        ----------
+        loads : ndarray, shape (2n,)
+            Loads [N].
+        used : ndarray of bool, shape (P,)
+            Pixels that were used.
+        spread : ndarray, shape (2n, 2n)
+            Covariance from all else, which says how far errors of the levels move them [N^2].
+        """
+        if self.calibration_uncertainty is None:
+            return np.zeros_like(spread)
+        return self.calibration_uncertainty.covariance(loads, used, spread)
 
     def reading(
         self,
@@ -470,11 +509,52 @@ def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:
 
 
 class _Met:
-    """Explanations of one frame that were met, the best first."""
+    """Explanations of one frame that were met, the best first.
 
-    def __init__(self, posterior: Posterior) -> None:
-        self.posterior, self.tops = posterior, list[Top]()
-        self._chances: dict[int, float] = {}
+    `rough` are those of the frame in bins.
+    """
+
+    def __init__(self, posterior: Posterior, tops: list[Top] | None = None) -> None:
+        self.posterior, self.rough = posterior, list[Top]()
+        self.tops = sorted(tops or [], key=lambda one: one.loss)
+        self._chances, self._abouts = dict[int, float](), dict[int, Linearised]()
+        self._settled = list[Top]()
+
+    def about(self, top: Top) -> Linearised:
+        """The loss about an explanation."""
+        if id(top) not in self._abouts:
+            self._abouts[id(top)] = self.posterior.linearised(top)
+        return self._abouts[id(top)]
+
+    def chance(self, top: Top) -> float:
+        """Chance that noise leaves as large waves of phase."""
+        if id(top) not in self._chances:
+            self._chances[id(top)] = self.posterior.waves_chance(top, self.about(top))
+        return self._chances[id(top)]
+
+    def tried(self, rough: Top) -> bool:
+        """Keep an explanation of the frame in bins; whether it explains the frame plainly."""
+        self.rough.append(rough)
+        self.rough.sort(key=lambda one: one.loss)
+        if rough is not self.rough[0] or rough.loss > (1 + BINS) * rough.count:
+            return False
+        return self.explains(self._settle(rough), UNSURE)
+
+    def _settle(self, rough: Top) -> Top:
+        self._settled.append(rough)
+        top = self.posterior.settled(rough.unknowns, tolerance=0.03)
+        self.add(top)
+        return top
+
+    def settle(self) -> None:
+        """Add all explanations that may have weight."""
+        for rough in self.rough:
+            if rough.loss > self.rough[0].loss + CLOSE:
+                break
+            if not any(
+                np.abs(rough.unknowns - known.unknowns).max() < EQUAL for known in self._settled
+            ):
+                self._settle(rough)
 
     def add(self, top: Top) -> None:
         self.tops.append(top)
@@ -484,7 +564,4 @@ class _Met:
         """Whether an explanation leaves nothing but noise."""
         if top.chance < FITS:
             return False
-        key = id(top)
-        if key not in self._chances:
-            self._chances[key] = self.posterior.waves_chance(top, self.posterior.linearised(top))
-        return self._chances[key] > chance
+        return self.chance(top) > chance

@@ -1,0 +1,421 @@
+"""The climb to a top of the posterior through the phase, in compiled loops.
+
+What is hard about the loss is that a force and its contact's place and width are multiplied; what
+is costly is the frame.  So the frame is taken as quadratic in the phase and in what else is linear
+(fields, light, camera) about a point, and all unknowns are fitted to that, contacts as bent as they
+are, in coordinates of the phase that contacts can make.  A few such rounds reach a top: the
+Gauss-Newton method for a function of functions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.frame_exposure import (
+    contact_moments,
+    dot,
+    fill_exposure,
+    fill_node_phase,
+    workspace,
+)
+from fringeforce.estimation.frame_fit import (
+    Prior,
+    _factorised,
+    _linearise,
+    _linearised,
+    _loss,
+    _products,
+    _substituted,
+    add_cone,
+    pixel_loss,
+    prior_loss,
+)
+from fringeforce.estimation.frame_model import FrameModel, Layout
+
+Array = NDArray[np.float64]
+
+TYPICAL = 0.35
+"""Size of a place or half width in units of the reach at which moments count by their power."""
+SMOOTH = 1e-4
+"""Share of the largest singular value at which profiles of influence are left out."""
+LEAST = 0.03
+"""Growth of the loss by all that loads of their size before the frame can change a coordinate of
+the phase, below which it is left out."""
+GUARDED = 5
+"""Rounds in which the phase is held back until the loss falls."""
+
+
+def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
+    """Orthogonal profiles of the phase that contacts make, and the model with these as its nodes.
+
+    Returns
+    -------
+    basis : ndarray, shape (r, m)
+        Profiles.
+    contacts : FrameModel
+        Whose `node_phase` is the coordinates of the contacts' phase in them, shape (r,).
+    """
+    order, nodes = model.moments.shape[2:]
+    scaled = (model.moments * TYPICAL ** np.arange(order)[:, None]).reshape(-1, nodes)
+    turned = model.influence.reshape(-1, nodes)
+    _, size, rows = np.linalg.svd(np.concatenate([scaled, turned]), full_matrices=False)
+    kept = size > SMOOTH * size[0]
+    rows, size = rows[kept], size[kept, None]
+    basis, back = np.ascontiguousarray(rows * size), (rows / size).T
+    contacts = model._replace(
+        profiles=np.ascontiguousarray(model.profiles @ back),
+        influence=np.ascontiguousarray(model.influence @ back),
+        fixed=np.zeros(len(basis)),
+        fields=np.empty((0, len(basis))),
+    )
+    return basis, contacts
+
+
+def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
+    """The model with coordinates of the contacts' phase in the place of contacts, as its fields."""
+    at, nodes = model.at, len(model.fixed)
+    own = len(basis) - at.fields
+    ends = (at.modes + own, at.visibility + own, at.blur + own, at.gamma + own, at.size + own)
+    return model._replace(
+        moments=np.empty((0, *model.moments.shape[1:])),
+        profiles=np.empty((0, *model.profiles.shape[1:])),
+        influence=np.empty((0, 1, 0, 2, nodes)),
+        fields=np.concatenate([basis, model.fields]),
+        at=Layout(0, 0, 0, 0, *ends),
+    )
+
+
+@sums
+def _state(contacts, unknowns, state):
+    """Coordinates of the contacts' phase, and the unknowns that are linear, into `state`."""
+    begin, rank = contacts.at.fields, len(contacts.fixed)
+    fill_node_phase(contacts, unknowns, state[:rank])
+    for k in range(rank, len(state)):
+        state[k] = unknowns[begin + k - rank]
+
+
+@sums
+def _times(rows, matrix, out):
+    """Rows times a matrix, four terms at a time."""
+    rank = len(matrix)
+    for x in range(len(rows)):
+        own, row = out[x], rows[x]
+        own[:] = 0.0
+        i = 0
+        while i + 3 < rank:
+            a, b, c, d = row[i], row[i + 1], row[i + 2], row[i + 3]
+            p, q, r, s = matrix[i], matrix[i + 1], matrix[i + 2], matrix[i + 3]
+            for k in range(len(own)):
+                own[k] += (a * p[k] + b * q[k]) + (c * r[k] + d * s[k])
+            i += 4
+        for k in range(i, rank):
+            a, p = row[k], matrix[k]
+            for z in range(len(own)):
+                own[z] += a * p[z]
+
+
+@sums
+def _rooted(square, slope, least, root, pull):
+    """Root of a positive semidefinite matrix by its largest pivots, and a slope in its terms.
+
+    Returns
+    -------
+    int
+        Number of columns of the root that are filled in: pivots above `least`.
+    """
+    size, rank = len(square), 0
+    left, order = np.empty(size), np.empty(size, np.int64)
+    for i in range(size):
+        left[i] = square[i, i]
+    for k in range(size):
+        top = np.argmax(left)
+        if not left[top] > least:
+            break
+        order[k] = top
+        pivot, own = np.sqrt(left[top]), root[k]
+        row = square[top]
+        for i in range(size):
+            own[i] = row[i]
+        for z in range(k):
+            factor, other = root[z, top], root[z]
+            for i in range(size):
+                own[i] -= factor * other[i]
+        for i in range(size):
+            own[i] /= pivot
+        for z in range(k):
+            own[order[z]] = 0.0
+        for i in range(size):
+            left[i] -= own[i] * own[i]
+        left[top] = -1.0
+        total = slope[top]
+        for z in range(k):
+            total -= root[z, top] * pull[z]
+            left[order[z]] = -1.0
+        pull[k] = total / pivot
+        rank = k + 1
+    return rank
+
+
+@sums
+def _shown(model, profiles, turned, unknowns, bent, columns, point):
+    """Coordinates of the contacts' phase, and where `bent` their change with every unknown.
+
+    Rows of `columns` are those of the loads, places and widths, and of the modes of the influence.
+    """
+    order, at, rank = profiles.shape[2], model.at, len(point)
+    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    point[:] = 0.0
+    if bent:
+        columns[:] = 0.0
+    one = np.empty(rank)
+    for j in range(len(profiles)):
+        contact_moments(model, unknowns, j, mean, by_place, by_width)
+        for c in range(2):
+            force = unknowns[2 * j + c]
+            one[:] = 0.0
+            for k in range(order):
+                row, a = profiles[j, c, k], mean[k]
+                for i in range(rank):
+                    one[i] += a * row[i]
+                if not bent:
+                    continue
+                if at.width > at.place:
+                    beside, b = columns[at.place + j], force * by_place[k]
+                    for i in range(rank):
+                        beside[i] += b * row[i]
+                if at.fields > at.width:
+                    wide, b = columns[at.width + j], force * by_width[k]
+                    for i in range(rank):
+                        wide[i] += b * row[i]
+            for d in range(len(turned)):
+                e, power = unknowns[at.modes + d], 1.0
+                for q in range(turned.shape[1]):
+                    row, slope = turned[d, q, j, c], force * (q + 1) * power
+                    power *= e
+                    for i in range(rank):
+                        one[i] += power * row[i]
+                    if bent:
+                        own = columns[at.fields + d]
+                        for i in range(rank):
+                            own[i] += slope * row[i]
+            for i in range(rank):
+                point[i] += force * one[i]
+            if bent:
+                columns[2 * j + c] = one
+
+
+@sums
+def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance):
+    """The unknowns that fit best to a frame that is quadratic in the state about one.
+
+    What is linear is eliminated, and the coordinates are turned and scaled so that the frame tells
+    each as well.  Then Levenberg and Marquardt's steps, as in `climb`.
+
+    Returns
+    -------
+    unknowns : ndarray, shape (size,)
+        The best ones.
+    hope : float
+        How much the loss falls if the frame is so.
+    """
+    at, rank, size = contacts.at, len(contacts.fixed), len(start)
+    known, slope = about.hessian, about.gradient
+    turns = len(contacts.influence)
+    linear = size - at.fields
+    # eliminate what is linear
+    own, root = np.zeros((linear, linear)), np.empty((linear, linear))
+    pulled = np.empty(linear)
+    for x in range(linear):
+        for z in range(linear):
+            own[x, z] = known[rank + x, rank + z]
+        own[x, x] += prior.precision[at.fields + x]
+        miss = start[at.fields + x] - prior.mean[at.fields + x]
+        pulled[x] = slope[rank + x] + prior.precision[at.fields + x] * miss
+    for x in range(at.modes - at.fields, at.modes - at.fields + turns):  # these are not linear
+        for z in range(linear):
+            own[x, z] = own[z, x] = 0.0
+        own[x, x], pulled[x] = 1.0, 0.0
+    _factorised(own, np.zeros((linear, linear)), 0.0, root)
+    cross = np.zeros((linear, rank))
+    for x in range(linear):
+        row = cross[x]
+        if not at.modes - at.fields <= x < at.modes - at.fields + turns:
+            row[:] = known[rank + x, :rank]
+        for z in range(x):
+            factor, other = root[x, z], cross[z]
+            pulled[x] -= factor * pulled[z]
+            for i in range(rank):
+                row[i] -= factor * other[i]
+        pulled[x] /= root[x, x]
+        for i in range(rank):
+            row[i] /= root[x, x]
+    square, pull = np.empty((rank, rank)), np.empty(rank)
+    hope = dot(pulled, pulled)
+    for i in range(rank):
+        square[i] = known[i, :rank]
+        pull[i] = slope[i]
+    for x in range(linear):
+        row = cross[x]
+        for i in range(rank):
+            factor, line = row[i], square[i]
+            pull[i] -= factor * pulled[x]
+            for k in range(rank):
+                line[k] -= factor * row[k]
+    wave, told = np.empty((rank, rank)), np.empty(rank)
+    count = _rooted(square, pull, LEAST * prior.precision[0], wave, told)
+    turn, told = np.ascontiguousarray(wave[:count].T), told[:count]
+    shape = contacts.profiles.shape
+    profiles = np.empty((shape[0] * shape[1] * shape[2], count))
+    _times(contacts.profiles.reshape(len(profiles), rank), turn, profiles)
+    shaped = profiles.reshape(shape[0], shape[1], shape[2], count)
+    ways = contacts.influence.shape
+    turned = np.empty((ways[0] * ways[1] * ways[2] * ways[3], count))
+    _times(contacts.influence.reshape(len(turned), rank), turn, turned)
+    turning = turned.reshape(ways[0], ways[1], ways[2], ways[3], count)
+    origin, apart = np.empty(count), np.empty(count)
+    _shown(contacts, shaped, turning, start, False, np.empty((0, 0)), origin)
+    moving = at.fields + turns
+    columns, point = np.empty((moving, count)), np.empty(count)
+    hessian, cone = np.empty((moving, moving)), np.empty((moving, moving))
+    lower, gradient, step = np.empty((moving, moving)), np.empty(moving), np.empty(moving)
+    unknowns, trial, damping = start.copy(), start.copy(), 1e-2
+    value = before_fit = prior_loss(prior, at.loads, start, heat)
+    apart[:] = 0.0
+    for _ in range(steps):
+        _shown(contacts, shaped, turning, unknowns, True, columns, point)
+        _products(columns, columns, moving, hessian)
+        for i in range(count):
+            apart[i] = (1 + held) * (point[i] - origin[i]) + told[i]
+        for x in range(moving):
+            k = x if x < at.fields else at.modes + x - at.fields
+            gradient[x] = dot(columns[x], apart)
+            gradient[x] += prior.precision[k] * (unknowns[k] - prior.mean[k])
+            for z in range(x + 1):
+                hessian[x, z] *= 1 + held
+            hessian[x, x] += prior.precision[k]
+        add_cone(prior, at.loads, unknowns, heat, cone, gradient)
+        better, reached = False, value
+        while damping < 1e6:
+            if _factorised(hessian, cone, damping, lower):
+                _substituted(lower, gradient, step)
+                for x in range(moving):
+                    k = x if x < at.fields else at.modes + x - at.fields
+                    trial[k] = unknowns[k] + step[x]
+                _shown(contacts, shaped, turning, trial, False, columns, point)
+                reached = prior_loss(prior, at.loads, trial, heat)
+                for i in range(count):
+                    far = point[i] - origin[i]
+                    reached += far * ((1 + held) * far + 2 * told[i])
+                if reached <= value:
+                    better = True
+                    break
+            damping *= 6
+        if not better:
+            break
+        gain, value = value - reached, reached
+        unknowns[:] = trial
+        if gain < tolerance and damping < 0.1:
+            break
+        damping = max(damping / 8, 1e-8)
+    # what is linear follows
+    state = np.empty(rank)
+    fill_node_phase(contacts, unknowns, state)
+    for x in range(linear):
+        pulled[x] += dot(cross[x], state) - dot(cross[x], before[:rank])
+    for x in range(linear - 1, -1, -1):
+        pulled[x] /= root[x, x]
+        for z in range(x):
+            pulled[z] -= root[x, z] * pulled[x]
+        if not at.modes - at.fields <= x < at.modes - at.fields + turns:
+            unknowns[at.fields + x] = start[at.fields + x] - pulled[x]
+    return unknowns, hope + before_fit - value
+
+
+@sums_entry
+def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, tolerance, bound):
+    """Maximise the posterior from a start whose phase is nearly right.
+
+    Parameters
+    ----------
+    model, contacts : FrameModel
+        As of `by_coordinates` and `contact_coordinates`.
+    plain : Prior
+        Which knows nothing, of the state.
+    prior : Prior
+        What is known of the unknowns.
+    frame : ndarray, shape (P,)
+        Grey levels; not finite where a pixel is not used.
+    start : ndarray, shape (size,)
+        Unknowns.
+    heats : ndarray, shape (h,)
+        Factors on the variance of the noise and of the cone in the first rounds; then it is 1.
+    rounds : int
+        Most rounds after those.
+    steps : int
+        Most steps of the fit in each round.
+    tolerance : float
+        Fall of the loss below which it is at its smallest.
+    bound : float
+        Loss above which a top is of no use: rounds end after the first where twice the fall that
+        the next one promises does not lead below.
+
+    Returns
+    -------
+    unknowns, loss, square, count
+        As of `climb`.
+    """
+    here, there, out = workspace(model), workspace(model), _linearised(model)
+    unknowns = start.copy()
+    before, after = np.empty(len(out.gradient)), np.empty(len(out.gradient))
+    _state(contacts, unknowns, before)
+    fill_exposure(model, before, here)
+    loss = 0.0
+    for turn in range(len(heats) + rounds):
+        heat = heats[turn] if turn < len(heats) else 1.0
+        sigma = np.sqrt(model.variance * heat)
+        if turn <= len(heats):
+            loss = _loss(model, plain, frame, before, here[4], sigma, heat)
+            loss += prior_loss(prior, contacts.at.loads, unknowns, heat)
+        _linearise(model, plain, frame, before, here, sigma, heat, out)
+        held, better, reached, hoped, trial = 0.0, False, loss, 0.0, unknowns
+        for _ in range(GUARDED):
+            trial, hoped = _fitted(
+                contacts, prior, out, held, before, unknowns, heat, steps, 0.3 * tolerance
+            )
+            if turn > len(heats) and loss - 2 * hoped > bound:
+                break
+            _state(contacts, trial, after)
+            fill_exposure(model, after, there)
+            reached = _loss(model, plain, frame, after, there[4], sigma, heat)
+            reached += prior_loss(prior, contacts.at.loads, trial, heat)
+            if reached <= loss:
+                better = True
+                break
+            held = 4 * held + 1
+        if not better:
+            if turn < len(heats):
+                continue
+            break
+        gain, loss, unknowns = loss - reached, reached, trial
+        here, there = there, here
+        before, after = after, before
+        # where the fall is as promised the next one has nothing left but its error
+        if turn >= len(heats) and (gain < tolerance or abs(gain - hoped) < tolerance):
+            break
+    sigma = np.sqrt(model.variance)
+    square = count = 0.0
+    for p in range(len(frame)):
+        if np.isfinite(frame[p]):
+            _, pull, weight = pixel_loss(model, frame[p], here[4][p], sigma)
+            if weight > 0:
+                square += pull * pull / weight
+                count += weight
+    return unknowns, loss, square, count
+
+
+def knowing_nothing(model: FrameModel) -> Prior:
+    """A prior of the unknowns of a model that leaves them free."""
+    nothing = np.zeros(model.at.size)
+    return Prior(nothing, nothing, -1.0, 1.0)
