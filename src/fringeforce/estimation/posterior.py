@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpstrf, dtrtrs
+from scipy.linalg import get_lapack_funcs, solve_triangular
 from scipy.special import chdtrc
 
 from fringeforce.estimation.binning import binned, seen_means
@@ -220,10 +220,12 @@ class Posterior:
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
         information = seen @ banded(about, seen).T - cross.T @ solved
         # a generalised inverse: waves that the unknowns absorb, or others before them, are left out
-        root, order, rank, _ = dpstrf(information, tol=RANK * information.diagonal().max(), lower=1)
+        (factorise,) = get_lapack_funcs(("pstrf",), (information,))
+        least = RANK * information.diagonal().max()
+        root, order, rank, _ = factorise(information, tol=least, lower=1)
         if rank == 0:
             return 1.0
-        normal, _ = dtrtrs(root[:rank, :rank], score[order[:rank] - 1], lower=1)
+        normal = solve_triangular(root[:rank, :rank], score[order[:rank] - 1], lower=True)
         return float(chdtrc(rank, normal @ normal))
 
     def covariance(self, top: Top) -> Array:

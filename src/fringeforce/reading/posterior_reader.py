@@ -250,9 +250,7 @@ class PosteriorReader(FrameReader):
         at = self.uncertain.frame.at
         return silent.loss - best.loss < square_limit(at.loads, FALSE_CONTACT)
 
-    def _explained(
-        self, posterior: Posterior, lines: Lines, silent: Top | None
-    ) -> _Met | None:
+    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met | None:
         """Explanations of a frame, the best first, or None if there is none."""
         met, tried = _Met(posterior), list[Array]()
         done = self._searched(posterior, lines, met, tried)
@@ -319,8 +317,10 @@ class PosteriorReader(FrameReader):
     def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> None:
         """Descend over mirror images of stretches of the phase, as long as they are better."""
         posterior, seen = met.posterior, [met.posterior.phase(top)]
-        if stop:
-            again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, CAREFUL)
+        at = posterior.model.at
+        if at.fields > at.place:
+            heats = CAREFUL if stop else HEATS[1:]
+            again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
         for _ in range(ROUNDS):
@@ -372,9 +372,7 @@ class PosteriorReader(FrameReader):
         ]
         return sorted(weighed, key=lambda one: -one.weight)
 
-    def _stated(
-        self, met: _Met, status: Status | None = None, tracked: bool = False
-    ) -> Reading:
+    def _stated(self, met: _Met, status: Status | None = None, tracked: bool = False) -> Reading:
         posterior, weighed = met.posterior, self._weighed(met)
         best, count = weighed[0], posterior.model.at.loads
         same = [_alike(one, best, count) for one in weighed]
@@ -517,7 +515,9 @@ class _Met:
         for rough in self.rough:
             if rough.loss > self.rough[0].loss + CLOSE:
                 break
-            if not any(np.abs(rough.unknowns - known.unknowns).max() < EQUAL for known in self._settled):
+            if not any(
+                np.abs(rough.unknowns - known.unknowns).max() < EQUAL for known in self._settled
+            ):
                 self._settle(rough)
 
     def add(self, top: Top) -> None:
