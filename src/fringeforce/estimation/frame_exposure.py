@@ -344,6 +344,12 @@ def point_spread(model, unknowns):
 
 
 @sums_entry
+def contact_mixtures(model, unknowns, j, mean, by_place, by_width):
+    """As `contact_moments`, for Python."""
+    contact_moments(model, unknowns, j, mean, by_place, by_width)
+
+
+@sums_entry
 def contact_columns(model, unknowns):
     """Change of the phase per force with each contact's unknown place and width.
 

@@ -193,7 +193,7 @@ def prior_loss(prior, loads, unknowns, heat):
 
 
 @sums
-def _loss(model, prior, frame, unknowns, level, sigma, heat):
+def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
     """Twice the negative logarithm of the posterior, less a constant."""
     total = prior_loss(prior, model.at.loads, unknowns, heat)
     for p in range(len(frame)):
@@ -267,7 +267,7 @@ def _banded(model, basis, other, band):
 
 
 @sums
-def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
+def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
     """Fill in `out`, of the frame that `work` holds."""
     _, phase, swing, seen, level, slope, bright = work
     at = model.at
@@ -355,7 +355,7 @@ def _linearise(model, prior, frame, unknowns, work, sigma, heat, out):
 
 
 @sums
-def _products(rows, columns, count, out):
+def fill_products(rows, columns, count, out):
     """Products of the first rows with the first columns, in the lower triangle, eight at a time."""
     for x in range(0, count - 1, 2):
         a, b = rows[x], rows[x + 1]
@@ -423,7 +423,7 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
                 own[i] += line[i] * ahead[i]
             for i in range(m - step):
                 later[i] += line[i] * column[i]
-    _products(weighed, columns, first, hessian)
+    fill_products(weighed, columns, first, hessian)
     mixed = np.empty(m)
     for s in range(modes):
         row = at.modes + s
@@ -473,7 +473,7 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
 
 
 @sums
-def _factorised(hessian, cone, damping, lower):
+def factorised(hessian, cone, damping, lower):
     """Root of H + cone + damping diag, into `lower`; False where it is not positive definite."""
     for i in range(len(lower)):
         for j in range(i + 1):
@@ -492,7 +492,7 @@ def _factorised(hessian, cone, damping, lower):
 
 
 @sums
-def _substituted(lower, gradient, step):
+def substituted(lower, gradient, step):
     """Solve for the step to where the gradient vanishes, from the root of the Hessian."""
     size = len(step)
     for i in range(size):
@@ -509,14 +509,15 @@ def _substituted(lower, gradient, step):
 @sums
 def _solve(hessian, cone, damping, gradient, lower, step):
     """Solve (H + cone + damping diag) step = -gradient; False where it is not positive definite."""
-    if not _factorised(hessian, cone, damping, lower):
+    if not factorised(hessian, cone, damping, lower):
         return False
-    _substituted(lower, gradient, step)
+    substituted(lower, gradient, step)
     return True
 
 
 @sums
-def _linearised(model):
+def empty_linearised(model):
+    """Room for what `fill_linearised` fills in."""
     size, nodes = model.at.size, len(model.fixed)
     return Linearised(
         np.zeros((size, size)),
@@ -567,9 +568,9 @@ def linearise(model, prior, frame, unknowns):
     Linearised
         Of the loss at full likelihood.
     """
-    work, out = workspace(model), _linearised(model)
+    work, out = workspace(model), empty_linearised(model)
     fill_exposure(model, unknowns, work)
-    _linearise(model, prior, frame, unknowns, work, np.sqrt(model.variance), 1.0, out)
+    fill_linearised(model, prior, frame, unknowns, work, np.sqrt(model.variance), 1.0, out)
     return out
 
 
@@ -652,7 +653,7 @@ def information(model, frame, unknowns, more):
     for x in range(total):
         for p in range(len(phase)):
             weighed[x, p] = rows[x, p] * weight[p]
-    _products(weighed, rows, total, found)
+    fill_products(weighed, rows, total, found)
     for x in range(total):
         for z in range(x):
             found[z, x] = found[x, z]
@@ -694,19 +695,19 @@ def climb(model, prior, frame, start, heat, steps, tolerance, bound=np.inf):
         Sum of the weights of the pixels, their number if none is clipped or broken.
     """
     sigma = np.sqrt(model.variance * heat)
-    here, there, out = workspace(model), workspace(model), _linearised(model)
+    here, there, out = workspace(model), workspace(model), empty_linearised(model)
     lower, step = np.zeros_like(out.hessian), np.empty(len(start))
     unknowns, damping = start.copy(), 1e-2
     fill_exposure(model, unknowns, here)
-    loss = _loss(model, prior, frame, unknowns, here[4], sigma, heat)
+    loss = frame_loss(model, prior, frame, unknowns, here[4], sigma, heat)
     for _ in range(steps):
-        _linearise(model, prior, frame, unknowns, here, sigma, heat, out)
+        fill_linearised(model, prior, frame, unknowns, here, sigma, heat, out)
         better, reached, trial = False, loss, unknowns
         while damping < 1e6:
             if _solve(out.hessian, out.cone, damping, out.gradient, lower, step):
                 trial = unknowns + step
                 fill_exposure(model, trial, there)
-                reached = _loss(model, prior, frame, trial, there[4], sigma, heat)
+                reached = frame_loss(model, prior, frame, trial, there[4], sigma, heat)
                 if reached <= loss:
                     better = True
                     break

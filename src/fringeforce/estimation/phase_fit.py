@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
+    contact_mixtures,
     contact_moments,
     dot,
     fill_exposure,
@@ -22,24 +23,24 @@ from fringeforce.estimation.frame_exposure import (
 )
 from fringeforce.estimation.frame_fit import (
     Prior,
-    _factorised,
-    _linearise,
-    _linearised,
-    _loss,
-    _products,
-    _substituted,
     add_cone,
+    empty_linearised,
+    factorised,
+    fill_linearised,
+    fill_products,
+    frame_loss,
     pixel_loss,
     prior_loss,
+    substituted,
 )
 from fringeforce.estimation.frame_model import FrameModel, Layout
 
 Array = NDArray[np.float64]
 
-TYPICAL = 0.35
-"""Size of a place or half width in units of the reach at which moments count by their power."""
 SMOOTH = 1e-4
 """Share of the largest singular value at which profiles of influence are left out."""
+FAR = 2.5
+"""Standard deviations within which places and widths are likely."""
 LEAST = 0.03
 """Growth of the loss by all that loads of their size before the frame can change a coordinate of
 the phase, below which it is left out."""
@@ -57,8 +58,8 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
     contacts : FrameModel
         Whose `node_phase` is the coordinates of the contacts' phase in them, shape (r,).
     """
-    order, nodes = model.moments.shape[2:]
-    scaled = (model.moments * TYPICAL ** np.arange(order)[:, None]).reshape(-1, nodes)
+    nodes = len(model.fixed)
+    scaled = (model.profiles * _sizes(model)[:, None]).reshape(-1, nodes)
     turned = model.influence.reshape(-1, nodes)
     _, size, rows = np.linalg.svd(np.concatenate([scaled, turned]), full_matrices=False)
     kept = size > SMOOTH * size[0]
@@ -71,6 +72,20 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
         fields=np.empty((0, len(basis))),
     )
     return basis, contacts
+
+
+def _sizes(model: FrameModel) -> Array:
+    """Root mean squares of the mixtures of moments of contacts that are as likely, shape (k,)."""
+    at, steps = model.at, np.linspace(-FAR, FAR, 9)
+    mean, by_place, by_width = np.empty((3, len(model.mixing)))
+    square = list[Array]()
+    for place in steps if at.width > at.place else [0.0]:
+        for width in steps if at.fields > at.width else [0.0]:
+            unknowns = np.zeros(at.size)
+            unknowns[at.place : at.width], unknowns[at.width : at.fields] = place, width
+            contact_mixtures(model, unknowns, 0, mean, by_place, by_width)
+            square.append(mean**2)
+    return np.sqrt(np.mean(square, axis=0))
 
 
 def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
@@ -237,7 +252,7 @@ def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance)
         for z in range(linear):
             own[x, z] = own[z, x] = 0.0
         own[x, x], pulled[x] = 1.0, 0.0
-    _factorised(own, np.zeros((linear, linear)), 0.0, root)
+    factorised(own, np.zeros((linear, linear)), 0.0, root)
     cross = np.zeros((linear, rank))
     for x in range(linear):
         row = cross[x]
@@ -285,7 +300,7 @@ def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance)
     apart[:] = 0.0
     for _ in range(steps):
         _shown(contacts, shaped, turning, unknowns, True, columns, point)
-        _products(columns, columns, moving, hessian)
+        fill_products(columns, columns, moving, hessian)
         for i in range(count):
             apart[i] = (1 + held) * (point[i] - origin[i]) + told[i]
         for x in range(moving):
@@ -298,8 +313,8 @@ def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance)
         add_cone(prior, at.loads, unknowns, heat, cone, gradient)
         better, reached = False, value
         while damping < 1e6:
-            if _factorised(hessian, cone, damping, lower):
-                _substituted(lower, gradient, step)
+            if factorised(hessian, cone, damping, lower):
+                substituted(lower, gradient, step)
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
@@ -366,7 +381,7 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
     unknowns, loss, square, count
         As of `climb`.
     """
-    here, there, out = workspace(model), workspace(model), _linearised(model)
+    here, there, out = workspace(model), workspace(model), empty_linearised(model)
     unknowns = start.copy()
     before, after = np.empty(len(out.gradient)), np.empty(len(out.gradient))
     _state(contacts, unknowns, before)
@@ -376,9 +391,9 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
         heat = heats[turn] if turn < len(heats) else 1.0
         sigma = np.sqrt(model.variance * heat)
         if turn <= len(heats):
-            loss = _loss(model, plain, frame, before, here[4], sigma, heat)
+            loss = frame_loss(model, plain, frame, before, here[4], sigma, heat)
             loss += prior_loss(prior, contacts.at.loads, unknowns, heat)
-        _linearise(model, plain, frame, before, here, sigma, heat, out)
+        fill_linearised(model, plain, frame, before, here, sigma, heat, out)
         held, better, reached, hoped, trial = 0.0, False, loss, 0.0, unknowns
         for _ in range(GUARDED):
             trial, hoped = _fitted(
@@ -388,7 +403,7 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
                 break
             _state(contacts, trial, after)
             fill_exposure(model, after, there)
-            reached = _loss(model, plain, frame, after, there[4], sigma, heat)
+            reached = frame_loss(model, plain, frame, after, there[4], sigma, heat)
             reached += prior_loss(prior, contacts.at.loads, trial, heat)
             if reached <= loss:
                 better = True

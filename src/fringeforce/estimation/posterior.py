@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpstrf, dtrtrs
+from scipy.linalg import get_lapack_funcs, solve_triangular
 from scipy.special import chdtrc
 
 from fringeforce.estimation.binning import binned, seen_means
@@ -51,6 +51,8 @@ Array = NDArray[np.float64]
 HEATS = (100.0, 10.0)
 """Factors on the variance of the noise from which a climb starts: valleys of place and width that
 trap it at 1 are no valleys there.  Without them one climb in four ends in one."""
+TEMPERED = (3.0,)
+"""The same for mirror images: hotter they melt back into what they are images of."""
 CAREFUL = (300.0, 100.0, 30.0, 10.0)
 """The same for starts that are farther off."""
 WAVES = 60
@@ -63,7 +65,7 @@ LINEAR, WEAK = 1.0, 2 * np.pi
 loads are weak: beyond it fringes tell places and widths apart from forces [rad]."""
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
-ROUNDS, STEPS = 6, 8
+ROUNDS, STEPS = 6, 4
 """Rounds in which a start settles, and steps of the contacts in each."""
 SHARP = 0.4
 """Phase that a bin may span for as much information as its pixels [rad]."""
@@ -221,10 +223,12 @@ class Posterior:
         score = -waves @ about.pulls[0] + solved.T @ about.gradient
         information = seen @ banded(about, seen).T - cross.T @ solved
         # a generalised inverse: waves that the unknowns absorb, or others before them, are left out
-        root, order, rank, _ = dpstrf(information, tol=RANK * information.diagonal().max(), lower=1)
+        (factorise,) = get_lapack_funcs(("pstrf",), (information,))
+        least = RANK * information.diagonal().max()
+        root, order, rank, _ = factorise(information, tol=least, lower=1)
         if rank == 0:
             return 1.0
-        normal, _ = dtrtrs(root[:rank, :rank], score[order[:rank] - 1], lower=1)
+        normal = solve_triangular(root[:rank, :rank], score[order[:rank] - 1], lower=True)
         return float(chdtrc(rank, normal @ normal))
 
     def covariance(self, top: Top) -> Array:

@@ -23,7 +23,7 @@ from fringeforce.estimation.frame_fit import (
     Prior,
     information,
 )
-from fringeforce.estimation.posterior import CAREFUL, HEATS, Bins, Posterior, Top
+from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
@@ -50,7 +50,7 @@ CANDIDATES = 24
 """Starts of one search that are climbed."""
 SAME = 0.3
 """Phases nowhere farther apart are one explanation of a frame [rad]."""
-NEAR, WIDE = 80.0, 2500.0
+NEAR, WIDE = 250.0, 2500.0
 """Expected growth of the loss up to which images are tried: of what fits, of what does not."""
 IMAGES, RIVALS = 12, 8
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
@@ -70,7 +70,7 @@ SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
 EQUAL = 0.1
 """Unknowns, in deviations or newtons, that differ by less are of one explanation."""
-BINS = 8
+BINS = 4
 """Pixels that count as one while explanations are looked for."""
 DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
@@ -341,8 +341,10 @@ class StripFrameReader(FrameReader):
     def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> None:
         """Descend over mirror images of stretches of the phase, as long as they are better."""
         posterior, seen = met.posterior, [met.posterior.phase(top)]
-        if stop:
-            again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, CAREFUL)
+        at = posterior.model.at
+        if at.fields > at.place:
+            heats = CAREFUL if stop else HEATS[1:]
+            again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
         for _ in range(ROUNDS):
@@ -357,7 +359,7 @@ class StripFrameReader(FrameReader):
                 if count > tries:
                     break
                 bound = met.rough[0].loss + CLOSE + 8
-                reached = posterior.settled(start, BINS, bound=bound)
+                reached = posterior.settled(start, BINS, TEMPERED, bound=bound)
                 if stop and reached.loss >= top.loss - 1:
                     careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL)
                     reached = min(reached, careful, key=lambda one: one.loss)
@@ -488,13 +490,16 @@ class StripFrameReader(FrameReader):
 def _alike(one: Weighed, best: Weighed, count: int) -> bool:
     """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
 
-    Their loads then differ by a standard deviation root mean square at most, which a mixture of
-    both states.
+    The deviations are those that are stated, of both as a mixture: their loads differ by one of
+    them root mean square at most, and the mixture has at most twice the variance of the best alone.
     """
     if np.abs(one.phase - best.phase).max() < SAME:
         return True
     apart = one.top.unknowns[:count] - best.top.unknowns[:count]
-    return float(apart @ np.linalg.solve(best.covariance, apart)) <= count
+    square = float(apart @ np.linalg.solve(best.covariance, apart))
+    share = one.weight / (one.weight + best.weight)
+    between = share * (1 - share) * square
+    return between <= count and square / (1 + between) <= count
 
 
 def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:
