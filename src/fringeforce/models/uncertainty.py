@@ -490,7 +490,7 @@ def _drift(model: SensorModel) -> list[Mode]:
     return modes + ([Mode(DRIFTS[1], offset, darkness=offset)] if offset else [])
 
 
-def random_field(x: Array, length: float) -> Array:
+def random_field(x: Array, length: float, smallest: float = SMALLEST) -> Array:
     """Modes of a Gaussian process of unit variance, shape (k, m): sum_k e_k row_k, e_k ~ N(0, 1).
 
     The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
@@ -502,8 +502,10 @@ def random_field(x: Array, length: float) -> Array:
         Places [m].
     length : float
         Correlation length [m].
+    smallest : float
+        Variance of a mode, relative to the largest, below which it is left out.
     """
     values, vectors = np.linalg.eigh(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
     order = np.argsort(-values)
-    kept = order[: int(np.sum(values > SMALLEST * values.max()))]
+    kept = order[: int(np.sum(values > smallest * values.max()))]
     return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)

@@ -16,6 +16,7 @@ from fringeforce.models.uncertainty import has_tolerances
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.diagnosis import PadDiagnosis
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.posterior_following import PosteriorFollower
@@ -25,17 +26,34 @@ from fringeforce.reading.single_frame import SingleFrameReader
 from fringeforce.reading.strip_following import StripFollower
 
 Array = NDArray[np.float64]
+Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
+"""Sentences about a frame from its grey levels and the pixels that count."""
 
 CONFIDENCE = 0.999
 """Probability from which a reading is OK: one in a thousand may be wrong."""
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
-_KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
-    "strip": (SingleFrameReader, StripFollower),
-    "strip with tolerances": (PosteriorReader, PosteriorFollower),
-    "pad": (PadFrameReader, PadFollower),
+
+
+def _of_strip(single: FrameReader) -> Findings:
+    own = single if isinstance(single, PosteriorReader) else PosteriorReader(single.model)
+    diagnosis = Diagnosis(own)
+    return lambda levels, used: diagnosis.findings(np.where(used, levels.astype(float), np.nan))
+
+
+def _of_pad(single: FrameReader) -> Findings:
+    assert isinstance(single, PadFrameReader)
+    return PadDiagnosis(single).findings
+
+
+_KINDS: dict[
+    str, tuple[type[FrameReader], Callable[..., Follower], Callable[[FrameReader], Findings]]
+] = {
+    "strip": (SingleFrameReader, StripFollower, _of_strip),
+    "strip with tolerances": (PosteriorReader, PosteriorFollower, _of_strip),
+    "pad": (PadFrameReader, PadFollower, _of_pad),
 }
-"""What reads single frames, and what follows them, by the kind of sensor."""
+"""What reads single frames, what follows them, and what diagnoses them, by the kind of sensor."""
 
 
 class Reader:
@@ -62,8 +80,8 @@ class Reader:
     friction : float, optional
         If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
     confidence : float
-        Probability of the likeliest explanation from which a reading is OK, of strips whose design
-        states tolerances.
+        Probability of the likeliest explanation from which a reading is OK, of pads and of strips
+        whose design states tolerances.
 
     Raises
     ------
@@ -98,7 +116,7 @@ class Reader:
         kind = model.sensor.kind
         if isinstance(model, SensorModel) and has_tolerances(model):
             kind += " with tolerances"
-        single, self._follow = _KINDS[kind]
+        single, self._follow, self._diagnoses = _KINDS[kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
 
@@ -199,16 +217,13 @@ class Reader:
 
     def _diagnosed(self, reading: Reading, levels: NDArray, used: NDArray[np.bool_]) -> Reading:
         """A reading that says what seems wrong, if no load explains its frame."""
-        if reading.status is not Status.MODEL_MISMATCH or not isinstance(self.model, SensorModel):
+        if reading.status is not Status.MODEL_MISMATCH:
             return reading
-        frame = np.where(used, levels.astype(float), np.nan)
-        return reading.with_findings(lambda: self._diagnosis.findings(frame))
+        return reading.with_findings(lambda: self._diagnosis(levels, used))
 
     @cached_property
-    def _diagnosis(self) -> Diagnosis:
-        single = self._single
-        own = single if isinstance(single, PosteriorReader) else PosteriorReader(single.model)
-        return Diagnosis(own)
+    def _diagnosis(self) -> Findings:
+        return self._diagnoses(self._single)
 
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
