@@ -23,7 +23,7 @@ from scipy.signal import fftconvolve
 
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Block, Patches
-from fringeforce.mechanics.solid.fourier import stress_field
+from fringeforce.mechanics.solid.fourier import stress_of_loads
 from fringeforce.models.as_built import FIELD_STEP, PLACEMENT, RESIDUAL, SIZE
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import stress_optic_constant
@@ -31,7 +31,12 @@ from fringeforce.optics.photoelasticity import stress_optic_constant
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-SHAPES = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+HIGHEST = 3
+"""Order of the polynomials of a traction."""
+SHAPES = (
+    ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+    + tuple((order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1))
+)
 """Orders along x and y of the polynomials of a traction beyond the uniform one."""
 CENTRE, WIDTH = 1 / 6, 1 / 5
 """By what share of the side of a square the first and the second polynomials move its centre and
@@ -52,7 +57,8 @@ def spreads(pad: Pad) -> Array:
     side = pad.tactels.side
     first = pad.tolerances.get(PLACEMENT, 0.0) / (CENTRE * side)
     second = pad.tolerances.get(SIZE, 0.0) / (WIDTH * side)
-    return np.array([first, first, second, second, TURNED * second])
+    higher = [second] * (len(SHAPES) - 5)
+    return np.array([first, first, second, second, TURNED * second, *higher])
 
 
 def block_of(pad: Pad) -> Block:
@@ -86,7 +92,7 @@ def slice_retardance(
     """
     block = block_of(pad)
     constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-    difference, shear = stress_field(block, loads, x, y, slices)
+    difference, shear = stress_of_loads(block, loads, x, y, slices)
     depth = constant * block.depths(slices)[1][:, None, None, None]
     return np.asarray(depth * np.stack([difference, 2 * shear], axis=1))
 
@@ -176,7 +182,7 @@ class BuiltPad:
         """
         loads = self.model.checked(forces)
         flat = loads.reshape(-1, *loads.shape[-2:])
-        spread = [None] * len(flat) if contacts is None else contacts.reshape(len(flat), -1, 5)
+        spread = [None] * len(flat) if contacts is None else contacts.reshape(len(flat), -1, len(SHAPES))
         found = [self._intensity(*one) for one in zip(flat, spread, strict=True)]
         return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.model.frame_shape)
 

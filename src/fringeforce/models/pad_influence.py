@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from fringeforce.base.errors import InputError
 from fringeforce.base.linear_map import LinearMap
@@ -108,16 +107,31 @@ class PadInfluence(LinearMap):
         return total
 
     def matrix(self, x: Array, y: Array) -> Single:
-        """The whole influence at single points, shape (2, modes, len(x), 3 n) [rad/N]."""
+        """The whole influence at all pairs of places along x and along y.
+
+        Parameters
+        ----------
+        x, y : ndarray, shape (c,), (r,)
+            Places [m].
+
+        Returns
+        -------
+        ndarray, shape (2, modes, r * c, 3 n)
+            Row by row [rad/N].
+        """
         along, across = splines.basis(self.x, x), splines.basis(self.y, y)
         n = self._bases[0].shape[1]
-        result = np.zeros((2, self.modes, len(x), n), dtype=np.float32)
+        half = len(self.y) // 2, len(self.x) // 2
+        result = np.zeros((2, self.modes, len(y) * len(x), n), dtype=np.float32)
         for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
-            shaped = part.reshape(2, self.modes, len(self.y) * len(self.x) // 4, part.shape[1])
+            shaped = part.reshape(2, self.modes, *half, part.shape[1])
             for field, own in enumerate(FIELDS):
-                weights = _folded_weights(along, across, _signs(parity, own, self.flips))
+                signs = _signs(parity, own, self.flips)
+                columns, rows = _folded(along, signs[0]), _folded(across, signs[1])
                 for mode in range(self.modes):
-                    result[field, mode] += (weights @ shaped[field, mode]) @ patterns
+                    lines = np.tensordot(columns, shaped[field, mode], (1, 1))
+                    values = np.tensordot(rows, lines, (1, 1))
+                    result[field, mode] += values.reshape(-1, part.shape[1]) @ patterns
         return result
 
 
@@ -179,13 +193,10 @@ def _signs(
     return parity[0] * own[0] * flips[0], parity[1] * own[1] * flips[1]
 
 
-def _folded_weights(along: Array, across: Array, signs: tuple[int, int]) -> csr_array:
-    """Weights of a quarter's coefficients at points of the whole pad, shape (points, ny/2 nx/2)."""
-    half_x, half_y = along.shape[1] // 2, across.shape[1] // 2
-    x = along[:, :half_x] + signs[0] * along[:, : half_x - 1 : -1]
-    y = across[:, :half_y] + signs[1] * across[:, : half_y - 1 : -1]
-    product = (y[:, :, None] * x[:, None, :]).reshape(len(x), -1)
-    return csr_array(product.astype(np.float32))
+def _folded(weights: Array, sign: int) -> Single:
+    """Weights of half the coefficients, from those of all, shape (places, coefficients)."""
+    half = weights.shape[1] // 2
+    return (weights[:, :half] + sign * weights[:, : half - 1 : -1]).astype(np.float32)
 
 
 def compressed(

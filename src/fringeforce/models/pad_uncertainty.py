@@ -423,13 +423,17 @@ class PadUncertainty:
         return by_forces, by_extra
 
     def residual_at(self, x: Array, y: Array) -> tuple[Single, Single]:
-        """Modes of one part of the residual at places, shape (k, len(x)), and depth profiles."""
+        """Modes of one part of the residual, and depth profiles.
+
+        The modes are those at all pairs of places along x and y, shape (k, len(y) * len(x)).
+        """
         group, base = self.group(RESIDUAL), self.model.influence
         assert group is not None
         across, along, chosen, even = self._fields
         at_y, at_x = splines.basis(base.y, y) @ across.T, splines.basis(base.x, x) @ along.T
-        fields = group.std * at_y[:, chosen[:, 0]] * at_x[:, chosen[:, 1]]
-        return fields.T.astype(np.float32), even.astype(np.float32)
+        fields = group.std * at_y[:, None, chosen[:, 0]] * at_x[:, chosen[:, 1]]
+        flat = fields.reshape(-1, len(chosen)).T
+        return np.ascontiguousarray(flat, dtype=np.float32), even.astype(np.float32)
 
     def shown(self, forces: Array) -> Mask:
         """Unknowns that show at all under forces (3 n,), shape (size,)."""

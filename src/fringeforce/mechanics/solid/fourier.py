@@ -59,7 +59,7 @@ def stress_influence(
     return SolidInfluence(x, y, heights, weights, difference, shear)
 
 
-def stress_field(
+def stress_of_loads(
     block: Block,
     loads: Sequence[tuple[Patches, Array]],
     x: Array,

@@ -23,7 +23,7 @@ from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.findings import UNEXPLAINED, sentence, together
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import STEPPED, PadFrameReader
+from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.pads.verdict import FrameClassifier
 
 Array = NDArray[np.float64]
@@ -40,7 +40,9 @@ TOGETHER = (
 """Departures that the reading from which others start allows for at once."""
 RIVAL = np.log(20.0)
 """Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
-BEGUN = 3
+SIDE = 32
+"""Rows and columns of pixels of the matrix of a fit."""
+BEGUN = 2
 """Steps after which departures are compared."""
 HOPELESS = 1.5
 """Loss over the smallest from which a departure is not followed further."""
@@ -172,9 +174,10 @@ class PadDiagnosis:
         starts = self._starts(levels, used)
         chosen: tuple[PadDeparture, ...] = ()
         first: Candidate | None = None
-        model = self.reader.model
+        model, among = self.reader.model, self.departures
         for _ in range(MOST):
-            found = self._candidates(grey, classifier, starts, chosen)
+            left = tuple(one for one in among if one not in chosen)
+            found = self._candidates(grey, classifier, starts, (chosen, left))
             best = found[0]
             first = first or best
             if classifier.explained(best.optimum):
@@ -184,6 +187,10 @@ class PadDiagnosis:
                 alike = [one for one in named if classifier.explained(one.optimum)]
                 return (sentence([one.sized()[0] for one in alike], model),)
             chosen, starts = best.departures, [best.optimum.forces]
+            # what explained little alone explains little beside others
+            among = tuple(one.departures[-1] for one in found)
+            if len(among) < 2:
+                break
         assert first is not None
         if classifier.chi2(first.optimum) < NEAR:
             return (sentence(first.sized(), model, explained=False),)
@@ -199,13 +206,16 @@ class PadDiagnosis:
         grey: Array,
         classifier: FrameClassifier,
         starts: Sequence[Array],
-        chosen: tuple[PadDeparture, ...],
+        which: tuple[tuple[PadDeparture, ...], tuple[PadDeparture, ...]],
     ) -> list[Candidate]:
-        """Departures beside those that were chosen, followed to their best, the likeliest first."""
+        """Departures beside those that were chosen, followed to their best, the likeliest first.
+
+        `which` holds those that were chosen, and those that are tried.
+        """
+        chosen, tried = which
         begun = [
             self._begun(grey, classifier, start, (*chosen, departure))
-            for departure in self.departures
-            if departure not in chosen
+            for departure in tried
             for start in starts
         ]
         begun.sort(key=lambda one: one.optimum.misfit.loss)
@@ -240,5 +250,5 @@ class PadDiagnosis:
         if departures not in self._samplings:
             model = departing(self.reader.model, departures)
             known = PadUncertainty.of(model, self._first)
-            self._samplings[departures] = lattice(known.model, STEPPED, known)
+            self._samplings[departures] = lattice(known.model, SIDE, known)
         return self._samplings[departures]

@@ -303,10 +303,9 @@ def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None)
 def _places(
     model: PadModel, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> tuple[Array, Array]:
-    """Where the pixels of a lattice look, each shape (r * c,) [m]."""
+    """Where the columns and the rows of a lattice look, shapes (c,) and (r,) [m]."""
     x, y = model.sensor.pixel_positions
-    along, across = np.meshgrid(x[columns], y[rows])
-    return along.ravel(), across.ravel()
+    return x[columns], y[rows]
 
 
 def _seen(form: Array, light: Single) -> Single:
