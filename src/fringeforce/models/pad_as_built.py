@@ -4,11 +4,11 @@ Values of the design are drawn once.  The residual is a smooth random field for 
 parts, which all slices of the photoelastic layer share.  The traction on each square is drawn anew
 for every frame: it is
 
-    (force / area) (1 + c_1 xi + c_2 eta + c_3 P_2(xi) + c_4 P_2(eta) + c_5 xi eta)
+    (force / area) (1 + c_1 xi + c_2 eta + c_3 P_2(xi) + c_4 P_2(eta) + c_5 xi eta + ...)
 
-with xi, eta from -1 to 1 over the square and Legendre's P_2.  c_1 and c_2 move its centre by
-side / 6 each, c_3 and c_4 widen it by side / 5 (sqrt(12) times its standard deviation along an
-axis), and c_5 turns its axes.
+with xi, eta from -1 to 1 over the square, Legendre's P_2, and all products of the third order.
+c_1 and c_2 move its centre by side / 6 each, c_3 and c_4 widen it by side / 5 (sqrt(12) times its
+standard deviation along an axis), c_5 turns its axes; those of the third order are as large as c_3.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 HIGHEST = 3
-"""Order of the polynomials of a traction."""
-SHAPES = (
-    ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
-    + tuple((order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1))
+"""Order of the polynomials of a traction.  Behind a cover of a quarter of the side, Hertz's pressure
+on three squares a side leaves traces of the third order that a frame of 8 bits shows."""
+SHAPES = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1)) + tuple(
+    (order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1)
 )
 """Orders along x and y of the polynomials of a traction beyond the uniform one."""
 CENTRE, WIDTH = 1 / 6, 1 / 5
@@ -47,7 +47,7 @@ second moments is as likely in any axes (2 / 15 by sqrt 2, over 1 / 9)."""
 
 
 def spreads(pad: Pad) -> Array:
-    """Standard deviations of the coefficients of a traction, shape (5,), in the order of `SHAPES`.
+    """Standard deviations of the coefficients of a traction, shape (9,), in the order of `SHAPES`.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class BuiltPad:
 
         Returns
         -------
-        ndarray, shape (..., n, 5)
+        ndarray, shape (..., n, 9)
             Coefficients of the polynomials of each tactel, as at the top of this page.
         """
         generator = np.random.default_rng(rng)
@@ -177,12 +177,14 @@ class BuiltPad:
         ----------
         forces : array_like, shape (..., n, 3)
             N, T_x, T_y of every tactel [N].
-        contacts : ndarray, shape (..., n, 5), optional
+        contacts : ndarray, shape (..., n, 9), optional
             How the tractions are spread; uniform if not given.
         """
         loads = self.model.checked(forces)
         flat = loads.reshape(-1, *loads.shape[-2:])
-        spread = [None] * len(flat) if contacts is None else contacts.reshape(len(flat), -1, len(SHAPES))
+        spread = (
+            [None] * len(flat) if contacts is None else contacts.reshape(len(flat), -1, len(SHAPES))
+        )
         found = [self._intensity(*one) for one in zip(flat, spread, strict=True)]
         return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.model.frame_shape)
 
@@ -219,7 +221,7 @@ class BuiltPad:
             N, T_x, T_y of every tactel [N].
         rng : int, numpy.random.Generator or None
             Source of contacts, light and noise.
-        contacts : ndarray, shape (..., n, 5), optional
+        contacts : ndarray, shape (..., n, 9), optional
             How the tractions are spread, if it is known; drawn anew for every frame if not given.
         """
         generator, axes = np.random.default_rng(rng), len(self.model.frame_shape)

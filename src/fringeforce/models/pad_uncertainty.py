@@ -326,7 +326,7 @@ class PadUncertainty:
 
     @cached_property
     def _spread(self) -> Array:
-        """Standard deviations of the polynomials of a traction, shape (5,)."""
+        """Standard deviations of the polynomials of a traction, shape (9,)."""
         return spreads(self.model.sensor)
 
     @cached_property
@@ -369,7 +369,7 @@ class PadUncertainty:
         even /= 2 * (base.profile @ even).sum()
         return across, along, chosen, even
 
-    def coefficients(self, forces: Array, extra: Array) -> Single:
+    def coefficients(self, forces: Array, extra: Array, reference: Array | None = None) -> Single:
         """Spline coefficients of the retardance, shape (2, modes, ny, nx) [rad].
 
         Parameters
@@ -378,7 +378,10 @@ class PadUncertainty:
             Forces [N].
         extra : ndarray, shape (size,)
             The unknowns.
+        reference : ndarray, shape (3 n,), optional
+            Forces that the spread of tractions is relative to; the forces themselves if not given.
         """
+        spread = forces if reference is None else reference
         grid = self.model.influence.forward(forces)
         for group, powers in self.values:
             for power, change in enumerate(powers, 1):
@@ -386,7 +389,7 @@ class PadUncertainty:
         for std, place, influence in self.contacts:
             share = std * extra[place]
             if share.any():
-                grid += influence.forward((forces.reshape(-1, 3) * share[:, None]).ravel())
+                grid += influence.forward((spread.reshape(-1, 3) * share[:, None]).ravel())
         if group := self.group(RESIDUAL):
             grid += self._residual(group, extra)
         return grid
@@ -399,7 +402,7 @@ class PadUncertainty:
         return np.asarray(even[:, None, None] * fields[:, None], dtype=np.float32)
 
     def coefficients_adjoint(
-        self, forces: Array, extra: Array, grid: Single
+        self, forces: Array, extra: Array, grid: Single, reference: Array | None = None
     ) -> tuple[Array, Array]:
         """Derivatives by forces (3 n,) and unknowns (size,) from that by spline coefficients."""
         by_forces = self.model.influence.adjoint(grid)
@@ -410,11 +413,12 @@ class PadUncertainty:
                 back = change.adjoint(grid)
                 by_forces = by_forces + unknown**power * back
                 by_extra[group.begin] += power * unknown ** (power - 1) * float(back @ forces)
-        loads = forces.reshape(-1, 3)
+        loads = (forces if reference is None else reference).reshape(-1, 3)
         for std, place, influence in self.contacts:
             back = std * influence.adjoint(grid).reshape(-1, 3)
             by_extra[place] = (back * loads).sum(axis=1)
-            by_forces = by_forces + (extra[place, None] * back).ravel()
+            if reference is None:
+                by_forces = by_forces + (extra[place, None] * back).ravel()
         if group := self.group(RESIDUAL):
             across, along, chosen, even = self._fields
             fields = np.einsum("fkyx,k->fyx", grid, even)

@@ -34,6 +34,8 @@ Noise itself moves the top by a gain of one for each load."""
 NEAR = 3.0
 """The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
 below which it is the last."""
+SETTLING = 5
+"""Climbs in which the forces that the spread of tractions is relative to are found."""
 SILENT_STEPS = 10
 """Steps in which the unknowns of a frame without forces are found."""
 RIDGE, MASKED = 1e-9, 1e-6
@@ -93,6 +95,8 @@ class Place(Start):
         Of the camera, grey levels.
     intensity : ndarray, shape (channels * P,)
         Of the light that pixels get.
+    reference : ndarray, shape (3 n,), optional
+        Forces that the spread of tractions is relative to, if not these.
     """
 
     lights: Sequence[Single]
@@ -101,6 +105,7 @@ class Place(Start):
     lens: Lens | None = field(default=None, kw_only=True)
     amplitude: float = field(default=1.0, kw_only=True)
     intensity: Array = field(default_factory=nothing, kw_only=True)
+    reference: Array | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +185,9 @@ class Fit:
         Pixels that count; all if not given.
     prior : Prior, optional
         Of the unknowns of tolerances; as stated if not given.
+    reference : ndarray, shape (3 n,), optional
+        Forces that the spread of tractions is relative to; those that are fitted if not given,
+        which makes large ones likelier, for their tractions need less of a spread.
     """
 
     model: PadModel
@@ -188,6 +196,7 @@ class Fit:
     frame: Array
     used: Mask | None = None
     prior: Prior | None = None
+    reference: Array | None = None
 
     @property
     def uncertain(self) -> PadUncertainty | None:
@@ -204,7 +213,7 @@ class Fit:
         if self.uncertain is None:
             return self.place(Start(forces, self.model.modes(forces.reshape(-1, 3))))
         other = self._prior.mean if extra is None else extra
-        grid = self.uncertain.coefficients(forces, other)
+        grid = self.uncertain.coefficients(forces, other, self.reference)
         modes = self.uncertain.retarding(other).spread(grid)
         return self.place(Start(forces, modes, extra=other))
 
@@ -234,6 +243,7 @@ class Fit:
             lens=lens,
             amplitude=float(gain * np.mean(self.response.amplitude)),
             intensity=intensity,
+            reference=self.reference,
         )
 
     def misfit(self, place: Place) -> Misfit:
@@ -267,7 +277,9 @@ class Fit:
         if known is None:
             return self.model.retarding.adjoint(by_modes).ravel()
         grid = known.retarding(place.extra).gather(by_modes)
-        by_forces, by_extra = known.coefficients_adjoint(place.forces, place.extra, grid)
+        by_forces, by_extra = known.coefficients_adjoint(
+            place.forces, place.extra, grid, self.reference
+        )
         for group in known.registration:
             by_extra[group.begin] = np.vdot(known.moved(place.modes, group), by_modes)
         by_extra += self._by_light(place, left.slope, pulls)
@@ -331,6 +343,8 @@ class Fit:
             Of a place near by; computed if not given.
         """
         here = self.place(start) if isinstance(start, Start) else self.at(start)
+        if self.reference is None and self.uncertain is not None and self.uncertain.contacts:
+            return self._settled(here, steps)
         loads = len(here.forces)
         stop = Stop(CLOSE * loads, NEAR * loads)
         found = minimise(
@@ -352,6 +366,17 @@ class Fit:
             gained,
             extra=place.extra + found.step[loads:],
         )
+
+    def _settled(self, here: Place, steps: int) -> Optimum:
+        """Climb with tractions whose spread is relative to forces that are found then."""
+        forces, found = here.forces, None
+        for _ in range(SETTLING):
+            fit = replace(self, reference=forces)
+            extra = here.extra if found is None else found.extra
+            found = fit.climb(fit.at(forces, extra), steps)
+            forces = found.forces
+        assert found is not None
+        return found
 
     def silence(self) -> float:
         """Smallest loss without forces."""

@@ -114,7 +114,7 @@ class Sampling:
         """
         uncertain = self.uncertain
         assert uncertain is not None
-        shown = uncertain.shown(state.forces)
+        shown = uncertain.shown(state.forces if state.reference is None else state.reference)
         columns = self._columns(state, shown)
         loads = self.influence.shape[3]
         held = np.concatenate([np.ones(loads, dtype=bool), shown])
@@ -147,6 +147,7 @@ class Sampling:
         columns = np.zeros((*self.influence.shape[:3], size), dtype=np.float32)
         columns[..., :loads] = self.influence
         single = forces.astype(np.float32)
+        loaded = single if state.reference is None else state.reference.astype(np.float32)
         for (group, _), powers in zip(uncertain.values, self._values, strict=True):
             unknown = float(extra[group.begin])
             for power, change in enumerate(powers, 1):
@@ -157,10 +158,10 @@ class Sampling:
         for (std, where, _), matrix in zip(uncertain.contacts, self._contacts, strict=True):
             own = np.flatnonzero(shown[where])
             shaped = matrix.reshape(*matrix.shape[:3], -1, 3)[..., own, :]
-            each = np.einsum("fkmjc,jc->fkmj", shaped, std * single.reshape(-1, 3)[own])
+            each = np.einsum("fkmjc,jc->fkmj", shaped, std * loaded.reshape(-1, 3)[own])
             columns[..., place[where.start + own]] = each
             spread = (std * extra[where][own]).astype(np.float32)
-            if spread.any():
+            if spread.any() and state.reference is None:
                 mine = columns[..., :loads].reshape(*matrix.shape[:3], -1, 3)
                 mine[..., own, :] += shaped * spread[:, None]
         for group in uncertain.registration:
@@ -262,6 +263,11 @@ class State(Protocol):
     @property
     def extra(self) -> Array:
         """Other unknowns, shape (q,)."""
+        ...
+
+    @property
+    def reference(self) -> Array | None:
+        """Forces that the spread of tractions is relative to, if not these."""
         ...
 
     @property

@@ -167,7 +167,8 @@ class PadFrameReader(FrameReader):
         else:
             optima, sure = self._explanations(fit, classifier, silence)
         best = optima[0]
-        whole = self._fit(levels, self._stating, classifier).information(best.place)
+        stating = self._fit(levels, self._stating, classifier)
+        whole = stating.information(best.place)
         fine = marginal_information(whole, len(best.forces))
         if not classifier.explained(best):
             return classifier.unexplained(levels, best, partial(covariance_of, fine)), best
