@@ -166,6 +166,22 @@ def test_a_finding_names_what_departs(roller: PadModel, stated, words: str) -> N
     assert next(iter(stated)) in finding
 
 
+def test_frames_that_follow_are_read_whatever_the_tractions(roller: PadModel) -> None:
+    model = loosened(
+        roller, **{"tactels.placement": "0 +/- 0.1 mm", "camera.amplitude": "240 +/- 3 %"}
+    )
+    rng = np.random.default_rng(6)
+    real, forces = model.as_built(rng), touch(model, rng)
+    tractions = real.contacts((), rng)
+    steps = [forces * (1 + 0.02 * k) for k in range(3)]
+    frames = [real.expose(step, rng, tractions) for step in steps]
+    readings = list(ff.Reader(model).stream(frames))
+    assert [reading.tracked for reading in readings] == [False, True, True]
+    for reading, step in zip(readings, steps, strict=True):
+        assert reading.status is Status.OK
+        assert (np.abs(reading.forces - step) < 5 * reading.std).all()
+
+
 def test_frames_that_follow_carry_on_what_lasts(roller: PadModel) -> None:
     model = loosened(
         roller, **{"camera.shift_x": "0 +/- 0.1 mm", "camera.amplitude": "240 +/- 3 %"}

@@ -32,10 +32,11 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 HIGHEST = 3
-"""Order of the polynomials of a traction.  Behind a cover of a quarter of the side, Hertz's pressure
-on three squares a side leaves traces of the third order that a frame of 8 bits shows."""
-SHAPES = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1)) + tuple(
-    (order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1)
+"""Order of the polynomials of a traction.  Behind a cover of a quarter of the side, pressures that
+differ within a square leave traces of the third order that a frame of 8 bits shows."""
+SHAPES = (
+    *((1, 0), (0, 1), (2, 0), (0, 2), (1, 1)),
+    *((order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1)),
 )
 """Orders along x and y of the polynomials of a traction beyond the uniform one."""
 CENTRE, WIDTH = 1 / 6, 1 / 5

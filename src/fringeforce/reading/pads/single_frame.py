@@ -139,6 +139,8 @@ class PadFrameReader(FrameReader):
         if (start := known.start) is not None:
             fit = replace(self._fit(grey, self._following, classifier), prior=known.prior)
             if self.uncertain is not None:
+                # tractions are spread as forces of the last frame let expect
+                fit = replace(fit, reference=start.forces)
                 start = fit.at(start.forces, start.extra)
             optimum = fit.climb(start, 6, known.curvature)
             if classifier.explained(optimum):
