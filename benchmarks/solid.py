@@ -66,10 +66,9 @@ def errors(found: Array, reference: Array) -> tuple[float, float]:
 def psi(model: PadModel) -> Array:
     """Retardance per force at every fourth pixel, shape (2, pixels, 1, n, 3) [rad/N]."""
     columns, rows = (places[1::4] for places in model.sensor.pixel_positions)
-    x, y = (grid.ravel() for grid in np.meshgrid(columns, rows))
     total = 2 * model.influence.profile.sum(axis=0)
-    matrix = np.einsum("m,fmpn->fpn", total, model.influence.matrix(x, y))
-    return matrix.reshape(2, len(x), 1, -1, 3)
+    matrix = np.einsum("m,fmpn->fpn", total, model.influence.matrix(columns, rows))
+    return matrix.reshape(2, len(columns) * len(rows), 1, -1, 3)
 
 
 def measure(sides: Sides) -> None:

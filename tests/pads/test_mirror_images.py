@@ -140,6 +140,7 @@ def test_a_frame_that_two_loads_explain_names_both(
     monkeypatch.setattr(Search, "attempts", lambda *_: iter([(beyond.ravel(), True)]))
     reading = ff.Reader(noisy).search(frame)
     assert reading.status is Status.AMBIGUOUS
+    assert 0 < reading.probability < 0.999
     assert reading.alternatives.shape[1:] == beyond.shape
     named = [reading.forces, *reading.alternatives]
     for loads in (beyond, below):
@@ -171,9 +172,11 @@ def test_rivals_are_weighed_by_their_likelihoods() -> None:
     both = weighed([likely, far], information)
     np.testing.assert_array_equal(both.forces, likely.forces)
     np.testing.assert_array_equal(both.others, [far.forces])
+    assert both.probability == pytest.approx(1 / (1 + np.exp(-0.5)))
     ruled_out = weighed([likely, optimum([3.0, 0, 0], 1020.0)], information)
     assert not len(ruled_out.others)
     np.testing.assert_array_equal(ruled_out.information, information)
+    assert ruled_out.probability == 1
     # two that are near to each other are one, with the covariance of their mixture
     near = weighed([likely, optimum([2.2, 0, 0], 1000.0)], information)
     assert not len(near.others)

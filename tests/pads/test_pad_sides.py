@@ -119,7 +119,9 @@ def _integral(model: PadModel, x: Array, y: Array) -> Array:
     """The same of a model, at any places."""
     pad = model.sensor
     constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-    modes = model.influence.matrix(x, y)[0] @ np.tile([1.0, 0.0, 0.0], 4)
+    (columns, column), (rows, row) = (np.unique(places, return_inverse=True) for places in (x, y))
+    everywhere = model.influence.matrix(columns, rows)[0] @ np.tile([1.0, 0.0, 0.0], 4)
+    modes = everywhere.reshape(-1, len(rows), len(columns))[:, row, column]
     return model.influence.profile.sum(axis=0) @ modes / constant
 
 

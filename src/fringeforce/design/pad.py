@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from fringeforce.base.arrays import Array
-from fringeforce.design.fields import Extent, Finite, Length, Visibility
+from fringeforce.design.fields import Angle, Extent, Finite, Length, Place, Visibility
 from fringeforce.design.light import Plates
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
 
@@ -47,12 +47,24 @@ class PadTactels(Part):
     pitch: Length = Field(description="distance between neighbours, along x and y [m]")
     size: Length | None = Field(
         default=None,
-        description="side of a square [m]; the pitch if not given",
+        description="side of a square [m]; the pitch if not given.  Its tolerance says how wide "
+        "the tractions on the squares are, along x and along y, anew in every frame",
         json_schema_extra={"unit": "meter"},
+    )
+    placement: Place = Field(
+        default=0.0,
+        description="how far from the middles of their squares the tractions act [m]; only with a "
+        "tolerance about 0, along x and along y, anew in every frame",
+        json_schema_extra={"ideal": True, "unit": "meter"},
     )
 
     @model_validator(mode="after")
     def _apart(self) -> PadTactels:
+        if self.placement:
+            raise ValueError(
+                f"placement = {self.placement * 1e3:g} mm: tactels of a pad stand where they are "
+                'drawn; state a tolerance about 0, such as "0 +/- 0.1 mm"'
+            )
         if self.side > self.pitch * (1 + 1e-12):
             raise ValueError(
                 f"squares of {self.side * 1e3:g} mm overlap at a pitch of {self.pitch * 1e3:g} mm; "
@@ -109,6 +121,26 @@ class PadPolariscope(Part):
         description="of fringes: 1 - visibility of the light has lost its polarisation",
         json_schema_extra={"ideal": True},
     )
+    residual: Angle = Field(
+        default=0.0,
+        description="retardance over both passes without load [rad]; only with a tolerance about "
+        "0, the standard deviation of the smooth random fields of its two parts, A and B",
+        json_schema_extra={"ideal": True},
+    )
+    residual_length: Length = Field(
+        default=5e-3,
+        description="correlation length of the residual [m]",
+        json_schema_extra={"ideal": True, "unit": "meter"},
+    )
+
+    @model_validator(mode="after")
+    def _without_mean(self) -> PadPolariscope:
+        if self.residual:
+            raise ValueError(
+                f"residual = {self.residual:g} rad: the residual of a pad has a direction at every "
+                'place; state a tolerance about 0, such as "0 +/- 0.1 rad"'
+            )
+        return self
 
     @property
     def pictures(self) -> tuple[PadChannel, ...]:
@@ -130,6 +162,22 @@ class AreaCamera(Converter):
         description="standard deviation of the lens's point spread, on the pad [m]; none if not "
         "given",
         json_schema_extra={"unit": "meter"},
+    )
+    shift_x: Place = Field(
+        default=0.0,
+        description="how far along x the pixels look beside where they are drawn [m]",
+        json_schema_extra={"ideal": True, "unit": "meter"},
+    )
+    shift_y: Place = Field(
+        default=0.0,
+        description="the same along y [m]",
+        json_schema_extra={"ideal": True, "unit": "meter"},
+    )
+    scale: Finite = Field(
+        default=1.0,
+        gt=0,
+        description="distance between pixels on the pad over that of the drawing",
+        json_schema_extra={"ideal": True},
     )
 
 
@@ -170,10 +218,12 @@ class Pad(Design):
 
     @property
     def pixel_positions(self) -> tuple[Array, Array]:
-        """Centres of the pixels along x (columns) and along y (rows) [m]."""
-        sides = self.transducer.length, self.transducer.width
+        """Where the pixels look, along x (columns) and along y (rows) [m]."""
+        sides, camera = (self.transducer.length, self.transducer.width), self.camera
         x, y = (
-            ((np.arange(n) + 0.5) / n - 0.5) * side
-            for n, side in zip(self.camera.pixels, sides, strict=True)
+            shift + camera.scale * ((np.arange(n) + 0.5) / n - 0.5) * side
+            for shift, n, side in zip(
+                (camera.shift_x, camera.shift_y), camera.pixels, sides, strict=True
+            )
         )
         return x, y

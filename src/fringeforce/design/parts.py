@@ -77,8 +77,7 @@ class Converter(Part):
     noise_model: Literal["uniform", "gaussian"] = Field("uniform", description="its distribution")
     drift: Percent = Field(
         default=0.0,
-        description='relative standard deviation of the light from frame to frame, such as "1 %"; '
-        "readings of pads do not allow for it",
+        description='relative standard deviation of the light from frame to frame, such as "1 %"',
         json_schema_extra={"ideal": True},
     )
     response: str = Field(

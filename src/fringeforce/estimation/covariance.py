@@ -23,3 +23,21 @@ def covariance_of(information: Array) -> Array:
     factor, trouble = potrf(scaled, lower=1)
     lower = np.tril(np.linalg.inv(scaled) if trouble else potri(factor, lower=1)[0])
     return np.asarray((lower + np.tril(lower, -1).T) / np.outer(units, units))
+
+
+def marginal_information(information: Array, count: int) -> Array:
+    """Information about the first unknowns, whatever the others are: Schur's complement.
+
+    Its inverse is the block of the inverse of the whole matrix.
+
+    Parameters
+    ----------
+    information : ndarray, shape (m, m)
+        Of all unknowns.
+    count : int
+        Number of the first ones.
+    """
+    own, beside = information[:count, :count], information[:count, count:]
+    if not beside.size:
+        return own
+    return np.asarray(own - beside @ np.linalg.solve(information[count:, count:], beside.T))

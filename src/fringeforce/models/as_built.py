@@ -7,7 +7,7 @@ along the strip, and place and width of the contacts are drawn anew for every fr
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 AnyDesign = TypeVar("AnyDesign", bound=Design)
 
 RESIDUAL, PLACEMENT, WIDTH = "polariscope.residual", "tactels.placement", "tactels.contact_width"
+SIZE = "tactels.size"
+ANEW = PLACEMENT, WIDTH, SIZE
+"""Of contacts, which differ from frame to frame."""
 INFLUENCE_ERROR = "transducer.influence_error"
 SHAPE_LENGTH = 1 / 16
 """Correlation length of errors of shape of the influence matrix, as a share of the strip."""
@@ -208,15 +211,43 @@ def drawn(design: AnyDesign, generator: np.random.Generator) -> AnyDesign:
     values: dict[str, Any] = {"tolerances": type(design.tolerances)()}
     for path, std in design.tolerances.items():
         found = number_at(design, path)
-        if found is not None and path not in (RESIDUAL, PLACEMENT, WIDTH):
+        if found is not None and path not in (RESIDUAL, *ANEW):
             values[path] = float(_truncated(found[0], std, limits(found[1]), generator, ()))
     return with_values(design, values)
 
 
 def changes_influence(paths: Iterable[str]) -> bool:
     """Whether the influence matrix depends on one of these values."""
-    lasting = set(paths) - {PLACEMENT, WIDTH}
-    return any(path.startswith(MECHANICAL) for path in lasting)
+    return any(path.startswith(MECHANICAL) for path in set(paths) - set(ANEW))
+
+
+def loosened(design: AnyDesign, stated: Mapping[str, Any]) -> AnyDesign:
+    """A design with other tolerances, for a model that is characterised already.
+
+    Parameters
+    ----------
+    design : Design
+        Of a strip or a pad.
+    stated : mapping
+        Values by dotted path, as of `Design.replace`.
+
+    Raises
+    ------
+    DesignError
+        If the design does not have such a value.
+    InputError
+        If a value changes on which the influence matrix depends.
+    """
+    changed = design.replace(**stated)
+    for path in stated:
+        before, after = (number_at(one, path) for one in (design, changed))
+        moved = before is not None and after is not None and before[0] != after[0]
+        if moved and path != INFLUENCE_ERROR and changes_influence([path]):
+            raise InputError(
+                f"{path} = {stated[path]} changes the influence matrix, and not only what is "
+                "uncertain about it; characterise the changed design."
+            )
+    return changed
 
 
 def built(drawing: Sensor, model: StripModel, generator: np.random.Generator) -> BuiltSensor:

@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,15 +18,16 @@ from fringeforce.base.storage import existing_file, new_file, read, text, write
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
-from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+from fringeforce.mechanics.solid.block import Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
-from fringeforce.models.as_built import changes_influence, drawn
+from fringeforce.models.as_built import changes_influence, drawn, loosened
+from fringeforce.models.pad_as_built import BuiltPad, block_of, built_pad
 from fringeforce.models.pad_influence import PadInfluence, Retardance, compressed
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, Picture, measure, measure_back, mosaic, pictures
-from fringeforce.optics.integrated import turn_modes, turn_modes_back
+from fringeforce.optics.integrated import double_pass, turn_modes, turn_modes_back
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 Array = NDArray[np.float64]
@@ -172,32 +174,64 @@ class PadModel:
 
     def picture(self, modes: Single, picture: Picture) -> tuple[Single, Single]:
         """Intensity of one picture, shape (P,), and the light behind it, shape (3, P)."""
+        light = self.light(modes, picture)
+        return self.measured(light, picture, self.lens), light
+
+    def seen(self, slices: ArrayLike) -> Single:
+        """Intensity of light through slices of any retardance, shape (channels, P).
+
+        Parameters
+        ----------
+        slices : array_like, shape (slices, 2, rows, columns)
+            Single-pass retardance, as of `slices` [rad].
+        """
+        stack, found = np.asarray(slices, dtype=np.float32), []
+        for picture in self.pictures:
+            light = double_pass(np.float32(picture.dispersion) * stack)
+            flat = np.ascontiguousarray(light.reshape(3, -1), dtype=np.float32)
+            found.append(self.measured(flat, picture, self.lens))
+        return np.stack(found)
+
+    def light(self, modes: Single, picture: Picture) -> Single:
+        """Light at every pixel after both passes, shape (3, P), at the wavelength of a picture."""
         flat = modes.reshape(*modes.shape[:2], -1)
         light = np.empty((3, flat.shape[2]), dtype=np.float32)
         turn_modes(flat, np.float32(picture.dispersion) * self.profile, light)
-        if self.lens is None:
-            seen = np.empty(flat.shape[2], dtype=np.float32)
+        return light
+
+    def measured(self, light: Single, picture: Picture, lens: Lens | None) -> Single:
+        """Intensity, shape (P,), of light, shape (3, P), behind a lens."""
+        if lens is None:
+            seen = np.empty(light.shape[1], dtype=np.float32)
             measure(light, picture.packed, self.kinds, seen)
-            return seen, light
-        seen = np.empty((len(picture.packed), flat.shape[2]), dtype=np.float32)
+            return seen
+        seen = np.empty((len(picture.packed), light.shape[1]), dtype=np.float32)
         for kind, image in enumerate(seen):
             measure(light, picture.packed, np.full_like(self.kinds, kind), image)
         sharp = seen.reshape(-1, *self._image)
-        blurred = self.lens.forward(sharp).reshape(seen.shape)
-        return np.take_along_axis(blurred, self.kinds[None], axis=0)[0], light
+        blurred = lens.forward(sharp).reshape(seen.shape)
+        return np.take_along_axis(blurred, self.kinds[None], axis=0)[0]
 
     def picture_adjoint(
-        self, modes: Single, picture: Picture, light: Single, pull: Single
+        self,
+        modes: Single,
+        picture: Picture,
+        light: Single,
+        pull: Single,
+        lens: Lens | None = None,
     ) -> Single:
-        """Derivative by the modes, same shape, from that by the intensity of one picture, (P,)."""
-        flat = modes.reshape(*modes.shape[:2], -1)
+        """Derivative by the modes, same shape, from that by the intensity of one picture, (P,).
+
+        The lens is the model's own if none is given.
+        """
+        flat, lens = modes.reshape(*modes.shape[:2], -1), lens or self.lens
         by_light = np.zeros_like(light)
-        if self.lens is None:
+        if lens is None:
             measure_back(light, picture.packed, self.kinds, pull, by_light)
         else:
             for kind in range(len(picture.packed)):
                 share = np.where(self.kinds == kind, pull, np.float32(0)).reshape(self._image)
-                sharp = self.lens.adjoint(share).ravel()
+                sharp = lens.adjoint(share).ravel()
                 measure_back(light, picture.packed, np.full_like(self.kinds, kind), sharp, by_light)
         gradient, profile = np.empty_like(flat), np.float32(picture.dispersion) * self.profile
         turn_modes_back(flat, profile, light, by_light, gradient)
@@ -226,17 +260,45 @@ class PadModel:
         camera, axes = self.sensor.camera, len(self.frame_shape)
         return camera_optics.expose(camera, self.intensity(forces), rng, frame_axes=axes)
 
-    def as_built(self, rng: camera_optics.Rng = None) -> PadModel:
-        """Draw one real pad from the tolerances of the design: the model of the values drawn.
+    def as_built(self, rng: camera_optics.Rng = None) -> BuiltPad:
+        """Draw one real pad from the tolerances of the design.
 
         Parameters
         ----------
         rng : int, numpy.random.Generator or None
             Source of the draws.
         """
-        pad = drawn(self.sensor, np.random.default_rng(rng))
+        generator = np.random.default_rng(rng)
+        pad = drawn(self.sensor, generator)
+        samples = len(self.influence.x), len(self.influence.profile)
         anew = changes_influence(self.sensor.tolerances)
-        return characterize_pad(pad) if anew else replace(self, sensor=pad)
+        model = characterize_pad(pad, None, *samples) if anew else replace(self, sensor=pad)
+        return built_pad(self.sensor, model, generator)
+
+    def with_tolerances(self, **stated: Any) -> PadModel:
+        """The same model with other tolerances, which readings allow for.
+
+        Parameters
+        ----------
+        **stated
+            Values of the design by dotted path, as of `Pad.replace`:
+            ``with_tolerances(**{"camera.shift_x": "0 +/- 0.05 mm"})``.
+
+        Raises
+        ------
+        DesignError
+            If the design does not have such a value.
+        InputError
+            If a value changes on which the influence depends.
+
+        Examples
+        --------
+        >>> pad = ff.load_sensor("pad").replace(tactels={"count": [2, 2]})
+        >>> loose = ff.characterize(pad).with_tolerances(**{"camera.drift": "1 %"})
+        >>> loose.sensor.camera.drift
+        0.01
+        """
+        return replace(self, sensor=loosened(self.sensor, stated))
 
     def checked(self, forces: ArrayLike, single: bool = False) -> Array:
         """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""
@@ -340,9 +402,3 @@ def characterize_pad(
         "asymmetry averaged away": asymmetry,
     }
     return PadModel(pad, found, provenance)
-
-
-def block_of(pad: Pad) -> Block:
-    """The block of a pad, as mechanics wants it."""
-    t = pad.transducer
-    return Block(t.length, t.width, t.compliant, t.photoelastic, t.sides)

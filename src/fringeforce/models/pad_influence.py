@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from fringeforce.base.errors import InputError
 from fringeforce.base.linear_map import LinearMap
@@ -23,6 +22,9 @@ from fringeforce.models.pad_symmetry import FIELDS, PARITIES, fold, load_basis, 
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+
+EVEN = 1e-6
+"""Share of an even depth profile that known ones may leave out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,9 @@ class PadInfluence(LinearMap):
         For each of the four parities of `PARITIES`, from loads in the basis of that parity to
         coefficients of splines, single-pass retardance (A, then B) of every mode on a quarter of
         the samples, those of negative x and y [rad/N].
+    flips : (int, int)
+        Signs that the loads take in the mirrors x = 0 and y = 0 beyond those of forces: -1 along
+        an axis for those that are odd within their tactels.
     """
 
     count: tuple[int, int]
@@ -48,6 +53,7 @@ class PadInfluence(LinearMap):
     y: Array
     profile: Array
     quarters: tuple[Single, ...]
+    flips: tuple[int, int] = (1, 1)
 
     @property
     def modes(self) -> int:
@@ -87,7 +93,7 @@ class PadInfluence(LinearMap):
         for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
             quarter = part.forward(patterns @ loads).reshape(2, self.modes, ny // 2, nx // 2)
             for field, own in enumerate(FIELDS):
-                unfold(quarter[field], _signs(parity, own), whole[field])
+                unfold(quarter[field], _signs(parity, own, self.flips), whole[field])
         return whole
 
     def adjoint(self, values: Single) -> Array:
@@ -95,22 +101,37 @@ class PadInfluence(LinearMap):
         total = np.zeros(self._bases[0].shape[1])
         for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
             quarter = np.stack(
-                [fold(values[f], _signs(parity, own)) for f, own in enumerate(FIELDS)]
+                [fold(values[f], _signs(parity, own, self.flips)) for f, own in enumerate(FIELDS)]
             )
             total += patterns.T @ part.adjoint(quarter.ravel())
         return total
 
     def matrix(self, x: Array, y: Array) -> Single:
-        """The whole influence at single points, shape (2, modes, len(x), 3 n) [rad/N]."""
+        """The whole influence at all pairs of places along x and along y.
+
+        Parameters
+        ----------
+        x, y : ndarray, shape (c,), (r,)
+            Places [m].
+
+        Returns
+        -------
+        ndarray, shape (2, modes, r * c, 3 n)
+            Row by row [rad/N].
+        """
         along, across = splines.basis(self.x, x), splines.basis(self.y, y)
         n = self._bases[0].shape[1]
-        result = np.zeros((2, self.modes, len(x), n), dtype=np.float32)
+        half = len(self.y) // 2, len(self.x) // 2
+        result = np.zeros((2, self.modes, len(y) * len(x), n), dtype=np.float32)
         for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
-            shaped = part.reshape(2, self.modes, len(self.y) * len(self.x) // 4, part.shape[1])
+            shaped = part.reshape(2, self.modes, *half, part.shape[1])
             for field, own in enumerate(FIELDS):
-                weights = _folded_weights(along, across, _signs(parity, own))
+                signs = _signs(parity, own, self.flips)
+                columns, rows = _folded(along, signs[0]), _folded(across, signs[1])
                 for mode in range(self.modes):
-                    result[field, mode] += (weights @ shaped[field, mode]) @ patterns
+                    lines = np.tensordot(columns, shaped[field, mode], (1, 1))
+                    values = np.tensordot(rows, lines, (1, 1))
+                    result[field, mode] += values.reshape(-1, part.shape[1]) @ patterns
         return result
 
 
@@ -146,7 +167,10 @@ class Retardance(LinearMap):
 
     def forward(self, values: Array) -> Single:
         """Single-pass retardance (A, B) of every depth profile at every pixel."""
-        grid = self.influence.forward(values.ravel())
+        return self.spread(self.influence.forward(values.ravel()))
+
+    def spread(self, grid: Single) -> Single:
+        """From spline coefficients, shape (2, modes, ny, nx), to the pixels."""
         # one large product is faster than many small ones
         across = grid.reshape(-1, grid.shape[-1]) @ self.columns.T
         shaped = across.reshape(-1, grid.shape[-2], len(self.columns))
@@ -154,22 +178,25 @@ class Retardance(LinearMap):
 
     def adjoint(self, values: Single) -> Array:
         """From retardance to forces."""
+        return self.influence.adjoint(self.gather(values)).reshape(-1, 3)
+
+    def gather(self, values: Single) -> Single:
+        """From retardance at the pixels to spline coefficients: the transpose of `spread`."""
         across = self.rows.adjoint(values.reshape(-1, *values.shape[2:]))
         grid = across.reshape(-1, across.shape[-1]) @ self.columns
-        return self.influence.adjoint(grid.reshape(self.influence.shapes[1])).reshape(-1, 3)
+        return grid.reshape(self.influence.shapes[1])
 
 
-def _signs(parity: tuple[int, int], own: tuple[int, int]) -> tuple[int, int]:
-    return parity[0] * own[0], parity[1] * own[1]
+def _signs(
+    parity: tuple[int, int], own: tuple[int, int], flips: tuple[int, int] = (1, 1)
+) -> tuple[int, int]:
+    return parity[0] * own[0] * flips[0], parity[1] * own[1] * flips[1]
 
 
-def _folded_weights(along: Array, across: Array, signs: tuple[int, int]) -> csr_array:
-    """Weights of a quarter's coefficients at points of the whole pad, shape (points, ny/2 nx/2)."""
-    half_x, half_y = along.shape[1] // 2, across.shape[1] // 2
-    x = along[:, :half_x] + signs[0] * along[:, : half_x - 1 : -1]
-    y = across[:, :half_y] + signs[1] * across[:, : half_y - 1 : -1]
-    product = (y[:, :, None] * x[:, None, :]).reshape(len(x), -1)
-    return csr_array(product.astype(np.float32))
+def _folded(weights: Array, sign: int) -> Single:
+    """Weights of half the coefficients, from those of all, shape (places, coefficients)."""
+    half = weights.shape[1] // 2
+    return (weights[:, :half] + sign * weights[:, : half - 1 : -1]).astype(np.float32)
 
 
 def compressed(
@@ -233,12 +260,78 @@ def compressed(
     return influence, left_out, float(np.sqrt(max(1 - kept / total, 0.0)))
 
 
-def _quarter_spline(solid: SolidInfluence, quarter: Array, signs: tuple[int, int]) -> Array:
+def further(
+    base: PadInfluence,
+    solid: SolidInfluence,
+    stress_optic_constant: float,
+    weights: Array,
+    flips: tuple[int, int] = (1, 1),
+) -> PadInfluence:
+    """Another influence of the same pad, in the depth profiles of one that is known.
+
+    Parameters
+    ----------
+    base : PadInfluence
+        That is known.
+    solid : SolidInfluence
+        Stresses at the samples of negative x and y of the base, which are a quarter of the pad.
+    stress_optic_constant : float
+        K_t [rad/(Pa m)].
+    weights : ndarray, shape (slices,)
+        Of the depth integral of the base [m].
+    flips : (int, int)
+        Mirror signs of the loads.
+    """
+    nx, ny = len(base.x) // 2, len(base.y) // 2
+    # profiles are the root of the weights times orthonormal vectors
+    reduction = (base.profile / weights[:, None] * solid.weights[:, None]).T
+    shape = 2, base.modes, ny, nx
+    patterns = [load_basis(base.count, parity) for parity in PARITIES]
+    parts = [np.empty((*shape, len(basis)), dtype=np.float32) for basis in patterns]
+    for field, stress in enumerate((solid.difference, 2 * solid.shear)):
+        samples = stress_optic_constant * np.einsum("ks,xysnc->kyxnc", reduction, stress)
+        for mode, values in enumerate(samples):
+            flat = values.reshape(ny, nx, -1)
+            for parity, basis, part in zip(PARITIES, patterns, parts, strict=True):
+                quarter = np.moveaxis(flat @ basis.T, -1, 0)
+                signs = _signs(parity, FIELDS[field], flips)
+                part[field, mode] = np.moveaxis(_quarter_spline(base, quarter, signs), 0, -1)
+    quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
+    return PadInfluence(base.count, base.x, base.y, base.profile, quarters, flips)
+
+
+def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
+    """The same influence with one more depth profile, so that they hold one that is even in depth.
+
+    Parameters
+    ----------
+    base : PadInfluence
+        Whose forces leave the new profile as it is.
+    weights : ndarray, shape (slices,)
+        Of the depth integral [m].
+    """
+    root = np.sqrt(weights)
+    known, even = base.profile / root[:, None], root / np.linalg.norm(root)
+    left = even - known @ (known.T @ even)
+    if np.linalg.norm(left) < EVEN:
+        return base
+    profile = np.column_stack([base.profile, root * left / np.linalg.norm(left)])
+    quarters = []
+    for quarter in base.quarters:
+        shaped = quarter.reshape(2, base.modes, -1)
+        wider = np.concatenate([shaped, np.zeros_like(shaped[:, :1])], axis=1)
+        quarters.append(np.ascontiguousarray(wider.reshape(-1, quarter.shape[1])))
+    return PadInfluence(base.count, base.x, base.y, profile, tuple(quarters), base.flips)
+
+
+def _quarter_spline(
+    samples: SolidInfluence | PadInfluence, quarter: Array, signs: tuple[int, int]
+) -> Array:
     """Spline coefficients of a quarter, from its values, shape (m, ny / 2, nx / 2)."""
     h, w = quarter.shape[1:]
     whole = np.zeros((len(quarter), 2 * h, 2 * w))
     unfold(quarter, signs, whole)
-    across, along = splines.coefficients(solid.y)[:h], splines.coefficients(solid.x)[:w]
+    across, along = splines.coefficients(samples.y)[:h], splines.coefficients(samples.x)[:w]
     return across @ whole @ along.T
 
 

@@ -26,7 +26,6 @@ from fringeforce.base.storage import (
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.strip import Sensor
-from fringeforce.design.tolerances import number_at
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
@@ -34,11 +33,11 @@ from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
-    INFLUENCE_ERROR,
     BuiltSensor,
     built,
     changes_influence,
     drawn,
+    loosened,
     shape_errors,
 )
 from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
@@ -328,16 +327,7 @@ class SensorModel:
         >>> loose.sensor.transducer.influence_error
         0.03
         """
-        sensor = self.sensor.replace(**stated)
-        for path in stated:
-            before, after = (number_at(design, path) for design in (self.sensor, sensor))
-            moved = before is not None and after is not None and before[0] != after[0]
-            if moved and path != INFLUENCE_ERROR and changes_influence([path]):
-                raise InputError(
-                    f"{path} = {stated[path]} changes the influence matrix, and not only what is "
-                    "uncertain about it; characterise the changed design."
-                )
-        return replace(self, sensor=sensor)
+        return replace(self, sensor=loosened(self.sensor, stated))
 
     def residuals(self, frames: ArrayLike, forces: ArrayLike) -> Array:
         """What known forces leave of frames, in units of the noise; zero where no pixel is usable.

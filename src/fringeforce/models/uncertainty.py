@@ -475,10 +475,7 @@ def inside(x: Array, half: float) -> NDArray[np.bool_]:
 
 
 def random_field(x: Array, length: float, nodes: int) -> Array:
-    """Modes of a Gaussian process of unit variance, shape (k, m): sum_k e_k row_k, e_k ~ N(0, 1).
-
-    The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
-    (Rasmussen and Williams, Gaussian Processes for Machine Learning, section 4.3).
+    """Modes of a smooth random field at the nodes, shape (k, m); see `karhunen_loeve`.
 
     Parameters
     ----------
@@ -489,8 +486,25 @@ def random_field(x: Array, length: float, nodes: int) -> Array:
     nodes : int
         Number of nodes m.
     """
-    x = x[:: SAMPLES // SMOOTH]
+    return coefficients(karhunen_loeve(x[:: SAMPLES // SMOOTH], length), nodes)
+
+
+def karhunen_loeve(x: Array, length: float, smallest: float = SMALLEST) -> Array:
+    """Modes of a Gaussian process of unit variance, shape (k, s): sum_k e_k row_k, e_k ~ N(0, 1).
+
+    The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
+    (Rasmussen and Williams, Gaussian Processes for Machine Learning, section 4.3).
+
+    Parameters
+    ----------
+    x : ndarray, shape (s,)
+        Places [m].
+    length : float
+        Correlation length [m].
+    smallest : float
+        Variance of a mode, relative to the largest, below which it is left out.
+    """
     values, vectors = np.linalg.eigh(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
     order = np.argsort(-values)
-    kept = order[: int(np.sum(values > SMALLEST * values.max()))]
-    return coefficients((vectors[:, kept] * np.sqrt(values[kept])).T, nodes)
+    kept = order[: int(np.sum(values > smallest * values.max()))]
+    return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
+from typing import Any, Protocol
 
-from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+import numpy as np
+
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE, WIDTH
 from fringeforce.models.departures import UNEVEN_LIGHT
-from fringeforce.models.strip import SensorModel
-from fringeforce.reading.departure_fit import Fit
 
 UNEXPLAINED = (
     "No departure from the design that the model knows explains this frame. Check that the design "
@@ -17,14 +18,56 @@ UNEXPLAINED = (
 RMS = "root mean square"
 
 
-def sentence(fits: list[Fit], model: SensorModel, explained: bool = True) -> str:
+class Model(Protocol):
+    """What a frame departs from; `SensorModel` and `PadModel` are such."""
+
+    @property
+    def sensor(self) -> Any:
+        """The design, of a strip or a pad."""
+        ...
+
+
+class Departing(Protocol):
+    """What departs."""
+
+    @property
+    def path(self) -> str:
+        """Dotted path of the value that departs, or what it is."""
+        ...
+
+    @property
+    def one(self) -> object:
+        """True if it is one number."""
+        ...
+
+
+class Fitted(Protocol):
+    """A departure as a frame shows it, of a strip or a pad."""
+
+    @property
+    def departure(self) -> Departing:
+        """What departs."""
+        ...
+
+    @property
+    def size(self) -> float:
+        """By how much, root mean square if it is many numbers."""
+        ...
+
+    @property
+    def significance(self) -> float:
+        """Standard deviations between this and the design."""
+        ...
+
+
+def sentence(fits: Sequence[Fitted], model: Model, explained: bool = True) -> str:
     """One finding.
 
     Parameters
     ----------
-    fits : list of Fit
+    fits : sequence of Fitted
         What a frame cannot tell apart, the likeliest first; one if it can.
-    model : SensorModel
+    model : SensorModel or PadModel
         That the frame departs from.
     explained : bool
         Whether the likeliest explains all of the frame.
@@ -39,14 +82,14 @@ def sentence(fits: list[Fit], model: SensorModel, explained: bool = True) -> str
     return f"{text}; {_remedy([fit.departure.path for fit in fits], model)}."
 
 
-def together(fits: list[Fit], model: SensorModel) -> str:
+def together(fits: Sequence[Fitted], model: Model) -> str:
     """One finding about departures that explain a frame only together.
 
     Parameters
     ----------
-    fits : list of Fit
+    fits : sequence of Fitted
         The departures, the most significant first.
-    model : SensorModel
+    model : SensorModel or PadModel
         That the frame departs from.
     """
     claims = [f"{_claim(fit, model)} ({_deviations(fit)})" for fit in fits]
@@ -55,11 +98,11 @@ def together(fits: list[Fit], model: SensorModel) -> str:
     return f"Several departures together explain this frame: {said}; {remedy}."
 
 
-def _deviations(fit: Fit) -> str:
+def _deviations(fit: Fitted) -> str:
     return f"{fit.significance:.0f} standard deviations"
 
 
-def _claim(fit: Fit, model: SensorModel) -> str:
+def _claim(fit: Fitted, model: Model) -> str:
     departure, size = fit.departure, fit.size
     say = _ONE[departure.path] if departure.one else _MANY[departure.path]
     return say(size, model)
@@ -73,35 +116,41 @@ def _percent(share: float) -> str:
     return f"{abs(share) * 100:.2g} %"
 
 
-def _layer(name: str, more: str, less: str) -> Callable[[float, SensorModel], str]:
+def _layer(name: str, more: str, less: str) -> Callable[[float, Model], str]:
     return lambda by, _: f"the {name} seems {_percent(by)} {more if by > 0 else less} than drawn"
 
 
-def _blur(by: float, model: SensorModel) -> str:
+def _blur(by: float, model: Model) -> str:
     sensor = model.sensor
-    pixels = by * sensor.camera.pixels / sensor.transducer.length
+    pixels = by * float(np.ravel(sensor.camera.pixels)[0]) / sensor.transducer.length
     if not sensor.camera.blur:
         return f"the picture seems blurred by {_length(by)} ({abs(pixels):.2g} pixels)"
     return f"the picture's blur seems {_length(by)} {'larger' if by > 0 else 'smaller'} than drawn"
 
 
-def _response(by: float, model: SensorModel) -> str:
+def _response(by: float, model: Model) -> str:
     stated = model.sensor.camera.gamma
     return f"the camera's response seems to have a gamma of {stated + by:.3g}, not {stated:g}"
 
 
-def _visibility(by: float, model: SensorModel) -> str:
+def _visibility(by: float, model: Model) -> str:
     stated = model.sensor.polariscope.visibility
     return f"the visibility of the fringes seems {stated + by:.3g}, not {stated:g}"
 
 
-def _width(by: float, model: SensorModel) -> str:
+def _width(by: float, model: Model) -> str:
     stated = model.sensor.tactels.contact_width
     return f"the contacts seem {_length(stated + by)} wide, not {stated * 1e3:g} mm"
 
 
-_ONE: dict[str, Callable[[float, SensorModel], str]] = {
+def _widths(by: float) -> str:
+    return f"the contacts seem {_length(by)} {RMS} wider or narrower than drawn, each by its own"
+
+
+_ONE: dict[str, Callable[[float, Model], str]] = {
     "camera.shift": lambda by, _: f"the camera seems shifted by {by * 1e3:.2g} mm",
+    "camera.shift_x": lambda by, _: f"the camera seems shifted along x by {by * 1e3:.2g} mm",
+    "camera.shift_y": lambda by, _: f"the camera seems shifted along y by {by * 1e3:.2g} mm",
     "camera.scale": lambda by, _: (
         f"the camera's scale seems {_percent(by)} {'larger' if by > 0 else 'smaller'} than drawn"
     ),
@@ -126,17 +175,17 @@ _ONE: dict[str, Callable[[float, SensorModel], str]] = {
     "transducer.photoelastic.thickness": _layer("photoelastic layer", "thicker", "thinner"),
     "transducer.photoelastic.youngs_modulus": _layer("photoelastic layer", "stiffer", "softer"),
 }
-_MANY: dict[str, Callable[[float, SensorModel], str]] = {
+_MANY: dict[str, Callable[[float, Model], str]] = {
     UNEVEN_LIGHT: lambda by, _: f"the light seems uneven along the strip by {_percent(by)} {RMS}",
-    RESIDUAL: lambda by, _: (
-        f"the strip seems to have a residual retardance of {by:.2g} rad {RMS} without load"
+    RESIDUAL: lambda by, model: (
+        f"the {model.sensor.kind} seems to have a residual retardance of {by:.2g} rad {RMS} "
+        "without load"
     ),
     PLACEMENT: lambda by, _: (
         f"the contacts seem {_length(by)} {RMS} beside their tactels, each by its own distance"
     ),
-    WIDTH: lambda by, _: (
-        f"the contacts seem {_length(by)} {RMS} wider or narrower than drawn, each by its own"
-    ),
+    WIDTH: lambda by, _: _widths(by),
+    SIZE: lambda by, _: _widths(by),
 }
 _NOT_TOLERANCES: dict[str, str] = {
     "polariscope.bandwidth": "state polariscope.bandwidth",
@@ -145,7 +194,7 @@ _NOT_TOLERANCES: dict[str, str] = {
 """What to do about departures that no tolerance allows for."""
 
 
-def _remedy(paths: list[str], model: SensorModel, between: str = " or ") -> str:
+def _remedy(paths: list[str], model: Model, between: str = " or ") -> str:
     stated: Collection[str] = model.sensor.tolerances
     unique = list(dict.fromkeys(paths))
     found = [_NOT_TOLERANCES[path] for path in unique if path in _NOT_TOLERANCES]

@@ -15,6 +15,7 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.diagnosis import PadDiagnosis
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.reading import Reading, Status
@@ -24,17 +25,38 @@ from fringeforce.reading.strip_following import StripFollower
 from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
+Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
+"""Sentences about a frame from its grey levels and the pixels that count."""
 
 CONFIDENCE = 0.999
 """Probability from which a reading is OK: one in a thousand may be wrong."""
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
-_KINDS: dict[str, tuple[type[FrameReader], Callable[..., Follower]]] = {
-    "strip": (StripFrameReader, StripFollower),
-    "skin": (SkinReader, SkinFollower),
-    "pad": (PadFrameReader, PadFollower),
+
+
+def _of_strip(single: FrameReader) -> Findings:
+    assert isinstance(single, StripFrameReader)
+    diagnosis = Diagnosis(single)
+    return lambda levels, used: diagnosis.findings(np.where(used, levels.astype(float), np.nan))
+
+
+def _of_skin(_: FrameReader) -> Findings:
+    return lambda levels, used: ()
+
+
+def _of_pad(single: FrameReader) -> Findings:
+    assert isinstance(single, PadFrameReader)
+    return PadDiagnosis(single).findings
+
+
+_KINDS: dict[
+    str, tuple[type[FrameReader], Callable[..., Follower], Callable[[FrameReader], Findings]]
+] = {
+    "strip": (StripFrameReader, StripFollower, _of_strip),
+    "skin": (SkinReader, SkinFollower, _of_skin),
+    "pad": (PadFrameReader, PadFollower, _of_pad),
 }
-"""What reads single frames, and what follows them, by the kind of sensor."""
+"""What reads single frames, what follows them, and what diagnoses them, by the kind of sensor."""
 
 
 class Reader:
@@ -62,7 +84,7 @@ class Reader:
     friction : float, optional
         If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
     confidence : float
-        Probability of the likeliest explanation from which a reading is OK; strips only.
+        Probability of the likeliest explanation from which a reading is OK.
 
     Raises
     ------
@@ -95,7 +117,7 @@ class Reader:
         confidence: float = CONFIDENCE,
     ) -> None:
         skin = isinstance(model, SensorModel) and model.sensor.skin is not None
-        single, self._follow = _KINDS["skin" if skin else model.sensor.kind]
+        single, self._follow, self._diagnoses = _KINDS["skin" if skin else model.sensor.kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
 
@@ -196,18 +218,13 @@ class Reader:
 
     def _diagnosed(self, reading: Reading, levels: NDArray, used: NDArray[np.bool_]) -> Reading:
         """A reading that says what seems wrong, if no load explains its frame."""
-        if reading.status is not Status.MODEL_MISMATCH or not isinstance(self.model, SensorModel):
+        if reading.status is not Status.MODEL_MISMATCH:
             return reading
-        if self.model.sensor.skin is not None:
-            return reading
-        frame = np.where(used, levels.astype(float), np.nan)
-        return reading.with_findings(lambda: self._diagnosis.findings(frame))
+        return reading.with_findings(lambda: self._diagnosis(levels, used))
 
     @cached_property
-    def _diagnosis(self) -> Diagnosis:
-        if not isinstance(self._single, StripFrameReader):
-            raise TypeError("Only strips have departures.")
-        return Diagnosis(self._single)
+    def _diagnosis(self) -> Findings:
+        return self._diagnoses(self._single)
 
     def stream(
         self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None

@@ -27,6 +27,11 @@ from fringeforce.models.skin import (
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.frame_reader import FrameReader
+from fringeforce.reading.posterior_search import Lines
+from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_fit import Explanation, climbed
+from fringeforce.reading.skin_result import SkinResult
+from fringeforce.reading.skin_search import MOST, SkinSearch
 from fringeforce.reading.strip_reader import (
     DENSE,
     FITS,
@@ -35,11 +40,6 @@ from fringeforce.reading.strip_reader import (
     SAME,
     SATURATION,
 )
-from fringeforce.reading.posterior_search import Lines
-from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.skin_fit import Explanation, climbed
-from fringeforce.reading.skin_result import SkinResult
-from fringeforce.reading.skin_search import MOST, SkinSearch
 
 UNSURE = 2e-3
 """Chance of noise below which an explanation is not taken at once: contacts have so few unknowns

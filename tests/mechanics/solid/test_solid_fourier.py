@@ -8,7 +8,7 @@ import fringeforce as ff
 from fringeforce.design.strip import PhotoelasticLayer
 from fringeforce.mechanics.fourier import stress_field
 from fringeforce.mechanics.solid.block import ACROSS, ALONG, NORMAL, Block, Patches
-from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.mechanics.solid.fourier import stress_influence, stress_of_loads
 
 Array = NDArray[np.float64]
 NU = 0.3
@@ -109,3 +109,32 @@ def test_a_large_patch_is_the_mean_of_the_points_in_it(pad: Block) -> None:
     spread = stress_influence(pad, Patches(nodes * 1e-3, 0.0), x, x, slices=3)
     for whole, parts in ((patch.difference, spread.difference), (patch.shear, spread.shear)):
         np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-5 * abs(whole).max())
+
+
+@pytest.mark.parametrize("orders", [(1, 0), (0, 2), (1, 1), (2, 1)])
+def test_a_traction_of_polynomials_is_the_sum_of_the_points_in_it(
+    pad: Block, orders: tuple[int, int]
+) -> None:
+    x = np.array([-2e-3, 0.0, 3e-3])
+    points, weights = np.polynomial.legendre.leggauss(16)
+    nodes = np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
+    shapes = [np.polynomial.legendre.legval(points, np.eye(3)[order]) for order in orders]
+    share = np.outer(weights * shapes[0], weights * shapes[1]).ravel() / 4
+    patch = stress_influence(pad, Patches(np.full((1, 2), 1e-3), 2e-3, orders), x, x, slices=3)
+    spread = stress_influence(pad, Patches((nodes + 1) * 1e-3, 0.0), x, x, slices=3)
+    for whole, parts in ((patch.difference, spread.difference), (patch.shear, spread.shear)):
+        np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-4 * abs(whole).max())
+
+
+def test_many_loads_at_once_cause_the_sum_of_what_each_causes(pad: Block) -> None:
+    rng, x, y = np.random.default_rng(1), np.array([-2e-3, 0.0, 3e-3]), np.array([-1e-3, 4e-3])
+    loads = [
+        (Patches(rng.uniform(-5e-3, 5e-3, (4, 2)), size), rng.normal(size=(4, 3)))
+        for size in (1e-3, 2e-3)
+    ]
+    difference, shear = stress_of_loads(pad, loads, x, y, slices=3)
+    each = [(stress_influence(pad, patches, x, y, slices=3), forces) for patches, forces in loads]
+    expected = sum(np.einsum("xysnc,nc->syx", one.difference, forces) for one, forces in each)
+    np.testing.assert_allclose(difference, expected, atol=1e-9 * abs(difference).max())
+    expected = sum(np.einsum("xysnc,nc->syx", one.shear, forces) for one, forces in each)
+    np.testing.assert_allclose(shear, expected, atol=1e-9 * abs(shear).max())

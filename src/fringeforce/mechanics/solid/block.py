@@ -63,10 +63,16 @@ class Block:
 
 @dataclass(frozen=True)
 class Patches:
-    """Squares on the top surface, each under a uniform traction that sums up to a unit force."""
+    """Squares on the top surface, each under a traction of one shape.
+
+    A uniform one sums up to a unit force.  Others are P_a(xi) P_b(eta) times the uniform one, with
+    Legendre's polynomials of the orders (a, b) and xi, eta from -1 to 1 over the square: they sum
+    up to nothing, and say how a traction of the same sum is spread.
+    """
 
     places: Array  # (n, 2): centres along x and y [m]
     size: float = 0.0  # side of a square [m]; zero is a point
+    orders: tuple[int, int] = (0, 0)  # along x and along y
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,10 @@ Media, 1957, chapter 4, at frequency zero).  No finite element takes part.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import spherical_jn
 
 from fringeforce.base.arrays import Array
 from fringeforce.mechanics.fourier import harmonic_displacement
@@ -42,25 +44,89 @@ def stress_influence(
         The series ends where the cover has damped its harmonics by ten to this power.
     """
     heights, weights = block.depths(slices)
-    alpha = _wave_numbers(block.length, block, digits)
-    beta = _wave_numbers(block.width, block, digits)
-    along, across = _horizontal(block, alpha, beta, heights)
+    alpha, beta = _wave_numbers_of(block, digits)
     shape = (len(x), len(y), slices, len(patches.places), 3)
     difference, shear = np.empty(shape), np.empty(shape)
     loads = _load_harmonics(block, patches, alpha, beta)
+    synthesis = zip(loads, _stress_waves(block, alpha, beta, heights), strict=True)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
-    _, mu = lame_parameters(block.photoelastic)
-    turn_c, turn_s = _doubled_angle(alpha, beta)
-    for component, (load_x, load_y) in enumerate(loads):
-        # Hooke's law: 2 mu (eps_x - eps_y), and mu gamma_xy
-        waves_d = 2 * mu * (turn_c * along[component] - turn_s * across[component])
-        waves_s = -mu * (turn_s * along[component] + turn_c * across[component])
+    for component, ((load_x, load_y), (waves_d, waves_s)) in enumerate(synthesis):
         for field, waves, wave_x, wave_y in (
             (difference, waves_d, np.cos(at_x), np.cos(at_y)),
             (shear, waves_s, np.sin(at_x), np.sin(at_y)),
         ):
             field[..., component] = _synthesis(waves, wave_x, wave_y, load_x, load_y)
     return SolidInfluence(x, y, heights, weights, difference, shear)
+
+
+def stress_of_loads(
+    block: Block,
+    loads: Sequence[tuple[Patches, Array]],
+    x: Array,
+    y: Array,
+    slices: int = 8,
+    digits: float = 6.0,
+) -> tuple[Array, Array]:
+    """Stresses inside the photoelastic layer under many loads at once.
+
+    The loads are summed before the series is, so that thousands of patches take as long as one.
+
+    Parameters
+    ----------
+    block : Block
+        Block whose sides are taken to be rollers, whatever it says.
+    loads : sequence of (Patches, ndarray)
+        Patches and the forces on them, shape (n, 3) [N].
+    x, y : ndarray, shape (nx,), (ny,)
+        Places [m].
+    slices, digits
+        As of `stress_influence`.
+
+    Returns
+    -------
+    difference, shear : ndarray, shape (slices, ny, nx)
+        sigma_x - sigma_y and tau_xy [Pa].
+    """
+    heights, _ = block.depths(slices)
+    alpha, beta = _wave_numbers_of(block, digits)
+    traction = np.zeros((3, len(alpha), len(beta)))
+    for patches, forces in loads:
+        waves = _load_harmonics(block, patches, alpha, beta)
+        for component, (load_x, load_y) in enumerate(waves):
+            traction[component] += (load_x * forces[:, component]) @ load_y.T
+    at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
+    waves = _stress_waves(block, alpha, beta, heights)
+    differences, shears = (
+        sum(one * load for one, load in zip(part, traction, strict=True))
+        for part in zip(*waves, strict=True)
+    )
+    return (
+        np.asarray(np.cos(at_y) @ np.swapaxes(differences, 1, 2) @ np.cos(at_x).T),
+        np.asarray(np.sin(at_y) @ np.swapaxes(shears, 1, 2) @ np.sin(at_x).T),
+    )
+
+
+def _stress_waves(
+    block: Block, alpha: Array, beta: Array, heights: Array
+) -> list[tuple[Array, Array]]:
+    """Harmonics of sigma_x - sigma_y and tau_xy per unit harmonic of N, T_x and T_y.
+
+    Each has the shape (slices, m, n).
+    """
+    _, mu = lame_parameters(block.photoelastic)
+    turn_c, turn_s = _doubled_angle(alpha, beta)
+    # Hooke's law: 2 mu (eps_x - eps_y), and mu gamma_xy
+    return [
+        (2 * mu * (turn_c * along - turn_s * across), -mu * (turn_s * along + turn_c * across))
+        for along, across in zip(*_horizontal(block, alpha, beta, heights), strict=True)
+    ]
+
+
+def _wave_numbers_of(block: Block, digits: float) -> tuple[Array, Array]:
+    return (
+        _wave_numbers(block.length, block, digits),
+        _wave_numbers(block.width, block, digits),
+    )
 
 
 def _wave_numbers(side: float, block: Block, digits: float) -> Array:
@@ -120,10 +186,14 @@ def _load_harmonics(
     """Harmonics of unit forces: along x, (m, tactels), and along y, (n, tactels), by component."""
     x, y = patches.places.T + np.array([[block.length / 2], [block.width / 2]])
     waves = []
-    for side, wave, place in ((block.length, alpha, x), (block.width, beta, y)):
-        share = np.where(wave > 0, 2.0, 1.0) / side * np.sinc(wave * patches.size / (2 * np.pi))
-        phase = np.outer(wave, place)
-        waves.append((share[:, None] * np.cos(phase), share[:, None] * np.sin(phase)))
+    for side, wave, place, order in (
+        (block.length, alpha, x, patches.orders[0]),
+        (block.width, beta, y, patches.orders[1]),
+    ):
+        # the mean of P_n(t) exp(i k t) is i^n j_n(k) (NIST Handbook, 10.54.2)
+        share = np.where(wave > 0, 2.0, 1.0) / side * spherical_jn(order, wave * patches.size / 2)
+        turned = share[:, None] * 1j**order * np.exp(1j * np.outer(wave, place))
+        waves.append((turned.real, turned.imag))
     (cos_x, sin_x), (cos_y, sin_y) = waves
     return [(cos_x, cos_y), (sin_x, cos_y), (cos_x, sin_y)]
 

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
-from fringeforce.reading.pads.fit import Start
-from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.pads.fit import Optimum, Prior, Start
+from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.reading import Reading
 
 Mask = NDArray[np.bool_]
@@ -20,10 +21,16 @@ KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
 
 
+REMEMBERED = 0.9
+"""Share of what frames tell about lasting unknowns that the next ones believe, so that about ten
+count."""
+
+
 class PadFollower(Follower):
     """Reads the frames of one pad in the order in which they were taken.
 
-    It remembers the forces of the last two frames and the information of earlier ones.
+    It remembers the forces of the last two frames, the information of earlier ones, and what they
+    tell of the unknowns of tolerances that stay as they are.
 
     Parameters
     ----------
@@ -41,20 +48,46 @@ class PadFollower(Follower):
         """Forget the last reading: the next frame is searched."""
         self._here: Start | None = None
         self._ahead: Start | None = None
+        self._prior: Prior | None = None
+        self._told: Curvature | None = None
+        self._probability = 1.0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         if self._used is not used:
             # other pixels tell another thing
             self._used, self._known = used, None
-        reading, optimum = self._single.found(levels, used, self._ahead, self._known)
-        self._known = optimum.curvature
+        # what distinguished the forces that were searched distinguishes those that follow
+        known = Earlier(self._ahead, self._known, self._prior, self._probability)
+        reading, optimum = self._single.found(levels, used, known)
+        self._known, self._probability = optimum.curvature, reading.probability
         before, here = self._here, optimum.place if reading.trusted else None
+        self._remember(optimum if reading.trusted else None)
         self._here = self._ahead = here
         if here is not None and before is not None and reading.tracked:
             # a steady motion goes on; noise, which a difference doubles, counts less
             self._ahead = here.onward(KEPT, before)
         return reading
+
+    def _remember(self, optimum: Optimum | None) -> None:
+        """Keep what a frame tells of lasting unknowns as what is known before the next."""
+        known = self._single.uncertain
+        if known is None or optimum is None:
+            self._prior = self._told = None
+            return
+        loads, lasting = len(optimum.forces), known.lasting
+        before = self._prior or Prior.stated(known.size)
+        precision = before.precision
+        if optimum.curvature is not self._told:
+            # a matrix that served before has told already
+            self._told = optimum.curvature
+            order = np.concatenate([np.flatnonzero(lasting), np.flatnonzero(~lasting)]) + loads
+            order = np.concatenate([order, np.arange(loads)])
+            whole = optimum.curvature.information[np.ix_(order, order)]
+            own, stated = marginal_information(whole, int(lasting.sum())), np.eye(lasting.sum())
+            precision = np.eye(known.size)
+            precision[np.ix_(lasting, lasting)] = stated + REMEMBERED * (own - stated)
+        self._prior = Prior(np.where(lasting, optimum.extra, 0.0), precision)
 
     def read_on(
         self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import label
 
+from fringeforce.estimation.covariance import covariance_of
+from fringeforce.estimation.hypotheses import mixture, posterior_weights
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.sampling import Sampling
 
@@ -49,30 +51,31 @@ class Verdict:
     information : ndarray, shape (3 n, 3 n)
         Inverse of its covariance [1/N^2].
     others : ndarray, shape (k, 3 n)
-        Other explanations that are as likely, and apart [N].
+        Other explanations that may be as likely, and apart [N].
+    probability : float
+        Posterior weight of the explanations that the forces stand for.
     """
 
     forces: Array
     information: Array
     others: Array
+    probability: float = 1.0
 
 
 def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
-    """Weigh explanations of one frame against each other.
+    """Weigh explanations of one frame against each other, by their posterior masses.
 
     Parameters
     ----------
     optima : sequence of Optimum
-        Explanations, the likeliest first.
+        Explanations.
     information : ndarray, shape (3 n, 3 n)
-        At the first of them [1/N^2].
+        About the forces, at the first of them [1/N^2].
     """
-    spread = np.linalg.inv(information)
+    spread = covariance_of(information)
     deviations = np.sqrt(np.diag(spread))
-    losses = np.array(
-        [optimum.misfit.loss + _pull(optimum.forces, deviations) for optimum in optima]
-    )
-    order = [i for i in np.argsort(losses, kind="stable") if losses[i] < losses.min() + RIVAL]
+    masses = np.array([optimum.mass - _pull(optimum.forces, deviations) / 2 for optimum in optima])
+    order = [i for i in np.argsort(-masses, kind="stable") if masses[i] > masses.max() - RIVAL / 2]
     loads = [optima[i].forces for i in order]
     distinct = [
         k
@@ -82,15 +85,13 @@ def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
     if len(distinct) == 1:
         return Verdict(loads[0], information, np.empty((0, len(deviations))))
     found = np.array(loads)[distinct]
-    chance = np.exp((losses.min() - losses[np.array(order)[distinct]]) / 2)
-    chance /= chance.sum()
-    mean = chance @ found
-    apart = found - mean
+    weights = posterior_weights(masses[np.array(order)[distinct]])
+    mean, whole = mixture(weights, found, spread)
     # the widest direction, in units of what noise alone leaves open
-    rooted = apart * np.sqrt(chance)[:, None]
+    rooted = (found - mean) * np.sqrt(weights)[:, None]
     if np.linalg.eigvalsh(rooted @ information @ rooted.T)[-1] > SPREAD**2 - 1:
-        return Verdict(found[0], information, found[1:])
-    return Verdict(mean, np.linalg.inv(spread + rooted.T @ rooted), found[:0])
+        return Verdict(found[0], information, found[1:], float(weights[0]))
+    return Verdict(mean, covariance_of(whole), found[:0])
 
 
 def are_apart(one: Array, other: Array, information: Array) -> bool:

@@ -7,14 +7,20 @@ forms.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
-from fringeforce.optics.area_camera import Picture
+from fringeforce.models.pad_influence import PadInfluence
+from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.optics.area_camera import Lens, Picture
 from fringeforce.optics.integrated import turn_modes_back
 
 Array = NDArray[np.float64]
@@ -34,12 +40,15 @@ class Sampling:
         Those of the image that the lattice is made of.
     influence : ndarray, shape (2, modes, r * c, 3 n)
         Retardance of the modes per force [rad/N].
+    uncertain : PadUncertainty, optional
+        What is uncertain about the pad, if anything is.
     """
 
     model: PadModel
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     influence: Single
+    uncertain: PadUncertainty | None = None
 
     @property
     def pixels(self) -> NDArray[np.intp]:
@@ -83,12 +92,151 @@ class Sampling:
         if self.model.lens is None:
             few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
             return [_back(few, profile, shone, pull) for pull in _roots(shone, picture.forms)]
+        share = np.float32(1 / np.sqrt(len(picture.forms)))
+        return [share * slope for slope in self._each(modes, picture, light, self.model.lens)]
+
+    def joint_information(self, state: State, used: Mask | None = None) -> tuple[Array, Mask]:
+        """Mean over the pixels of the squared derivatives of the intensity by all unknowns.
+
+        Parameters
+        ----------
+        state : State
+            Where to take them.
+        used : ndarray of bool, shape (channels * P,), optional
+            Pixels that count; all if not given.
+
+        Returns
+        -------
+        information : ndarray, shape (3 n + q, 3 n + q)
+            Summed over the pictures.
+        shown : ndarray of bool, shape (3 n + q,)
+            Which unknowns it holds.
+        """
+        uncertain = self.uncertain
+        assert uncertain is not None
+        shown = uncertain.shown(state.forces if state.reference is None else state.reference)
+        columns = self._columns(state, shown)
+        loads = self.influence.shape[3]
+        held = np.concatenate([np.ones(loads, dtype=bool), shown])
+        total = np.zeros((columns.shape[2],) * 2)
+        pixels = len(self.model.kinds)
+        for k, (picture, light) in enumerate(zip(state.pictures, state.lights, strict=True)):
+            count, forms = len(self.pixels), len(picture.forms)
+            few = None if used is None else used[k * pixels : (k + 1) * pixels]
+            root = np.sqrt(
+                np.full(count, 1 / forms, np.float32)
+                if few is None
+                else self._shares(few) / np.float32(forms)
+            )
+            slopes = [root * slope for slope in self._each(state.modes, picture, light, state.lens)]
+            weights = np.stack(slopes).reshape(forms, -1, count)
+            rows = np.empty((count, forms, columns.shape[2]), dtype=np.float32)
+            _combine(columns, weights, rows)
+            self._add_light(rows, state, (k, shown), root)
+            flat = rows.reshape(-1, rows.shape[2])
+            total += (flat.T @ flat).astype(float) / count
+        return total, held
+
+    def _columns(self, state: State, shown: Mask) -> Single:
+        """Derivatives of the retardance by forces and unknowns that show, (2 modes, r c, m)."""
+        uncertain, forces, extra = self.uncertain, state.forces, state.extra
+        assert uncertain is not None
+        loads = self.influence.shape[3]
+        place = loads + np.cumsum(shown) - 1
+        size = loads + int(shown.sum())
+        columns = np.zeros((*self.influence.shape[:3], size), dtype=np.float32)
+        columns[..., :loads] = self.influence
+        single = forces.astype(np.float32)
+        loaded = single if state.reference is None else state.reference.astype(np.float32)
+        for (group, _), powers in zip(uncertain.values, self._values, strict=True):
+            unknown = float(extra[group.begin])
+            for power, change in enumerate(powers, 1):
+                if unknown:
+                    columns[..., :loads] += np.float32(unknown**power) * change
+                slope = np.float32(power * unknown ** (power - 1))
+                columns[..., place[group.begin]] += slope * (change @ single)
+        for (std, where, _), matrix in zip(uncertain.contacts, self._contacts, strict=True):
+            own = np.flatnonzero(shown[where])
+            shaped = matrix.reshape(*matrix.shape[:3], -1, 3)[..., own, :]
+            each = np.einsum("fkmjc,jc->fkmj", shaped, std * loaded.reshape(-1, 3)[own])
+            columns[..., place[where.start + own]] = each
+            spread = (std * extra[where][own]).astype(np.float32)
+            if spread.any() and state.reference is None:
+                mine = columns[..., :loads].reshape(*matrix.shape[:3], -1, 3)
+                mine[..., own, :] += shaped * spread[:, None]
+        for group in uncertain.registration:
+            moved = uncertain.moved(state.modes, group)
+            few = moved[..., self.rows[:, None], self.columns]
+            columns[..., place[group.begin]] = few.reshape(*moved.shape[:2], -1)
+        if group := uncertain.group(RESIDUAL):
+            fields, even = self._residual
+            half = len(fields)
+            for part in range(2):
+                begin = int(place[group.begin]) + part * half
+                columns[part, :, :, begin : begin + half] = even[:, None, None] * fields.T
+        return columns.reshape(-1, len(self.pixels), size)
+
+    def _add_light(self, rows: Single, state: State, which: tuple[int, Mask], root: Single) -> None:
+        """Fill in what unknowns of light, forms and blur do to every kind of pixel."""
+        uncertain, (k, shown) = self.uncertain, which
+        assert uncertain is not None
+        loads = self.influence.shape[3]
+        place = loads + np.cumsum(shown) - 1
+        light, picture = state.lights[k], state.pictures[k]
+        shone = light[:, self.pixels]
+        blur = uncertain.group(BLUR)
+        for kind, form in enumerate(picture.forms):
+            seen = _seen(form, shone)
+            for number in np.flatnonzero(uncertain.brightness):
+                rows[:, kind, place[number]] = root * (uncertain.brightness[number] * seen)
+            for number in np.flatnonzero(uncertain.darkness):
+                rows[:, kind, place[number]] = root * (uncertain.darkness[number] / state.amplitude)
+            for number, changes in uncertain.forms:
+                rows[:, kind, place[number]] = root * _seen(changes[k][kind], shone)
+            if blur is not None:
+                sharp = _seen(form, light).reshape(self.model.frame_shape[-2:])
+                low, high, apart = uncertain.lens_change(state.extra)
+                change = (high.forward(sharp) - low.forward(sharp)) / apart
+                few = change[self.rows[:, None], self.columns].ravel()
+                rows[:, kind, place[blur.begin]] = root * few
+
+    @cached_property
+    def _values(self) -> list[list[Single]]:
+        """Changes of the influence with sizes and materials, each as `influence`."""
+        assert self.uncertain is not None
+        return [[self._matrix(one) for one in powers] for _, powers in self.uncertain.values]
+
+    @cached_property
+    def _contacts(self) -> list[Single]:
+        """Influence of the polynomials of tractions, each as `influence`."""
+        assert self.uncertain is not None
+        return [self._matrix(influence) for _, _, influence in self.uncertain.contacts]
+
+    def _matrix(self, influence: PadInfluence) -> Single:
+        return influence.matrix(*_places(self.model, self.rows, self.columns))
+
+    @cached_property
+    def _residual(self) -> tuple[Single, Single]:
+        """Modes of one part of the residual at the lattice, and its depth profiles."""
+        assert self.uncertain is not None
+        return self.uncertain.residual_at(*_places(self.model, self.rows, self.columns))
+
+    def _each(
+        self, modes: Single, picture: Picture, light: Single, lens: Lens | None
+    ) -> list[Single]:
+        """Derivatives of the intensity by the modes for every kind of pixels."""
+        profile = np.float32(picture.dispersion) * self.model.profile
+        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
         found = []
         for form in picture.forms:
-            pull = (2 / np.sqrt(len(picture.forms)) * form).astype(np.float32) @ light
+            slope = (2 * form).astype(np.float32)
+            if lens is None:
+                few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
+                found.append(_back(few, profile, shone, slope @ shone))
+                continue
             # influences hardly change over the blur, so that it may act on the other factor alone
-            image = _back(flat, profile, light, pull).reshape(modes.shape)
-            blurred = self.model.lens.forward(image)[..., self.rows[:, None], self.columns]
+            image = _back(flat, profile, light, slope @ light).reshape(modes.shape)
+            blurred = lens.forward(image)[..., self.rows[:, None], self.columns]
             found.append(blurred.reshape(*modes.shape[:2], -1))
         return found
 
@@ -104,15 +252,71 @@ class Sampling:
         return whole.ravel().astype(np.float32)
 
 
-def lattice(model: PadModel, side: int) -> Sampling:
+class State(Protocol):
+    """Unknowns of a frame, and the light that they cause; `fit.Place` is one."""
+
+    @property
+    def forces(self) -> Array:
+        """Forces, shape (3 n,) [N]."""
+        ...
+
+    @property
+    def extra(self) -> Array:
+        """Other unknowns, shape (q,)."""
+        ...
+
+    @property
+    def reference(self) -> Array | None:
+        """Forces that the spread of tractions is relative to, if not these."""
+        ...
+
+    @property
+    def modes(self) -> Single:
+        """Retardance at all pixels [rad]."""
+        ...
+
+    @property
+    def lights(self) -> Sequence[Single]:
+        """Light of every channel."""
+        ...
+
+    @property
+    def pictures(self) -> Sequence[Picture]:
+        """What the channels measure."""
+        ...
+
+    @property
+    def lens(self) -> Lens | None:
+        """What blurs it."""
+        ...
+
+    @property
+    def amplitude(self) -> float:
+        """Of the camera, grey levels."""
+        ...
+
+
+def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None) -> Sampling:
     """Pixels in `side` even rows and columns, or all where there are fewer."""
     rows, columns = (
         ((np.arange(min(side, n)) + 0.5) * n / min(side, n)).astype(np.intp)
         for n in model.frame_shape[-2:]
     )
+    influence = model.influence.matrix(*_places(model, rows, columns))
+    return Sampling(model, rows, columns, influence, uncertain)
+
+
+def _places(
+    model: PadModel, rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> tuple[Array, Array]:
+    """Where the columns and the rows of a lattice look, shapes (c,) and (r,) [m]."""
     x, y = model.sensor.pixel_positions
-    places = np.meshgrid(x[columns], y[rows])
-    return Sampling(model, rows, columns, model.influence.matrix(*(p.ravel() for p in places)))
+    return x[columns], y[rows]
+
+
+def _seen(form: Array, light: Single) -> Single:
+    """Intensity of one kind of pixels from light, shape (3, m)."""
+    return np.asarray(((form.astype(np.float32) @ light) * light).sum(axis=0))
 
 
 def _back(modes: Single, profile: Single, light: Single, pull: Single) -> Single:

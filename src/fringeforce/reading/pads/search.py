@@ -65,10 +65,13 @@ class Search:
         Of the pad.
     response : Response
         Of its camera.
+    looseness : float
+        Standard deviation of what tolerances change, as a sine of the retardance.
     """
 
     model: PadModel
     response: Response
+    looseness: float = 0.0
 
     def attempts(self, frame: Array, used: Mask | None = None) -> Iterator[tuple[Array, bool]]:
         """Forces near those that may have caused a frame, shape (3 n,), in turn.
@@ -142,7 +145,7 @@ class Search:
                 believed.append(sure & vectors.known)
                 rows = self._rows(forces, vectors, believed[-1])
                 wanted = left[:, believed[-1]].ravel().astype(np.float32)
-                weight = SLACK**2 + vectors.noise**2
+                weight = SLACK**2 + vectors.noise**2 + self.looseness**2
                 matrix += (rows.T @ rows) / weight
                 pull += (rows.T @ wanted) / weight
             factor = cholesky(matrix, lower=True, check_finite=False)
@@ -176,7 +179,8 @@ class Search:
         shape = len(self.places.rows), len(self.places.columns)
         square = np.where(vectors.known, (left**2).sum(axis=0), 0.0).reshape(shape)
         size = np.sqrt(np.maximum(uniform_filter(square, 3), 0)).ravel()
-        return size < WRONG + 2 * vectors.noise + BELIEVED * np.minimum(deviation, BELIEVED)
+        wrong = np.hypot(WRONG, 2 * self.looseness)
+        return size < wrong + 2 * vectors.noise + BELIEVED * np.minimum(deviation, BELIEVED)
 
     def _rows(self, forces: Array, vectors: StressVectors, chosen: Mask) -> Single:
         """Derivatives of what is seen by the forces, shape (r * chosen, 3 n).

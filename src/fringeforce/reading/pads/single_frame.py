@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.estimation.covariance import covariance_of
+from fringeforce.estimation.covariance import covariance_of, marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
 from fringeforce.optics.arrangement import signed
 from fringeforce.reading.frame_reader import FrameReader
-from fringeforce.reading.pads.fit import Fit, Optimum, Start
+from fringeforce.reading.pads.fit import Fit, Optimum, Prior, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.search import Search
@@ -36,14 +37,49 @@ PROMISING = 0.5
 
 
 @dataclass(frozen=True, eq=False)
+class Earlier:
+    """What earlier frames tell of the next one.
+
+    Attributes
+    ----------
+    start : Start, optional
+        Where to follow it from; it is searched without one.
+    curvature : Curvature, optional
+        Of a place near by.
+    prior : Prior, optional
+        Of the unknowns of tolerances; as stated if not given.
+    probability : float
+        Of the explanation that is followed.
+    """
+
+    start: Start | None = None
+    curvature: Curvature | None = None
+    prior: Prior | None = None
+    probability: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
 class PadFrameReader(FrameReader):
     """Reads frames of one pad, each for itself or from forces that are nearly right."""
 
     model: PadModel
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.friction is not None:
             raise InputError("friction is for strips; read a pad without it.")
+        if self.uncertain is not None:
+            _ = self.uncertain.groups  # what cannot be allowed for is refused at once
+
+    @cached_property
+    def uncertain(self) -> PadUncertainty | None:
+        """What is uncertain about the pad; none if nothing is."""
+        return PadUncertainty.of(self.model) if uncertain(self.model.sensor) else None
+
+    @cached_property
+    def _fitted(self) -> PadModel:
+        """What is fitted: the model, with a depth profile more where there is a residual."""
+        return self.model if self.uncertain is None else self.uncertain.model
 
     @cached_property
     def response(self) -> Response:
@@ -52,15 +88,15 @@ class PadFrameReader(FrameReader):
 
     @cached_property
     def _following(self) -> Sampling:
-        return lattice(self.model, FOLLOWED)
+        return lattice(self._fitted, FOLLOWED, self.uncertain)
 
     @cached_property
     def _stepping(self) -> Sampling:
-        return lattice(self.model, STEPPED)
+        return lattice(self._fitted, STEPPED, self.uncertain)
 
     @cached_property
     def _stating(self) -> Sampling:
-        return lattice(self.model, STATED)
+        return lattice(self._fitted, STATED, self.uncertain)
 
     @cached_property
     def _search(self) -> Search:
@@ -71,7 +107,12 @@ class PadFrameReader(FrameReader):
                 "nothing can be read without an earlier state; take a polarisation camera, or "
                 'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
             )
-        return Search(self.model, self.response)
+        return Search(self._fitted, self.response, self._looseness)
+
+    @cached_property
+    def _looseness(self) -> float:
+        """What tolerances change of the sine of a retardance, as `Search` wants it."""
+        return 0.0 if self.uncertain is None else self.uncertain.looseness
 
     @cached_property
     def _mirror(self) -> Mirror:
@@ -80,32 +121,41 @@ class PadFrameReader(FrameReader):
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
-        classifier = self._classifier(used)
+        classifier = self.classifier(used)
         return self._searched(classifier.filled(levels), start, classifier)[0]
 
-    def found(
-        self, levels: NDArray[Any], used: Mask, start: Start | None, known: Curvature | None
-    ) -> tuple[Reading, Optimum]:
-        """Reading of a frame that comes soon after another, and where it is.
+    def found(self, levels: NDArray[Any], used: Mask, known: Earlier) -> tuple[Reading, Optimum]:
+        """Reading of a frame that comes soon after others, and where it is.
 
         Parameters
         ----------
         levels, used
             As of `search`.
-        start : Start or None
-            Where to follow it from; it is searched without one, and where following fails.
-        known : Curvature or None
-            Of a place near by.
+        known : Earlier
+            What the others tell; the frame is searched where following it fails.
         """
-        classifier = self._classifier(used)
+        classifier = self.classifier(used)
         grey = classifier.filled(levels)
-        if start is not None:
-            optimum = self._fit(grey, self._following, classifier).climb(start, 6, known)
+        if (start := known.start) is not None:
+            fit = replace(self._fit(grey, self._following, classifier), prior=known.prior)
+            if self.uncertain is not None:
+                # tractions are spread as forces of the last frame let expect
+                fit = replace(fit, reference=start.forces)
+                start = fit.at(start.forces, start.extra)
+            optimum = fit.climb(start, 6, known.curvature)
             if classifier.explained(optimum):
-                curvature, none = optimum.curvature, np.empty((0, len(optimum.forces)))
-                verdict = Verdict(optimum.forces, curvature.information, none)
-                spread = partial(getattr, curvature, "covariance")
-                return classifier.reading(grey, optimum, verdict, spread, tracked=True), optimum
+                count, none = len(optimum.forces), np.empty((0, len(optimum.forces)))
+                matrix = optimum.curvature.information
+                verdict = Verdict(optimum.forces, matrix[:count, :count], none, known.probability)
+
+                def spread() -> Array:
+                    return optimum.curvature.covariance[:count, :count]
+
+                silence = classifier.silence(fit)
+                return (
+                    classifier.reading(optimum, verdict, silence, spread, tracked=True),
+                    optimum,
+                )
         return self._searched(grey, None, classifier)
 
     def _searched(
@@ -113,22 +163,26 @@ class PadFrameReader(FrameReader):
     ) -> tuple[Reading, Optimum]:
         """Reading of a frame without an earlier state, or from a start, and where it is."""
         fit = self._fit(levels, self._stepping, classifier)
+        silence = classifier.silence(fit)
         if start is not None:
             optima, sure = [fit.climb(self.model.checked(start, single=True).ravel())], True
         else:
-            optima, sure = self._explanations(fit, classifier)
-        fine = self._fit(levels, self._stating, classifier).information(optima[0].place)
-        if not classifier.explained(optima[0]):
-            return classifier.unexplained(levels, optima[0], partial(covariance_of, fine)), optima[
-                0
-            ]
+            optima, sure = self._explanations(fit, classifier, silence)
+        best = optima[0]
+        stating = self._fit(levels, self._stating, classifier)
+        whole = stating.information(best.place)
+        fine = marginal_information(whole, len(best.forces))
+        if not classifier.explained(best):
+            return classifier.unexplained(levels, best, partial(covariance_of, fine)), best
         if start is None:
             sure = sure and self._stays_this_side(fine)
         verdict = weighed([optimum for optimum in optima if classifier.explained(optimum)], fine)
         spread = partial(covariance_of, verdict.information)
-        return classifier.reading(levels, optima[0], verdict, spread, sure=sure), optima[0]
+        return classifier.reading(best, verdict, silence, spread, sure=sure), best
 
-    def _explanations(self, fit: Fit, classifier: FrameClassifier) -> tuple[list[Optimum], bool]:
+    def _explanations(
+        self, fit: Fit, classifier: FrameClassifier, silence: float
+    ) -> tuple[list[Optimum], bool]:
         """Where a search, and mirror images of what it finds, lead, and whether that is all.
 
         The likeliest comes first.
@@ -137,7 +191,7 @@ class PadFrameReader(FrameReader):
         sure = False
         for forces, whole in self._search.attempts(fit.frame, classifier.used):
             optima.append(fit.climb(forces))
-            plain = classifier.plain(fit.frame, optima[-1])
+            plain = classifier.plain(optima[-1], silence)
             sure |= whole or plain
             if classifier.explained(optima[-1]) and plain:
                 break
@@ -169,12 +223,12 @@ class PadFrameReader(FrameReader):
         for _ in range(DEPTH):
             likeliest = optima[0]
             for forces in self._mirror.images(likeliest.forces, shown):
-                start = fit.at(forces)
+                start = fit.at(forces, likeliest.extra)
                 if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
                     optima.append(fit.climb(start))
             optima.sort(key=lambda optimum: optimum.misfit.loss)
             # what returned to where it was an image of has the same images again
-            known = likeliest.curvature.information
+            known = marginal_information(likeliest.curvature.information, len(likeliest.forces))
             if not are_apart(optima[0].forces, likeliest.forces, known):
                 break
         return optima
@@ -182,8 +236,9 @@ class PadFrameReader(FrameReader):
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
-        fit = self._fit(np.zeros(self._pixels), self._stating, self._classifier(self.usable(None)))
-        information = fit.information(fit.at(loads.ravel()))
+        fit = self._fit(np.zeros(self._pixels), self._stating, self.classifier(self.usable(None)))
+        whole = fit.information(fit.at(loads.ravel()))
+        information = marginal_information(whole, loads.size)
         return np.sqrt(np.diag(covariance_of(information))).reshape(loads.shape)
 
     def phase(self, forces: Array) -> Array:
@@ -200,12 +255,15 @@ class PadFrameReader(FrameReader):
     def _pixels(self) -> int:
         return int(np.prod(self.model.frame_shape))
 
-    def _classifier(self, used: Mask) -> FrameClassifier:
+    def classifier(self, used: Mask) -> FrameClassifier:
+        """What judges frames of which some pixels count."""
         if self.complete(used):
             return self._unmasked
         last = self._last.get("classifier")
         if last is None or last.used is not used:
-            last = self._last["classifier"] = FrameClassifier(self.model, self.response, used)
+            last = self._last["classifier"] = FrameClassifier(
+                self.model, self.response, used, self.confidence
+            )
         return last
 
     @cached_property
@@ -215,7 +273,7 @@ class PadFrameReader(FrameReader):
 
     @cached_property
     def _unmasked(self) -> FrameClassifier:
-        return FrameClassifier(self.model, self.response)
+        return FrameClassifier(self.model, self.response, confidence=self.confidence)
 
     def _fit(self, levels: Array, sampling: Sampling, classifier: FrameClassifier) -> Fit:
-        return Fit(self.model, self.response, sampling, levels, classifier.used)
+        return Fit(self._fitted, self.response, sampling, levels, classifier.used)

@@ -19,7 +19,7 @@ from fringeforce.estimation.residual_test import (
     square_limit,
 )
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.fit import Optimum
+from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.mirror_images import Verdict
 from fringeforce.reading.reading import Reading, Status
 
@@ -28,6 +28,8 @@ Mask = NDArray[np.bool_]
 
 BLOCK = 4
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
+HALF = 0.5
+"""Probability of an explanation where too little shows to rule out others: even odds."""
 MISTAKEN = 0.01
 """Share of a load's trace in a frame that a mistaken explanation leaves at least."""
 CLIPPED = 0.02
@@ -48,11 +50,14 @@ class FrameClassifier:
         Of its camera.
     used : ndarray of bool, shape (channels * P,), optional
         Pixels that count; all if not given.
+    confidence : float
+        Probability from which a reading is OK.
     """
 
     model: PadModel
     response: Response
     used: Mask | None = None
+    confidence: float = 0.999
 
     def explained(self, optimum: Optimum) -> bool:
         """Whether forces leave nothing but noise."""
@@ -70,43 +75,49 @@ class FrameClassifier:
         order = np.concatenate(alike)
         return order if self.used is None else order[self.used[order]]
 
-    def plain(self, levels: Array, optimum: Optimum) -> bool:
+    def plain(self, optimum: Optimum, silence: float) -> bool:
         """Whether what other forces would leave of a frame could not be taken for noise."""
         freedom = len(self._order)
-        return MISTAKEN * self._shown(levels, optimum) > square_limit(freedom) - freedom
+        return MISTAKEN * (silence - optimum.misfit.loss) > square_limit(freedom) - freedom
 
-    def _shown(self, levels: Array, optimum: Optimum) -> float:
-        """Loss of silence beyond that of an explanation."""
+    def silence(self, fit: Fit) -> float:
+        """Loss of a frame without forces."""
+        if fit.uncertain is not None:
+            return fit.silence()
         count = slice(None) if self.used is None else self.used
-        silence = misfit(levels[count], self._silent[count], self.response)
-        return silence.loss - optimum.misfit.loss
+        return misfit(fit.frame[count], self._silent[count], self.response).loss
 
     def reading(
         self,
-        levels: Array,
         optimum: Optimum,
         verdict: Verdict,
+        silence: float,
         covariance: Callable[[], Array],
         tracked: bool = False,
         sure: bool = True,
     ) -> Reading:
         """What an explanation comes to, or several, that are surely all or not."""
         status, unknowns, detail = Status.OK, len(optimum.forces), ""
-        if self._shown(levels, optimum) <= square_limit(unknowns, FALSE_CONTACT):
+        probability = verdict.probability * (1.0 if sure else HALF)
+        others = verdict.others
+        if silence - optimum.misfit.loss <= square_limit(unknowns, FALSE_CONTACT):
             status = Status.NO_CONTACT
-        elif len(verdict.others) or not sure:
+        elif probability < self.confidence:
             status = Status.AMBIGUOUS
             detail = "" if sure else "Too little shows to rule out all other forces."
+        else:
+            others = others[:0]
         forces = verdict.forces.reshape(self._shape)
         return Reading.of(
             forces=forces,
-            chi2=self._chi2(optimum),
+            chi2=self.chi2(optimum),
             status=status,
             covariance=covariance,
             phase=partial(self.model.retardance, forces),
             detail=detail,
-            alternatives=verdict.others.reshape(-1, *self._shape),
+            alternatives=others.reshape(-1, *self._shape),
             tracked=tracked,
+            probability=probability,
         )
 
     def unexplained(
@@ -116,13 +127,15 @@ class FrameClassifier:
         forces = optimum.forces.reshape(self._shape)
         return Reading.of(
             forces=forces,
-            chi2=self._chi2(optimum),
+            chi2=self.chi2(optimum),
             status=self._unexplained(levels),
             covariance=covariance,
             phase=partial(self.model.retardance, forces),
+            probability=0.0,
         )
 
-    def _chi2(self, optimum: Optimum) -> float:
+    def chi2(self, optimum: Optimum) -> float:
+        """Reduced chi-square of what an explanation leaves."""
         residuals = optimum.misfit.slope if self.used is None else optimum.misfit.slope[self.used]
         return reduced_chi_square(residuals, len(optimum.forces))
 

@@ -1,0 +1,498 @@
+"""What is uncertain about a pad, as unknowns beside the forces: the tolerances of its design.
+
+Every tolerance becomes one or more standardised unknowns, each normal with mean 0 and variance 1.
+Those of a group act alike:
+
+- light: gain and offset of the grey levels, anew in every frame for `camera.drift`;
+- forms: what pixels measure of the light, for visibility, plates and angles;
+- blur, and where the pixels look;
+- influence: sizes and materials, from the exact series at +- one standard deviation;
+- residual: Karhunen-Loeve modes of the two parts of a smooth random retardance;
+- contacts: the polynomials of `pad_as_built.SHAPES` for the traction on every tactel.
+
+A value without a tolerance has no unknown and costs nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
+from fringeforce.design.tolerances import Tolerances, number_at, with_values
+from fringeforce.mechanics.solid.block import Patches
+from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.models import splines
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_as_built import SHAPES, block_of, spreads
+from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
+from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
+from fringeforce.optics.area_camera import Lens, Picture, pictures
+from fringeforce.optics.photoelasticity import stress_optic_constant
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+SMALLEST = 2e-6
+"""Variance of a mode of the residual, relative to the largest, below which it is left out."""
+LIGHT = "camera.amplitude", "camera.offset"
+REGISTRATION = "camera.shift_x", "camera.shift_y", "camera.scale"
+BLUR = "camera.blur"
+SCALING = "transducer.photoelastic.strain_optic_coefficient", "polariscope.wavelength"
+"""Values that only scale the influence: with the first, and with the inverse of the second."""
+LAYERS = "transducer.compliant.", "transducer.photoelastic."
+PITCH = "tactels.pitch"
+WEAK = 1e-3
+"""Share of the largest force below which how a tactel's traction is spread does not show."""
+SHARPEST = 1e-2
+"""Smallest point spread, in pixels, that a lens is computed for."""
+STEP = 0.1
+"""Standard deviations of numerical derivatives of the lens."""
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Unknowns of one kind.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path of the design.
+    begin, end : int
+        Where they stand among the unknowns.
+    std : float
+        Standard deviation in the unit of the value.
+    """
+
+    path: str
+    begin: int
+    end: int
+    std: float
+
+    @property
+    def place(self) -> slice:
+        """Where they stand."""
+        return slice(self.begin, self.end)
+
+
+@dataclass(frozen=True, eq=False)
+class PadUncertainty:
+    """A pad with all that is uncertain about it.
+
+    Attributes
+    ----------
+    model : PadModel
+        Whose design has the tolerances; of its depth profiles one is even where there is a
+        residual.
+    series : PadUncertainty, optional
+        Of the same pad with other tolerances, whose influences are taken where they are known.
+    """
+
+    model: PadModel
+    series: PadUncertainty | None = None
+
+    @classmethod
+    def of(cls, model: PadModel, series: PadUncertainty | None = None) -> PadUncertainty:
+        """That of a model, whose depth profiles need not be able to hold a residual."""
+        if RESIDUAL in model.sensor.tolerances:
+            weights = block_of(model.sensor).depths(len(model.influence.profile))[1]
+            model = replace(model, influence=with_even_profile(model.influence, weights))
+        return cls(model, series)
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """Unknowns by kind.
+
+        Raises
+        ------
+        InputError
+            If readings of pads do not allow for a tolerance.
+        """
+        pad, found, begin = self.model.sensor, list[Group](), 0
+        stated = dict(pad.tolerances)
+        if pad.camera.drift:
+            stated[DRIFTS[0]] = pad.camera.drift
+        for path, std in stated.items():
+            if problem := refusal(pad, path):
+                raise InputError(problem)
+            count = 1
+            if path == RESIDUAL:
+                count = 2 * len(self._fields[2])
+            elif path in (PLACEMENT, SIZE):
+                continue
+            found.append(Group(path, begin, begin + count, std))
+            begin += count
+        if self._spread.any():
+            size = pad.tactels.total * int(np.count_nonzero(self._spread))
+            found.append(Group(PLACEMENT, begin, begin + size, 1.0))
+        return tuple(found)
+
+    @cached_property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.groups[-1].end if self.groups else 0
+
+    @cached_property
+    def lasting(self) -> Mask:
+        """Unknowns that stay as they are from frame to frame, shape (size,)."""
+        lasts = np.ones(self.size, dtype=bool)
+        for group in self.groups:
+            lasts[group.place] = group.path not in (DRIFTS[0], PLACEMENT)
+        return lasts
+
+    def group(self, path: str) -> Group | None:
+        """The unknowns of a value; those of contacts are at the path of their placement."""
+        return next((group for group in self.groups if group.path == path), None)
+
+    @cached_property
+    def looseness(self) -> float:
+        """Standard deviation of what they change of the sine of a retardance, where it is a half.
+
+        Contacts and sizes are left out, which change it near contacts only.
+        """
+        pad, square = self.model.sensor, 0.0
+        for group in self.groups:
+            if group.path == RESIDUAL:
+                square += group.std**2
+            elif group.path in ("camera.amplitude", "polariscope.visibility"):
+                square += (group.std / (2 * _value(pad, group.path))) ** 2
+            elif group.path == "camera.offset":
+                square += (2 * group.std / pad.camera.amplitude) ** 2
+            elif group.path == DRIFTS[0]:
+                square += group.std**2 / 4
+        return float(np.sqrt(square))
+
+    # light and camera
+
+    @cached_property
+    def brightness(self) -> Array:
+        """Change of the amplitude with every unknown, as a share of it, shape (size,)."""
+        found, camera = np.zeros(self.size), self.model.sensor.camera
+        for group in self.groups:
+            if group.path == "camera.amplitude":
+                found[group.place] = group.std / camera.amplitude
+            elif group.path == DRIFTS[0]:
+                found[group.place] = group.std
+        return found
+
+    @cached_property
+    def darkness(self) -> Array:
+        """Change of the offset with every unknown, grey levels, shape (size,)."""
+        found = np.zeros(self.size)
+        if group := self.group("camera.offset"):
+            found[group.place] = group.std
+        return found
+
+    @cached_property
+    def forms(self) -> list[tuple[int, list[Array]]]:
+        """Unknowns that change what pixels measure, and by how much each picture's forms do."""
+        pad, found = self.model.sensor, []
+        for group in self.groups:
+            if _is_form(group.path):
+                value = _value(pad, group.path)
+                step = STEP * group.std
+                low, high = _room(pad, group.path, value, step)
+                ends = [pictures(with_values(pad, {group.path: end})) for end in (low, high)]
+                share = group.std / (high - low)
+                change = [share * (up.forms - down.forms) for down, up in zip(*ends, strict=True)]
+                found.append((group.begin, change))
+        return found
+
+    def pictures(self, extra: Array) -> tuple[Picture, ...]:
+        """What the channels measure under unknowns, shape (size,)."""
+        seen = self.model.pictures
+        for number, changes in self.forms:
+            seen = tuple(
+                replace(picture, forms=picture.forms + extra[number] * change)
+                for picture, change in zip(seen, changes, strict=True)
+            )
+        return seen
+
+    def lens(self, extra: Array) -> Lens | None:
+        """The lens under unknowns."""
+        group = self.group(BLUR)
+        return self.model.lens if group is None else self._lens(extra[group.begin])
+
+    def lens_change(self, extra: Array) -> tuple[Lens, Lens, float]:
+        """Lenses a little sharper and a little less sharp, and how far apart the unknowns are."""
+        group = self.group(BLUR)
+        assert group is not None
+        here = float(extra[group.begin])
+        low = max(here - STEP, self._sharpest)
+        high = max(here + STEP, low + STEP)
+        return self._lens(low), self._lens(high), high - low
+
+    @property
+    def _sharpest(self) -> float:
+        group = self.group(BLUR)
+        assert group is not None
+        x = self.model.sensor.pixel_positions[0]
+        return float((SHARPEST * (x[1] - x[0]) - (self.model.sensor.camera.blur or 0)) / group.std)
+
+    def _lens(self, unknown: float) -> Lens:
+        group, pad = self.group(BLUR), self.model.sensor
+        assert group is not None
+        blur = (pad.camera.blur or 0) + max(unknown, self._sharpest) * group.std
+        lens = Lens.of(with_values(pad, {BLUR: float(blur)}))
+        assert lens is not None
+        return lens
+
+    @cached_property
+    def registration(self) -> tuple[Group, ...]:
+        """Unknowns of where the pixels look."""
+        return tuple(group for group in self.groups if group.path in REGISTRATION)
+
+    def retarding(self, extra: Array) -> Retardance:
+        """From spline coefficients to the pixels, where they look under unknowns."""
+        if not self.registration or not any(extra[group.begin] for group in self.registration):
+            return self.model.retarding
+        pad = self.model.sensor
+        values = {
+            group.path: _value(pad, group.path) + group.std * float(extra[group.begin])
+            for group in self.registration
+        }
+        moved = with_values(pad, values)
+        return Retardance.at(self.model.influence, *moved.pixel_positions)
+
+    def moved(self, modes: Single, group: Group) -> Single:
+        """Derivative of the retardance of the modes by an unknown of where the pixels look."""
+        x, y = self.model.sensor.pixel_positions
+        along, across = group.path != "camera.shift_y", group.path != "camera.shift_x"
+        found = np.zeros_like(modes)
+        for wanted, places, axis in ((along, x, 3), (across, y, 2)):
+            if wanted:
+                slope = np.gradient(modes, places, axis=axis)
+                if group.path == "camera.scale":
+                    slope = slope * np.expand_dims(places, 0 if axis == 3 else 1)
+                found += group.std * slope
+        return found.astype(np.float32)
+
+    # mechanics
+
+    @cached_property
+    def values(self) -> tuple[tuple[Group, tuple[PadInfluence, ...]], ...]:
+        """Unknowns of sizes and materials, and the change of the influence with their powers."""
+        return tuple(
+            (group, self._changes(group))
+            for group in self.groups
+            if group.path in SCALING or group.path.startswith(LAYERS) or group.path == PITCH
+        )
+
+    @cached_property
+    def _known(self) -> dict[object, tuple[PadInfluence, ...]]:
+        return {} if self.series is None else self.series._known
+
+    def _changes(self, group: Group) -> tuple[PadInfluence, ...]:
+        pad, base = self.model.sensor, self.model.influence
+        value = _value(pad, group.path)
+        if group.path in SCALING:
+            share = group.std / value
+            powers = (share,) if group.path == SCALING[0] else (-share, share**2)
+            return tuple(_scaled(base, power) for power in powers)
+        key = group.path, group.std, base.modes
+        if key not in self._known:
+            plain = pad.model_copy(update={"tolerances": Tolerances()})
+            behind, here, ahead = (
+                self._solved(with_values(plain, {group.path: value + way * group.std}))
+                for way in (-1.0, 0.0, 1.0)
+            )
+            first = [(a - b) / 2 for a, b in zip(ahead.quarters, behind.quarters, strict=True)]
+            second = [
+                (a + b) / 2 - h
+                for a, b, h in zip(ahead.quarters, behind.quarters, here.quarters, strict=True)
+            ]
+            self._known[key] = tuple(
+                replace(base, quarters=tuple(parts)) for parts in (first, second)
+            )
+        return self._known[key]
+
+    def _solved(self, pad: Pad, orders: tuple[int, int] = (0, 0)) -> PadInfluence:
+        """Influence of a pad with roller sides, in the depth profiles of the model."""
+        base = self.model.influence
+        patches = Patches(pad.tactels.places, pad.tactels.side, orders)
+        x, y = base.x[: len(base.x) // 2], base.y[: len(base.y) // 2]
+        slices = len(base.profile)
+        solid = stress_influence(block_of(pad), patches, x, y, slices)
+        constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+        weights = block_of(self.model.sensor).depths(slices)[1]
+        flips = (-1) ** orders[0], (-1) ** orders[1]
+        return further(base, solid, constant, weights, flips)
+
+    @cached_property
+    def _spread(self) -> Array:
+        """Standard deviations of the polynomials of a traction, shape (9,)."""
+        return spreads(self.model.sensor)
+
+    @cached_property
+    def contacts(self) -> tuple[tuple[float, slice, PadInfluence], ...]:
+        """Standard deviation, unknowns and influence of every polynomial of the tractions."""
+        group = self.group(PLACEMENT)
+        if group is None:
+            return ()
+        count, found = self.model.sensor.tactels.total, []
+        begin = group.begin
+        for orders, std in zip(SHAPES, self._spread, strict=True):
+            if std:
+                key = orders, self.model.influence.modes
+                if key not in self._known:
+                    plain = self.model.sensor.model_copy(update={"tolerances": Tolerances()})
+                    self._known[key] = (self._solved(plain, orders),)
+                found.append((float(std), slice(begin, begin + count), self._known[key][0]))
+                begin += count
+        return tuple(found)
+
+    @cached_property
+    def _fields(self) -> tuple[Array, Array, NDArray[np.intp], Array]:
+        """Modes of one part of the residual.
+
+        Spline coefficients of the fields along y and along x, numbers (k, 2) of those that each
+        mode is the product of, and depth profiles, shape (modes,), of a retardance of unit depth
+        integral over both passes that is the same at all depths.
+        """
+        pad, base = self.model.sensor, self.model.influence
+        length = pad.polariscope.residual_length
+        fields = [karhunen_loeve(places, length, SMALLEST) for places in (base.y, base.x)]
+        across, along = (
+            field @ splines.coefficients(places).T
+            for field, places in zip(fields, (base.y, base.x), strict=True)
+        )
+        sizes = np.outer(*(np.square(field).sum(axis=1) for field in fields))
+        chosen = np.argwhere(sizes > SMALLEST * sizes.max())
+        weights = block_of(pad).depths(len(base.profile))[1]
+        even = (base.profile / weights[:, None]).T @ (weights / weights.sum())
+        even /= 2 * (base.profile @ even).sum()
+        return across, along, chosen, even
+
+    def coefficients(self, forces: Array, extra: Array, reference: Array | None = None) -> Single:
+        """Spline coefficients of the retardance, shape (2, modes, ny, nx) [rad].
+
+        Parameters
+        ----------
+        forces : ndarray, shape (3 n,)
+            Forces [N].
+        extra : ndarray, shape (size,)
+            The unknowns.
+        reference : ndarray, shape (3 n,), optional
+            Forces that the spread of tractions is relative to; the forces themselves if not given.
+        """
+        spread = forces if reference is None else reference
+        grid = self.model.influence.forward(forces)
+        for group, powers in self.values:
+            for power, change in enumerate(powers, 1):
+                grid += np.float32(extra[group.begin] ** power) * change.forward(forces)
+        for std, place, influence in self.contacts:
+            share = std * extra[place]
+            if share.any():
+                grid += influence.forward((spread.reshape(-1, 3) * share[:, None]).ravel())
+        if group := self.group(RESIDUAL):
+            grid += self._residual(group, extra)
+        return grid
+
+    def _residual(self, group: Group, extra: Array) -> Single:
+        across, along, chosen, even = self._fields
+        shares = np.zeros((2, len(across), len(along)))
+        shares[:, chosen[:, 0], chosen[:, 1]] = extra[group.place].reshape(2, -1)
+        fields = group.std * across.T @ shares @ along
+        return np.asarray(even[:, None, None] * fields[:, None], dtype=np.float32)
+
+    def coefficients_adjoint(
+        self, forces: Array, extra: Array, grid: Single, reference: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Derivatives by forces (3 n,) and unknowns (size,) from that by spline coefficients."""
+        by_forces = self.model.influence.adjoint(grid)
+        by_extra = np.zeros(self.size)
+        for group, powers in self.values:
+            unknown = float(extra[group.begin])
+            for power, change in enumerate(powers, 1):
+                back = change.adjoint(grid)
+                by_forces = by_forces + unknown**power * back
+                by_extra[group.begin] += power * unknown ** (power - 1) * float(back @ forces)
+        loads = (forces if reference is None else reference).reshape(-1, 3)
+        for std, place, influence in self.contacts:
+            back = std * influence.adjoint(grid).reshape(-1, 3)
+            by_extra[place] = (back * loads).sum(axis=1)
+            if reference is None:
+                by_forces = by_forces + (extra[place, None] * back).ravel()
+        if group := self.group(RESIDUAL):
+            across, along, chosen, even = self._fields
+            fields = np.einsum("fkyx,k->fyx", grid, even)
+            shares = group.std * across @ fields @ along.T
+            by_extra[group.place] = shares[:, chosen[:, 0], chosen[:, 1]].ravel()
+        return by_forces, by_extra
+
+    def residual_at(self, x: Array, y: Array) -> tuple[Single, Single]:
+        """Modes of one part of the residual, and depth profiles.
+
+        The modes are those at all pairs of places along x and y, shape (k, len(y) * len(x)).
+        """
+        group, base = self.group(RESIDUAL), self.model.influence
+        assert group is not None
+        across, along, chosen, even = self._fields
+        at_y, at_x = splines.basis(base.y, y) @ across.T, splines.basis(base.x, x) @ along.T
+        fields = group.std * at_y[:, None, chosen[:, 0]] * at_x[:, chosen[:, 1]]
+        flat = fields.reshape(-1, len(chosen)).T
+        return np.ascontiguousarray(flat, dtype=np.float32), even.astype(np.float32)
+
+    def shown(self, forces: Array) -> Mask:
+        """Unknowns that show at all under forces (3 n,), shape (size,)."""
+        found = np.ones(self.size, dtype=bool)
+        if group := self.group(PLACEMENT):
+            strength = np.abs(forces.reshape(-1, 3)).max(axis=1)
+            weak = strength <= WEAK * strength.max(initial=0.0)
+            found[group.place] = np.tile(~weak, (group.end - group.begin) // len(weak))
+        return found
+
+
+def uncertain(pad: Pad) -> bool:
+    """Whether anything is uncertain about a pad besides noise."""
+    return bool(pad.tolerances or pad.camera.drift)
+
+
+def refusal(pad: Pad, path: str) -> str:
+    """Why readings of a pad do not allow for a tolerance; empty if they do."""
+    own_waves = any(channel.wavelength for channel in pad.polariscope.pictures)
+    if path == "polariscope.wavelength" and own_waves:
+        return (
+            "polariscope.wavelength has a tolerance beside channels of their own wavelengths; give "
+            "transducer.photoelastic.strain_optic_coefficient one instead, which acts on all."
+        )
+    known = (*LIGHT, *REGISTRATION, *SCALING, BLUR, RESIDUAL, PLACEMENT, SIZE, PITCH, DRIFTS[0])
+    if path in known or path.startswith(LAYERS) or _is_form(path):
+        return ""
+    return (
+        f"{path} has a tolerance that readings of pads do not allow for; leave it out to read, or "
+        "calibrate. as_built draws it."
+    )
+
+
+def _is_form(path: str) -> bool:
+    return path == "polariscope.visibility" or (
+        path.startswith(("polariscope.plates.", "polariscope.channels."))
+        and not path.endswith(".wavelength")
+    )
+
+
+def _value(pad: Pad, path: str) -> float:
+    found = number_at(pad, path)
+    assert found is not None
+    return found[0]
+
+
+def _room(pad: Pad, path: str, value: float, step: float) -> tuple[float, float]:
+    """Values a step below and above, within what the field allows."""
+    if path == "polariscope.visibility":
+        return value - step, min(value + step, 1.0)
+    if path.endswith("extinction_ratio"):
+        return max(value - step, 0.0), value + step
+    return value - step, value + step
+
+
+def _scaled(influence: PadInfluence, share: float) -> PadInfluence:
+    quarters = tuple(np.float32(share) * quarter for quarter in influence.quarters)
+    return replace(influence, quarters=quarters)

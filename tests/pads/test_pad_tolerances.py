@@ -1,0 +1,258 @@
+"""Pads that are not as drawn: what tolerances allow for, and what a finding names."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import fringeforce as ff
+from fringeforce.design.pad import Pad
+from fringeforce.mechanics.solid.block import Patches
+from fringeforce.models.imaging import camera_response
+from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_as_built import SHAPES, slice_retardance, smooth_image, spreads
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.optics import camera as camera_optics
+from fringeforce.reading.pads.fit import Fit
+from fringeforce.reading.pads.sampling import lattice
+from fringeforce.reading.reading import Status
+
+Array = np.ndarray
+RARE = 1e-5
+
+pytestmark = pytest.mark.slow
+
+EVERYTHING = {
+    "camera.amplitude": "225 +/- 3 %",
+    "camera.offset": "8 +/- 0.5",
+    "camera.drift": "1 %",
+    "camera.blur": "0.12 +/- 0.03 mm",
+    "camera.shift_x": "0 +/- 0.05 mm",
+    "camera.shift_y": "0.02 +/- 0.05 mm",
+    "camera.scale": "1 +/- 0.01",
+    "polariscope.visibility": "0.95 +/- 0.02",
+    "polariscope.plates": {"retardance_error": "2 +/- 1"},
+    "polariscope.residual": "0 +/- 0.1 rad",
+    "tactels.placement": "0 +/- 0.1 mm",
+    "tactels.size": "2 +/- 0.2 mm",
+    "transducer.compliant.thickness": "0.5 mm +/- 5 %",
+    "transducer.photoelastic.strain_optic_coefficient": "0.05 +/- 5 %",
+}
+
+
+@pytest.fixture(scope="module")
+def roller(pad: Pad) -> PadModel:
+    return ff.characterize(pad.replace(**{"tactels.size": "2 mm", "camera.amplitude": 240.0}))
+
+
+def loosened(model: PadModel, **stated: object) -> PadModel:
+    return replace(model, sensor=model.sensor.replace(**stated))
+
+
+def touch(model: PadModel, rng: np.random.Generator) -> Array:
+    """One to three pressed tactels with some shear."""
+    forces = np.zeros((model.sensor.tactels.total, 3))
+    for _ in range(rng.integers(1, 4)):
+        push = rng.uniform(0.5, 3)
+        forces[rng.integers(len(forces))] = push * np.array([1, *rng.uniform(-0.4, 0.4, 2)])
+    return forces
+
+
+def test_slopes_and_curvature_are_those_of_differences(roller: PadModel) -> None:
+    rng, known = np.random.default_rng(2), PadUncertainty.of(loosened(roller, **EVERYTHING))
+    forces, extra = touch(roller, rng).ravel() + 0.05, 0.5 * rng.normal(size=known.size)
+    frame = rng.integers(0, 255, roller.frame_shape).ravel().astype(float)
+    fit = Fit(
+        known.model,
+        camera_response(known.model.sensor.camera),
+        lattice(known.model, 96, known),
+        frame,
+    )
+    here = fit.at(forces, extra)
+    slope, curvature = fit.gradient(here, fit.misfit(here)), fit.information(here)
+    point, loads = np.concatenate([forces, extra]), len(forces)
+    chosen = {group.path: loads + group.begin for group in known.groups}
+    single = np.diag(curvature)
+    for path, number in {"a force": 4, "another": 31, **chosen}.items():
+        step = 0.02 * np.eye(len(point))[number]
+        ends = [fit.at((point + s)[:loads], (point + s)[loads:]) for s in (step, -step)]
+        rise = (fit.misfit(ends[0]).loss - fit.misfit(ends[1]).loss) / 0.08
+        # shifts are by differences of pixels, and the frame is nothing but noise
+        assert slope[number] == pytest.approx(
+            rise, rel=0.05, abs=3e-3 * np.sqrt(single[number]) * 60
+        ), path
+        change = (ends[0].level - ends[1].level) / 0.04
+        expected = change @ change / fit.response.variance + (number >= loads)
+        # the blur acts on one factor of a product alone
+        assert single[number] == pytest.approx(expected, rel=0.1), path
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {"camera.amplitude": "240 +/- 3 %", "polariscope.visibility": "0.95 +/- 0.02"},
+        {"polariscope.residual": "0 +/- 0.1 rad"},
+        {"camera.shift_x": "0 +/- 0.1 mm", "camera.shift_y": "0 +/- 0.1 mm"},
+        {"tactels.placement": "0 +/- 0.1 mm", "tactels.size": "2 +/- 0.2 mm"},
+    ],
+    ids=["light", "residual", "registration", "contacts"],
+)
+def test_built_pads_are_read_within_what_their_readings_state(roller: PadModel, stated) -> None:
+    model = loosened(roller, **stated)
+    reader, plain = ff.Reader(model), ff.Reader(roller)
+    distances, refused = [], 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        forces = touch(model, rng)
+        frame = model.as_built(rng).expose(forces, rng)
+        reading = reader.search(frame)
+        assert reading.status is Status.OK
+        assert reading.probability >= 0.999
+        apart = (reading.forces - forces).ravel()
+        distances.append(apart @ np.linalg.solve(reading.covariance, apart))
+        as_drawn = plain.search(frame)
+        refused += as_drawn.status is Status.MODEL_MISMATCH
+        assert as_drawn.ok or as_drawn.probability == 0
+        # what is estimated beside the forces makes them less certain
+        assert (reader.bound(forces) >= 0.999 * plain.bound(forces)).all()
+    low, high = stats.chi2(4 * 60).ppf([RARE, 1 - RARE])
+    assert low < np.sum(distances) < high
+    assert refused >= 3
+
+
+def fine_frame(model: PadModel, centre: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Hertz's pressure on squares of a third of a tactel's, by the exact series at every pixel."""
+    pad = model.sensor
+    fine = pad.replace(
+        tactels={"count": [15, 12], "pitch": pad.tactels.pitch / 3, "size": pad.tactels.pitch / 3}
+    )
+    apart = np.hypot(*(fine.tactels.places - centre).T) / 3e-3
+    pressure = np.sqrt(np.clip(1 - apart**2, 0, None))
+    small = 6 * (pressure / pressure.sum())[:, None] * [1, 0.2, -0.1]
+    loads = [(Patches(fine.tactels.places, fine.tactels.side), small)]
+    slices = slice_retardance(pad, loads, *pad.pixel_positions, 16)
+    light = model.seen(slices).reshape(model.frame_shape)
+    frame = camera_optics.expose(pad.camera, light, rng)
+    return frame, small.reshape(5, 3, 4, 3, 3).sum(axis=(1, 3)).reshape(-1, 3)
+
+
+def test_pressures_finer_than_tactels_need_a_tolerance(roller: PadModel) -> None:
+    frame, forces = fine_frame(roller, np.array([0.4e-3, -0.3e-3]), np.random.default_rng(1))
+    refused = ff.Reader(roller).search(frame)
+    assert refused.status is Status.MODEL_MISMATCH
+    loose = {"tactels.placement": "0 +/- 0.3 mm", "tactels.size": "2 +/- 0.4 mm"}
+    reading = ff.Reader(loosened(roller, **loose)).search(frame)
+    assert reading.status is Status.OK
+    apart = np.abs(reading.forces - forces) / reading.std
+    assert apart.max() < 5
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"camera.shift_x": 0.06e-3}, "shifted along x by 0.06"),
+        ({"camera.amplitude": 232.0}, "dimmer than drawn"),
+    ],
+)
+def test_a_finding_names_what_departs(roller: PadModel, stated, words: str) -> None:
+    rng = np.random.default_rng(3)
+    made = loosened(roller, **stated)
+    reading = ff.Reader(roller).search(made.expose(touch(roller, rng), rng))
+    assert reading.status is Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert words in finding
+    assert "standard deviations" in finding
+    assert next(iter(stated)) in finding
+
+
+def test_frames_that_follow_are_read_whatever_the_tractions(roller: PadModel) -> None:
+    model = loosened(
+        roller, **{"tactels.placement": "0 +/- 0.1 mm", "camera.amplitude": "240 +/- 3 %"}
+    )
+    rng = np.random.default_rng(6)
+    real, forces = model.as_built(rng), touch(model, rng)
+    tractions = real.contacts((), rng)
+    steps = [forces * (1 + 0.02 * k) for k in range(3)]
+    frames = [real.expose(step, rng, tractions) for step in steps]
+    readings = list(ff.Reader(model).stream(frames))
+    assert [reading.tracked for reading in readings] == [False, True, True]
+    for reading, step in zip(readings, steps, strict=True):
+        assert reading.status is Status.OK
+        assert (np.abs(reading.forces - step) < 5 * reading.std).all()
+
+
+def test_frames_that_follow_carry_on_what_lasts(roller: PadModel) -> None:
+    model = loosened(
+        roller, **{"camera.shift_x": "0 +/- 0.1 mm", "camera.amplitude": "240 +/- 3 %"}
+    )
+    rng = np.random.default_rng(4)
+    real, forces = model.as_built(rng), touch(model, rng)
+    steps = [forces * (1 + 0.02 * k) for k in range(5)]
+    frames = [real.expose(step, rng) for step in steps]
+    reader = ff.Reader(model)
+    readings = list(reader.stream(frames))
+    assert [reading.tracked for reading in readings] == [False] + [True] * 4
+    for reading, step in zip(readings, steps, strict=True):
+        assert reading.status is Status.OK
+        assert reading.probability >= 0.999
+        assert (np.abs(reading.forces - step) < 5 * reading.std).all()
+    alone = ff.Reader(model).search(frames[-1])
+    assert (readings[-1].std < 1.02 * alone.std).all()
+
+
+def test_no_contact_is_seen_as_none_under_another_light(roller: PadModel) -> None:
+    model = loosened(roller, **{"camera.amplitude": "240 +/- 3 %"})
+    dim = loosened(roller, **{"camera.amplitude": 232.0})
+    frame = dim.expose(np.zeros((roller.sensor.tactels.total, 3)), rng=0)
+    assert ff.Reader(model).search(frame).status is Status.NO_CONTACT
+
+
+def test_the_residual_of_a_pad_is_a_smooth_field_of_the_stated_size() -> None:
+    rng, length = np.random.default_rng(5), 4e-3
+    x, y = np.linspace(-5e-3, 5e-3, 5), np.linspace(-3e-3, 3e-3, 4)
+    fields = np.array([smooth_image(x, y, length, rng).ravel() for _ in range(3000)])
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    square = ((places[:, None] - places) ** 2).sum(axis=2)
+    wanted = np.exp(-square / length**2 / 2)
+    # standard error of a covariance of unit variances, at most sqrt(2 / n)
+    assert np.abs(fields.T @ fields / len(fields) - wanted).max() < 6 * np.sqrt(2 / len(fields))
+
+
+def test_polynomials_move_and_widen_tractions_as_the_tolerances_say(roller: PadModel) -> None:
+    model = loosened(
+        roller, **{"tactels.placement": "0 +/- 0.1 mm", "tactels.size": "2 +/- 0.2 mm"}
+    )
+    side, stds = 2e-3, spreads(model.sensor)
+    t = (np.arange(400) + 0.5) / 200 - 1
+    polynomials = {(1, 0): t, (2, 0): (3 * t**2 - 1) / 2}
+    moved = 1 + stds[SHAPES.index((1, 0))] * polynomials[1, 0]
+    assert np.mean(moved * t) * side / 2 == pytest.approx(0.1e-3, rel=1e-3)
+    wide = 1 + stds[SHAPES.index((2, 0))] * polynomials[2, 0]
+    deviation = np.sqrt(np.mean(wide * t**2)) * side / 2
+    # a uniform traction has its width over the root of twelve; to first order
+    assert deviation * np.sqrt(12) == pytest.approx(2.2e-3, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"camera.noise": "5 +/- 0.5"}, "camera.noise has a tolerance"),
+        ({"transducer.length": "13 +/- 0.1 mm"}, "transducer.length has a tolerance"),
+    ],
+)
+def test_what_readings_do_not_allow_for_is_refused(roller: PadModel, stated, words: str) -> None:
+    with pytest.raises(ff.FringeforceError, match=words):
+        ff.Reader(loosened(roller, **stated))
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"tactels.placement": "0.1 +/- 0.1 mm"}, "a tolerance about 0"),
+        ({"polariscope.residual": "0.1 +/- 0.1 rad"}, "a tolerance about 0"),
+    ],
+)
+def test_what_has_no_mean_is_refused_with_its_remedy(pad: Pad, stated, words: str) -> None:
+    with pytest.raises(ff.FringeforceError, match=words):
+        pad.replace(**stated)
