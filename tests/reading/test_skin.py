@@ -240,3 +240,17 @@ def test_skins_are_neither_calibrated_nor_explored() -> None:
         ff.calibrate(skin, np.zeros((8, 2048)), np.zeros((8, 131, 2)))
     with pytest.raises(FringeforceError, match="forces of tactels"):
         limits.check(skin)
+
+
+def test_what_a_skin_does_not_allow_for_is_told(model: ff.SensorModel) -> None:
+    with pytest.raises(FringeforceError, match="influence_error"):
+        ff.Reader(model.with_tolerances(**{"transducer.influence_error": "2 %"}))
+
+
+def test_contacts_beside_tactels_are_told_of_skins() -> None:
+    model = ff.characterize(ff.load_sensor("saad"))
+    places = model.sensor.tactels.positions + 0.1e-3
+    frame = model.expose([ff.Press(x=float(x), normal=1.0, tangential=0.2) for x in places], rng=0)
+    reading = ff.Reader(model).read(frame)
+    assert reading.status is ff.Status.MODEL_MISMATCH
+    assert any("skin" in finding for finding in reading.findings)

@@ -204,4 +204,9 @@ def _remedy(paths: list[str], model: Model, between: str = " or ") -> str:
         found.append(f"give {between.join(given)} a tolerance")
     if wider:
         found.append(f"widen the tolerance of {between.join(wider)}")
+    if model.sensor.kind == "strip" and not {
+        "tactels.placement",
+        "tactels.contact_width",
+    }.isdisjoint(unique):
+        found.append("take a skin in the place of tactels, which reads contacts anywhere,")
     return f"{', '.join(found)} or calibrate"

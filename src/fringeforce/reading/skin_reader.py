@@ -58,6 +58,14 @@ class SkinReader(FrameReader):
 
     model: SensorModel
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.model.sensor.transducer.influence_error:
+            raise InputError(
+                "transducer.influence_error is not allowed for on a skin; state what causes it, "
+                "such as tolerances of the layers, or read tactels."
+            )
+
     @cached_property
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""
