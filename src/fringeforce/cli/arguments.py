@@ -46,8 +46,6 @@ def with_tolerances(model: Any, stated: Sequence[str] | None) -> Any:
                 f"--tolerance {text!r} has no '='; write it as in 'camera.shift = 0 +/- 0.05 mm'."
             )
         values[path.strip()] = value.strip().strip('"')
-    if values and model.sensor.dimensions > 1:
-        raise InputError("--tolerance is for strips; readings of pads do not allow for tolerances.")
     return model.with_tolerances(**values) if values else model
 
 

@@ -109,7 +109,7 @@ class Reading:
     traction : Traction or None
         Of a skin: pressure and shear along it.
     findings : tuple of str
-        What seems to differ from the design, where no load explains the frame; of strips, and
+        What seems to differ from the design, where no load explains the frame; of strips and$
         found when it is first asked for, which takes some tenths of a second.
 
     Examples
