@@ -33,7 +33,7 @@ Single = NDArray[np.float32]
 
 STEPS = 6
 """Most evaluations of one frame; slow motion takes one."""
-AGED = 0.04
+AGED = 0.03
 """Ratio of the second step to the first, in deviations, from which the inverse is computed anew."""
 SMOOTH = 0.2
 """Share of a frame in the running mean of that ratio's square."""
@@ -772,7 +772,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     loads, std : ndarray, shape (k, 2n)
         Filled with loads and their standard deviations [N].
     cov : ndarray, shape (k or 0, 2n, 2n)
-        Filled with their covariances [N^2].
+        Filled with their covariances [N^2]; where nothing lasts, with those of the very frames.
     squares : ndarray, shape (k, 2)
         Filled: squared residuals and their number.
 
@@ -789,6 +789,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     own, step, score = np.empty(many), np.empty(many), np.empty(lasting)
     count, m = loads.shape[1], len(reference.covariance)
     reached = reference.reached
+    whole = len(cov) > 0 and lasting == 0 and np.isfinite(reached)
     used, nothing = float(pixels.used.sum()), np.float32(model.full_scale / 2)
     before = np.empty_like(standing.nodes)
     shown, moved = 1, 0.0
@@ -803,7 +804,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
         squared, known, grouped = _compare(model, pixels, reference, standing, lasting == 0)
         length = _step(reference, standing, step, own)
         state[3] = 0.0
-        while not (length * ratio < reached and (turn > 0 or state[1] < LOOKED)):
+        while not (length * ratio < reached and (turn > 0 or (state[1] < LOOKED and not whole))):
             if turn == STEPS or shown == 0:
                 return i, STALE if shown else FAINT
             for a in range(many):
@@ -839,6 +840,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             unknowns[k] = x[k]
         for a in range(many):
             unknowns[reference.fresh[a]] -= step[a]
+        if whole:
+            _renew_gain(model, pixels, reference, standing)
         for k in range(count):
             loads[i, k], std[i, k] = unknowns[k], np.sqrt(reference.covariance[k, k])
         if len(cov):
