@@ -33,8 +33,10 @@ Single = NDArray[np.float32]
 
 STEPS = 6
 """Most evaluations of one frame; slow motion takes one."""
-AGED = 0.03
+AGED = 0.04
 """Ratio of the second step to the first, in deviations, from which the inverse is computed anew."""
+MOVED = 0.1
+"""Change of the phase, root mean square, from which it is computed anew in any case [rad]."""
 SMOOTH = 0.2
 """Share of a frame in the running mean of that ratio's square."""
 LOOKED = 8
@@ -102,7 +104,8 @@ class Reference(NamedTuple):
     fixed : ndarray, shape (m,)
         Phase without loads [rad].
     anchor : ndarray, shape (m,)
-        Phase at the nodes where everything was linearised [rad].
+        Phase at the nodes where everything was linearised; the loops move it if nothing lasts, when
+        they renew the inverse [rad].
     kernel : ndarray, shape (k,)
         One half of the point spread, from its middle; empty if there is none.
     fresh, lasting : ndarray of int, shapes (a,) and (b,)
@@ -849,7 +852,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
                 for b in range(m):
                     cov[i, a, b] = reference.covariance[a, b]
         squares[i, 0], squares[i, 1] = squared, number
-        if state[0] > AGED * AGED:
+        if state[0] > AGED * AGED or (lasting == 0 and moved > MOVED * MOVED):
             size = 0.0
             for k in range(0, count, 2):
                 size += unknowns[k] * unknowns[k]
@@ -857,6 +860,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if not reference.size / GROWTH < size < reference.size * GROWTH:
                 return i + 1, GROWN
             _renew_gain(model, pixels, reference, standing)
+            if lasting == 0:
+                reference.anchor[:], moved = standing.nodes, 0.0
             state[0], state[1], state[2] = AGED * AGED / 2, LOOKED, 1.0
         if moved > reference.far * reference.far:
             return i + 1, AGEING
