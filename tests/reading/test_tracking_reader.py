@@ -75,7 +75,9 @@ def test_a_batch_says_what_the_stream_says(model, touch) -> None:
     assert parts.covariance is None
     off = np.abs(parts.forces - batch.forces) / batch.std
     assert off.max() < 0.1
-    np.testing.assert_allclose(parts.std, batch.std, rtol=0.05)
+    aged = parts.std / batch.std - 1  # without covariances they are some frames old
+    assert np.sqrt(np.mean(np.square(aged))) < 0.02
+    assert np.abs(aged).max() < 0.1
     reader = ff.Reader(model)
     readings = list(reader.stream(frames[:300]))
     for i, reading in enumerate(readings):

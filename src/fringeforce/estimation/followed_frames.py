@@ -35,6 +35,8 @@ STEPS = 6
 """Most evaluations of one frame; slow motion takes one."""
 AGED = 0.04
 """Ratio of the second step to the first, in deviations, from which the inverse is computed anew."""
+MOVED = 0.1
+"""Change of the phase, root mean square, from which it is computed anew in any case [rad]."""
 SMOOTH = 0.2
 """Share of a frame in the running mean of that ratio's square."""
 LOOKED = 8
@@ -102,7 +104,8 @@ class Reference(NamedTuple):
     fixed : ndarray, shape (m,)
         Phase without loads [rad].
     anchor : ndarray, shape (m,)
-        Phase at the nodes where everything was linearised [rad].
+        Phase at the nodes where everything was linearised; the loops move it if nothing lasts, when
+        they renew the inverse [rad].
     kernel : ndarray, shape (k,)
         One half of the point spread, from its middle; empty if there is none.
     fresh, lasting : ndarray of int, shapes (a,) and (b,)
@@ -772,7 +775,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     loads, std : ndarray, shape (k, 2n)
         Filled with loads and their standard deviations [N].
     cov : ndarray, shape (k or 0, 2n, 2n)
-        Filled with their covariances [N^2].
+        Filled with their covariances [N^2]; where nothing lasts, with those of the very frames.
     squares : ndarray, shape (k, 2)
         Filled: squared residuals and their number.
 
@@ -789,6 +792,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     own, step, score = np.empty(many), np.empty(many), np.empty(lasting)
     count, m = loads.shape[1], len(reference.covariance)
     reached = reference.reached
+    whole = len(cov) > 0 and lasting == 0 and np.isfinite(reached)
     used, nothing = float(pixels.used.sum()), np.float32(model.full_scale / 2)
     before = np.empty_like(standing.nodes)
     shown, moved = 1, 0.0
@@ -803,7 +807,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
         squared, known, grouped = _compare(model, pixels, reference, standing, lasting == 0)
         length = _step(reference, standing, step, own)
         state[3] = 0.0
-        while not (length * ratio < reached and (turn > 0 or state[1] < LOOKED)):
+        while not (length * ratio < reached and (turn > 0 or (state[1] < LOOKED and not whole))):
             if turn == STEPS or shown == 0:
                 return i, STALE if shown else FAINT
             for a in range(many):
@@ -839,6 +843,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             unknowns[k] = x[k]
         for a in range(many):
             unknowns[reference.fresh[a]] -= step[a]
+        if whole:
+            _renew_gain(model, pixels, reference, standing)
         for k in range(count):
             loads[i, k], std[i, k] = unknowns[k], np.sqrt(reference.covariance[k, k])
         if len(cov):
@@ -846,7 +852,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
                 for b in range(m):
                     cov[i, a, b] = reference.covariance[a, b]
         squares[i, 0], squares[i, 1] = squared, number
-        if state[0] > AGED * AGED:
+        if state[0] > AGED * AGED or (lasting == 0 and moved > MOVED * MOVED):
             size = 0.0
             for k in range(0, count, 2):
                 size += unknowns[k] * unknowns[k]
@@ -854,6 +860,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if not reference.size / GROWTH < size < reference.size * GROWTH:
                 return i + 1, GROWN
             _renew_gain(model, pixels, reference, standing)
+            if lasting == 0:
+                reference.anchor[:], moved = standing.nodes, 0.0
             state[0], state[1], state[2] = AGED * AGED / 2, LOOKED, 1.0
         if moved > reference.far * reference.far:
             return i + 1, AGEING

