@@ -22,7 +22,7 @@ EXTRA = {
         "transducer.photoelastic.poissons_ratio": 0.49,
     },
 }
-NAMES = [*(name for name in shipped_designs() if name != "skin"), *EXTRA]
+NAMES = [*(name for name in shipped_designs() if ff.load_sensor(name).skin is None), *EXTRA]
 
 
 def _design(name: str) -> ff.Sensor:

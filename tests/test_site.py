@@ -91,7 +91,11 @@ def test_the_design_reference_has_every_field(site: Path) -> None:
         own = [info.alias or name for name, info in model.model_fields.items()]
         return [name for name, part in zip(own, parts, strict=True) if not part] + below
 
-    assert {name for name in fields(Sensor) if f">{name}<" not in page} <= {"channels", "plates", "skin"}
+    assert {name for name in fields(Sensor) if f">{name}<" not in page} <= {
+        "channels",
+        "plates",
+        "skin",
+    }
     assert "polariscope.channels" in page
     assert "polariscope.plates" in page
     assert "[skin]" in page

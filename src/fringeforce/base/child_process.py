@@ -6,6 +6,10 @@ import multiprocessing
 import os
 import shutil
 import threading
+import time
+
+TRIES, PAUSE = 40, 0.05
+"""How often, and after what pause [s], a folder is removed until it is gone."""
 
 
 def end_with_parent(folder: str | None = None) -> None:
@@ -20,8 +24,12 @@ def end_with_parent(folder: str | None = None) -> None:
     def wait_and_end() -> None:
         if parent is not None:
             parent.join()
-            if folder:
+            # what this process is writing at this moment may come after what was removed
+            for _ in range(TRIES):
+                if not folder or not os.path.exists(folder):
+                    break
                 shutil.rmtree(folder, ignore_errors=True)
+                time.sleep(PAUSE)
             # other threads may be busy for long, and nobody waits for what they find
             os._exit(1)
 

@@ -12,7 +12,7 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Camera, Sensor
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.residual_test import group_sums, square_limit
-from fringeforce.reading.strip_reader import SATURATION
+from fringeforce.reading.strip_frames import SATURATION
 
 FEWEST = 4
 """Frames without which nothing is calibrated."""

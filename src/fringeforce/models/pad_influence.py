@@ -131,7 +131,7 @@ class PadInfluence(LinearMap):
                 for mode in range(self.modes):
                     lines = np.tensordot(columns, shaped[field, mode], (1, 1))
                     values = np.tensordot(rows, lines, (1, 1))
-                    result[field, mode] += values.reshape(-1, part.shape[1]) @ patterns
+                    result[field, mode] += values.reshape(len(y) * len(x), part.shape[1]) @ patterns
         return result
 
 

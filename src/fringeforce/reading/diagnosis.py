@@ -24,7 +24,8 @@ from fringeforce.models.departures import Departure, Departures
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
 from fringeforce.reading.findings import UNEXPLAINED, sentence, together
-from fringeforce.reading.strip_reader import FITS, SAME, StripFrameReader
+from fringeforce.reading.strip_frames import FITS, SAME
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
 

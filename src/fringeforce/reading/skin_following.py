@@ -16,7 +16,7 @@ from fringeforce.reading.reading import Reading
 from fringeforce.reading.skin_fit import Explanation, renewed
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.skin_result import SkinResult
-from fringeforce.reading.strip_reader import FITS
+from fringeforce.reading.strip_frames import FITS
 
 MOVED = np.array([0.1, 0.3])
 """Change of place and half width, in half widths, up to which a linearisation holds: what is left

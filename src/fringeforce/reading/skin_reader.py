@@ -8,14 +8,12 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
-from fringeforce.estimation.frame_exposure import expose
-from fringeforce.estimation.frame_fit import information
 from fringeforce.estimation.posterior import Posterior
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.skin import (
@@ -24,22 +22,12 @@ from fringeforce.models.skin import (
     Contacts,
     SkinModel,
 )
-from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Uncertainty, uncertainty
-from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.posterior_search import Lines
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, climbed
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
-from fringeforce.reading.strip_reader import (
-    DENSE,
-    FITS,
-    HOPELESS,
-    MISSED,
-    SAME,
-    SATURATION,
-)
+from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, StripFrames
 
 UNSURE = 2e-3
 """Chance of noise below which an explanation is not taken at once: contacts have so few unknowns
@@ -53,10 +41,8 @@ CLOSE = 16.0
 
 
 @dataclass(frozen=True, eq=False)
-class SkinReader(FrameReader):
+class SkinReader(StripFrames):
     """Reads frames of one skin, each for itself."""
-
-    model: SensorModel
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -65,11 +51,6 @@ class SkinReader(FrameReader):
                 "transducer.influence_error is not allowed for on a skin; state what causes it, "
                 "such as tolerances of the layers, or read tactels."
             )
-
-    @cached_property
-    def uncertain(self) -> Uncertainty:
-        """What is uncertain about the strip."""
-        return uncertainty(self.model)
 
     @cached_property
     def skin(self) -> SkinModel:
@@ -84,40 +65,17 @@ class SkinReader(FrameReader):
     def _search(self) -> SkinSearch:
         return SkinSearch(self.skin)
 
-    @cached_property
-    def usable_pixels(self) -> Mask:
-        """Pixels that the calibration left in, in one row."""
-        imaging = self.model.imaging
-        size = int(np.prod(self.model.frame_shape))
-        return np.ones(size, bool) if imaging is None else imaging.usable
-
-    def phase(self, forces: Array) -> Array:
-        """Phase lead that line loads cause, shape (n_pixels,) [rad]."""
-        return self.model.phase(forces)
-
     def trial_forces(self) -> Array:
         """A newton in the middle, shape (n, 2) [N]."""
         forces = np.zeros(self.forces_shape)
         forces[len(forces) // 2, 0] = 1.0
         return forces
 
-    def bound(self, forces: ArrayLike) -> Array:
-        """Smallest deviations of single line loads, hardly told apart, shape (n, 2) [N]."""
-        frame = self.uncertain.frame
-        loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
-        unknowns = np.zeros(frame.at.size)
-        unknowns[: len(loads)] = loads
-        known = information(frame, expose(frame, unknowns)[0], unknowns, frame.fields[:0])
-        known[len(loads) :, len(loads) :] += np.eye(len(known) - len(loads))
-        spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
-        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
-
-    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
-        """Read a frame that was checked; skins need no start, and take none."""
-        if start is not None:
-            raise InputError("start is for pads; a strip is searched as fast without it.")
+    def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read a frame that was checked, without any earlier state."""
         return self.followed(levels, used, None)[0]
 
+    @one_blas_thread()
     def followed(
         self, levels: NDArray[Any], used: Mask, last: Explanation | None
     ) -> tuple[Reading, Explanation | None]:
@@ -332,13 +290,7 @@ class SkinReader(FrameReader):
 
     def _refused(self, frame: Array, lines: Lines, met: list[Explanation]) -> Reading:
         """The reading of a frame that nothing explains."""
-        status = Status.MODEL_MISMATCH
-        seen = np.isfinite(frame)
-        full = self.uncertain.frame.full_scale
-        if np.mean(frame[seen] >= full) > SATURATION:
-            status = Status.SATURATED
-        elif lines.pace.max() > DENSE:
-            status = Status.FRINGES_TOO_DENSE
+        status = self.refusal(frame, lines)
         if met:
             return self.stated(met[0], 0.0, status)
         nothing = np.zeros(self.forces_shape)

@@ -8,29 +8,24 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fringeforce.base.blas_threads import one_blas_thread
-from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
-from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.followed_frames import JUMP
-from fringeforce.estimation.frame_exposure import expose, node_phase
+from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
-    information,
 )
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
-from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
-from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.posterior_search import SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, UNSURE, StripFrames
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -40,16 +35,8 @@ LOADS = 2.0
 contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
 YIELDING = 0.05
 """Share of that mean by which a contact may pull at one standard deviation."""
-UNSURE, FITS = 0.02, 1e-5
-"""Chances of noise below which an explanation is not taken at once, and not at all."""
-HOPELESS = 4.0
-"""Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
-MISSED = 0.02
-"""Share of frames whose best explanation the search misses, measured under many tolerances."""
 CANDIDATES = 24
 """Starts of one search that are climbed."""
-SAME = 0.3
-"""Phases nowhere farther apart are one explanation of a frame [rad]."""
 NEAR, WIDE = 250.0, 2500.0
 """Expected growth of the loss up to which images are tried: of what fits, of what does not."""
 IMAGES, RIVALS = 12, 8
@@ -66,16 +53,10 @@ FOLLOWED = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
-SATURATION = 0.1
-"""Share of pixels at full scale that tells of saturation."""
 EQUAL = 0.1
 """Unknowns, in deviations or newtons, that differ by less are of one explanation."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
-DENSE = 1.3
-"""Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
-
-
 Located = tuple[Posterior, Top]
 """An explanation that stands out, and the frame's posterior."""
 
@@ -103,29 +84,13 @@ class Weighed:
 
 
 @dataclass(frozen=True, eq=False)
-class StripFrameReader(FrameReader):
-    """Reads frames of one strip, each for itself.
-
-    Attributes
-    ----------
-    noise : float
-        Variance of the noise of what is read over that of a frame: 1 / k for the mean of k frames.
-    """
-
-    model: SensorModel
-    noise: float = 1.0
+class StripFrameReader(StripFrames):
+    """Reads frames of one strip, each for itself."""
 
     @property
     def influence(self) -> Array:
         """Influence matrix at the pixels of a frame, shape (P, 2n) [rad/N]."""
         return self.model.frame_influence
-
-    @cached_property
-    def uncertain(self) -> Uncertainty:
-        """What is uncertain about the strip."""
-        found = uncertainty(self.model)
-        frame = found.frame._replace(variance=self.noise * found.frame.variance)
-        return replace(found, frame=frame)
 
     @cached_property
     def calibration_uncertainty(self) -> CalibrationUncertainty | None:
@@ -140,31 +105,9 @@ class StripFrameReader(FrameReader):
     def _profiles(self) -> Array:
         return profile_basis(self.uncertain.frame)
 
-    @cached_property
-    def usable_pixels(self) -> Mask:
-        """Pixels that the calibration left in, in one row."""
-        imaging = self.model.imaging
-        size = int(np.prod(self.model.frame_shape))
-        return np.ones(size, bool) if imaging is None else imaging.usable
-
-    def phase(self, forces: Array) -> Array:
-        """Phase lead that forces at the tactels cause, shape (n_pixels,) [rad]."""
-        return self.model.phase(forces)
-
     def trial_forces(self) -> Array:
         """A newton on every tactel, shape (n, 2) [N]."""
         return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
-
-    def bound(self, forces: ArrayLike) -> Array:
-        """Smallest deviations that an unbiased reading can have, shape (n, 2) [N]."""
-        loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
-        model = self.uncertain.under(loads)
-        unknowns = np.zeros(model.at.size)
-        unknowns[: len(loads)] = loads
-        known = information(model, expose(model, unknowns)[0], unknowns, model.fields[:0])
-        known[len(loads) :, len(loads) :] += np.eye(len(known) - len(loads))
-        spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
-        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
 
     @cached_property
     def _bins(self) -> Bins:
@@ -187,10 +130,8 @@ class StripFrameReader(FrameReader):
         prior = Prior(np.zeros(at.size), precision, friction, YIELDING * push)
         return Posterior(model, prior, frame, self._bins, sound)
 
-    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
-        """Read a frame that was checked; strips need no start, and take none."""
-        if start is not None:
-            raise InputError("start is for pads; a strip is searched as fast without it.")
+    def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read a frame that was checked, without any earlier state."""
         return self.followed(levels, used, None)[0]
 
     @one_blas_thread()
@@ -473,12 +414,7 @@ class StripFrameReader(FrameReader):
     def _refused(self, posterior: Posterior, lines: Lines) -> Reading:
         """The reading of a frame that nothing explains."""
         at, frame = posterior.model.at, posterior.frame
-        status = Status.MODEL_MISMATCH
-        seen = np.isfinite(frame)
-        if np.mean(frame[seen] >= posterior.model.full_scale) > SATURATION:
-            status = Status.SATURATED
-        elif lines.pace.max() > DENSE:
-            status = Status.FRINGES_TOO_DENSE
+        status, seen = self.refusal(frame, lines), np.isfinite(frame)
         starts = next(self._search.attempts(lines, []))[0]
         top = posterior.climbed(starts[0]) if len(starts) else posterior.climbed(np.zeros(at.size))
         covariance = posterior.covariance(top)

@@ -1,0 +1,97 @@
+"""What readers of strips have in common, whether forces act at tactels or anywhere on a skin."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_fit import information
+from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.reading.frame_reader import FrameReader
+from fringeforce.reading.posterior_search import Lines
+from fringeforce.reading.reading import Reading, Status
+
+UNSURE, FITS = 0.02, 1e-5
+"""Chances of noise below which an explanation is not taken at once, and not at all."""
+HOPELESS = 4.0
+"""Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
+MISSED = 0.02
+"""Share of frames whose best explanation the search misses, measured under many tolerances."""
+SAME = 0.3
+"""Phases nowhere farther apart are one explanation of a frame [rad]."""
+SATURATION = 0.1
+"""Share of pixels at full scale that tells of saturation."""
+DENSE = 1.3
+"""Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
+
+
+@dataclass(frozen=True, eq=False)
+class StripFrames(FrameReader):
+    """Reads frames of one strip, each for itself.
+
+    Attributes
+    ----------
+    noise : float
+        Variance of the noise of what is read over that of a frame: 1 / k for the mean of k frames.
+    """
+
+    model: SensorModel
+    noise: float = 1.0
+
+    @cached_property
+    def uncertain(self) -> Uncertainty:
+        """What is uncertain about the strip."""
+        found = uncertainty(self.model)
+        frame = found.frame._replace(variance=self.noise * found.frame.variance)
+        return replace(found, frame=frame)
+
+    @cached_property
+    def usable_pixels(self) -> Mask:
+        """Pixels that the calibration left in, in one row."""
+        imaging = self.model.imaging
+        size = int(np.prod(self.model.frame_shape))
+        return np.ones(size, bool) if imaging is None else imaging.usable
+
+    def phase(self, forces: Array) -> Array:
+        """Phase lead that forces cause, shape (n_pixels,) [rad]."""
+        return self.model.phase(forces)
+
+    @abstractmethod
+    def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read a frame that was checked, without any earlier state."""
+
+    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
+        """Read a frame that was checked; strips need no start, and take none."""
+        if start is not None:
+            raise InputError("start is for pads; a strip is searched as fast without it.")
+        return self.alone(levels, used)
+
+    def bound(self, forces: ArrayLike) -> Array:
+        """Smallest deviations that an unbiased reading can have, shape (n, 2) [N]."""
+        loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
+        model = self.uncertain.under(loads)
+        unknowns = np.zeros(model.at.size)
+        unknowns[: len(loads)] = loads
+        known = information(model, expose(model, unknowns)[0], unknowns, model.fields[:0])
+        known[len(loads) :, len(loads) :] += np.eye(len(known) - len(loads))
+        spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
+        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
+
+    def refusal(self, frame: Array, lines: Lines) -> Status:
+        """What is the matter with a frame that nothing explains."""
+        seen = np.isfinite(frame)
+        if np.mean(frame[seen] >= self.uncertain.frame.full_scale) > SATURATION:
+            return Status.SATURATED
+        if lines.pace.max() > DENSE:
+            return Status.FRINGES_TOO_DENSE
+        return Status.MODEL_MISMATCH
