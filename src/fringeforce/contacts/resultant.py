@@ -44,6 +44,14 @@ class Resultant:
     width : float or None
         Of a contact on a skin [m]: four standard deviations of its pressure, which is the whole
         width of a Hertz contact; None of tactels.
+
+    Examples
+    --------
+    >>> model = ff.characterize(ff.load_sensor("skin"))
+    >>> frame = model.expose([ff.Press(x=1e-3, normal=2.0, tangential=0.4, width=0.8e-3)], rng=0)
+    >>> total = ff.Reader(model).read(frame).total
+    >>> bool(abs(total.force - [2.0, 0.4]).max() < 0.02)
+    True
     """
 
     tactels: Index
