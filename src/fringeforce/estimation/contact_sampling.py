@@ -68,7 +68,7 @@ DEPENDENT = 4.0
 SHRINKAGE = 11.0
 """Independent samples that Laplace's approximation counts as in the covariance."""
 SEED = 20140115
-"""Of the random numbers, which are the same for every frame: readings can be repeated."""
+"""Seed of the random numbers, which are the same for every frame: readings can be repeated."""
 STEP = 0.2
 """First step of the walk, in standard deviations."""
 WANTED = 0.75

@@ -162,7 +162,7 @@ class InformationFilter:
 
     @property
     def covariance(self) -> Array:
-        """Of the loads of the last frame, shape (2n, 2n) [N^2]."""
+        """Covariance of the loads of the last frame, shape (2n, 2n) [N^2]."""
         assert self._reference is not None
         return self._reference.covariance.copy()
 

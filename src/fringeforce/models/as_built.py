@@ -31,7 +31,7 @@ AnyDesign = TypeVar("AnyDesign", bound=Design)
 RESIDUAL, PLACEMENT, WIDTH = "polariscope.residual", "tactels.placement", "tactels.contact_width"
 SIZE = "tactels.size"
 ANEW = PLACEMENT, WIDTH, SIZE
-"""Of contacts, which differ from frame to frame."""
+"""Paths of values of the contacts, which differ from frame to frame."""
 INFLUENCE_ERROR = "transducer.influence_error"
 SHAPE_LENGTH = 1 / 16
 """Correlation length of errors of shape of the influence matrix, as a share of the strip."""

@@ -148,7 +148,7 @@ class _One:
 
     @property
     def loss(self) -> float:
-        """Of the frame and the size."""
+        """Loss of the frame and the size."""
         return self.top.loss + self.size**2
 
     def finish(self) -> Fit:
@@ -274,7 +274,7 @@ class _Many:
 
     @property
     def loss(self) -> float:
-        """Of the frame and all unknowns."""
+        """Loss of the frame and all unknowns."""
         return self.top.loss
 
     def finish(self) -> Fit:

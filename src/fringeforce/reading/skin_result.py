@@ -55,7 +55,7 @@ class SkinResult:
 
     @property
     def forces(self) -> Array:
-        """Of the line loads, shape (n, 2) [N]."""
+        """Forces of the line loads, shape (n, 2) [N]."""
         shares = self.skin.shares(self.one.contacts.geometry)
         found = (shares * self.one.contacts.forces[:, :, None]).sum(axis=0).T
         # the spline of line loads dies away, and never ends
@@ -74,7 +74,7 @@ class SkinResult:
         return rows.reshape(count * size, -1)
 
     def covariance(self) -> Array:
-        """Of the line loads, shape (2n, 2n) [N^2]."""
+        """Covariance of the line loads, shape (2n, 2n) [N^2]."""
         return self._rows.T @ self.joint @ self._rows
 
     @cached_property

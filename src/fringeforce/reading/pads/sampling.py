@@ -292,7 +292,7 @@ class State(Protocol):
 
     @property
     def amplitude(self) -> float:
-        """Of the camera, grey levels."""
+        """Amplitude of the camera, grey levels."""
         ...
 
 

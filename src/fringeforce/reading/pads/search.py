@@ -109,7 +109,7 @@ class Search:
 
     @property
     def _pitch(self) -> tuple[float, float]:
-        """Of the pixels along rows and columns [m]."""
+        """Pitch of the pixels along rows and columns [m]."""
         x, y = self.model.sensor.pixel_positions
         return float(y[1] - y[0]), float(x[1] - x[0])
 
