@@ -49,12 +49,13 @@ LAYERS = {
 SHIFT, SCALE = 0.1, 0.01
 """Sizes of departures of the camera: over the spacing of the tactels, and relative."""
 BESIDE, SCATTER, WIDE = 0.3, 0.1, 0.5
-"""Sizes of departures of contacts over the spacing of the tactels: common place, place of each, and width."""
+"""Sizes of departures of contacts over the spacing of the tactels: common place, place of each,
+and width."""
 LAMP, DARK, UNEVEN = 0.1, 0.02, 0.05
 """Sizes of departures of the light: amplitude and its change along the strip, relative; offset over
 the full scale."""
 VISIBILITY, BLUR, GAMMA, BANDWIDTH = 0.1, 6.0, 0.1, 20e-9
-"""Sizes of departures of fringes, point spread [pixels], power of the response, and spectrum [m]."""
+"""Sizes of departures of fringes, point spread [pixels], power of the response, spectrum [m]."""
 RETARDANCE = 0.1
 """Size of the residual [rad]."""
 FARTHEST = 1.0

@@ -56,7 +56,7 @@ class Band(LinearMap):
 
     @property
     def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Shapes of a row of coefficients and of values; there may be k, and c beside each other."""
+        """Shapes of a row of coefficients and of values; k of them, and c beside each other."""
         return (1, self.count, 1), (1, len(self.first), 1)
 
     def forward(self, values: Single) -> Single:
