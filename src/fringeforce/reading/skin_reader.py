@@ -36,6 +36,13 @@ IMAGES = 6
 """Mirror images that are tried of an explanation."""
 GROWTH = 250.0
 """Expected growth of the loss up to which images are tried."""
+MISFIT = 1000.0
+"""Weighted squares that pressures leave of the phase of a rival, beyond which no contacts cause it:
+starts that led to explanations left up to 440."""
+WEAK = 10.0
+"""Deviations of a contact's force from which it is not tried to do without."""
+BESIDE = 1.5
+"""Distance of two contacts over the sum of their half widths from which they stay two."""
 CLOSE = 16.0
 """Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
 
@@ -145,10 +152,11 @@ class SkinReader(StripFrames):
     ) -> list[Explanation]:
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
-        loads, _ = self._search.pressed(phase, self._search.seen(phase))
-        if not loads[:, 0].sum() > 0:
+        explained = bool(met) and met[0].chance > FITS
+        loads, misfit = self._search.pressed(phase, self._search.seen(phase))
+        if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
-        bound = met[0].top.loss + 4 * CLOSE if met and met[0].chance > FITS else np.inf
+        bound = met[0].top.loss + 4 * CLOSE if explained else np.inf
         for count in range(self._search.fewest(loads), MOST + 1):
             contacts = self._search.divided(loads, count)
             if contacts is None:
@@ -184,6 +192,8 @@ class SkinReader(StripFrames):
         found = list[Explanation]()
         while len(best.contacts.forces) > 1:
             starts = sorted(self._fewer(best), key=lambda start: start[0])[:2]
+            if not starts:
+                break
             tried = [
                 climbed(self.skin, frame, contacts, push, best.others) for _, contacts in starts
             ]
@@ -196,11 +206,14 @@ class SkinReader(StripFrames):
 
     def _fewer(self, best: Explanation) -> Iterator[tuple[float, Contacts]]:
         """Contacts without one, or with two neighbours as one, and what that changes [N]."""
-        forces, geometry = best.contacts.sorted()
-        for k in range(len(forces)):
+        forces, geometry = best.contacts
+        variance = np.diag(np.linalg.inv(best.about.hessian))[: forces.size : 2]
+        for k in np.flatnonzero(forces[:, 0] < WEAK * np.sqrt(variance)):
             rest = np.arange(len(forces)) != k
             yield abs(float(forces[k, 0])), Contacts(forces[rest], geometry[rest])
-        for k in range(len(forces) - 1):
+        forces, geometry = best.contacts.sorted()
+        reach = BESIDE * (geometry[:-1, WIDTH] + geometry[1:, WIDTH])
+        for k in np.flatnonzero(np.diff(geometry[:, PLACE]) < reach):
             pair = slice(k, k + 2)
             share = np.maximum(forces[pair, 0], 0) + 1e-9
             share /= share.sum()
