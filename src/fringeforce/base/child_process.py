@@ -12,13 +12,18 @@ TRIES, PAUSE = 40, 0.05
 """How often, and after what pause [s], a folder is removed until it is gone."""
 
 
-def end_with_parent(folder: str | None = None) -> None:
+def end_with_parent(folder: str | None = None) -> threading.Thread:
     """Let this process end as soon as the one that started it has ended and cannot tell it to.
 
     Parameters
     ----------
     folder : str, optional
         What is removed then, for the other may have been unable to do so.
+
+    Returns
+    -------
+    threading.Thread
+        What waits for that, and ends this process.
     """
 
     def wait_and_end() -> None:
@@ -34,4 +39,6 @@ def end_with_parent(folder: str | None = None) -> None:
             os._exit(1)
 
     parent = multiprocessing.parent_process()
-    threading.Thread(target=wait_and_end, daemon=True).start()
+    waiting = threading.Thread(target=wait_and_end, daemon=True)
+    waiting.start()
+    return waiting

@@ -99,7 +99,7 @@ def _ended(process: SpawnProcess, pipe: Connection) -> None:
 
 def _serve(pipe: Connection, patient: bool, folder: str | None) -> None:
     """Do what comes through a pipe, as long as the process at its other end lives."""
-    end_with_parent(folder)
+    ending = end_with_parent(folder)
     # Ctrl+C in a terminal reaches every process; the server decides when this one ends
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # not every system knows the word
@@ -109,6 +109,8 @@ def _serve(pipe: Connection, patient: bool, folder: str | None) -> None:
         while True:
             function, arguments = pipe.recv()
             pipe.send(_done(function, arguments))
+    # the pipe closes when the other process ends, and what was in its folder is still to go
+    ending.join()
 
 
 def _done(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool, Any]:
