@@ -29,13 +29,12 @@ from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
 from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, StripFrames
 
-UNSURE = 2e-3
-"""Chance of noise below which an explanation is not taken at once: contacts have so few unknowns
-that wrong ones leave much more."""
-IMAGES = 6
-"""Mirror images that are tried of an explanation."""
-GROWTH = 250.0
-"""Expected growth of the loss up to which images are tried."""
+PLAIN, UNSURE = 0.02, 2e-3
+"""Chances of noise below which the search goes on, and below which the best that it finds may not
+be all: contacts have so few unknowns that wrong ones leave much more."""
+IMAGES, NEAR, WIDE = 8, 250.0, 2500.0
+"""Mirror images that are tried of an explanation, and the expected growth of the loss up to which
+they are: of what explains the frame, of what does not."""
 MISFIT = 1000.0
 """Weighted squares that pressures leave of the phase of a rival, beyond which no contacts cause it:
 starts that led to explanations left up to 440."""
@@ -134,16 +133,16 @@ class SkinReader(StripFrames):
         for number, phase in enumerate(self._search.phases(lines)):
             tried.append(phase)
             met = _ordered(met + self._pressed(frame, phase, push, met))
-            if met and met[0].chance > UNSURE:
+            if met and met[0].chance > PLAIN:
                 break
             if met and number % 3 == 2 and met[0].top.square < 2 * met[0].top.count:
-                met = _ordered(met + self._mirrored(frame, met[0], push, met, tried))
-                if met[0].chance > UNSURE:
+                met = _ordered(met + self._mirrored(frame, met[0], push, met, tried, WIDE))
+                if met[0].chance > PLAIN:
                     break
         if silent is not None:
             met = _ordered([*met, silent])
         if met and met[0].chance > FITS:
-            met = _ordered(met + self._mirrored(frame, met[0], push, met, tried))
+            met = _ordered(met + self._mirrored(frame, met[0], push, met, tried, NEAR))
             met = _ordered(met + self._simplified(frame, met[0], push))
         return met
 
@@ -164,7 +163,7 @@ class SkinReader(StripFrames):
             one = climbed(self.skin, frame, contacts, push, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - CLOSE
             found.append(one)
-            if one.chance > UNSURE or not better or one.top.loss > bound + HOPELESS * one.top.count:
+            if one.chance > PLAIN or not better or one.top.loss > bound + HOPELESS * one.top.count:
                 break
         return found
 
@@ -175,10 +174,11 @@ class SkinReader(StripFrames):
         push: float,
         met: list[Explanation],
         tried: list[Array],
+        growth: float,
     ) -> list[Explanation]:
         """Explanations near the mirror images of one."""
         found = list[Explanation]()
-        for count, phase in enumerate(self._search.images(best.phase, push, GROWTH)):
+        for count, phase in enumerate(self._search.images(best.phase, push, growth)):
             if count >= IMAGES:
                 break
             if any(np.abs(phase - known).max() < SAME / 2 for known in tried):
