@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import binom
+from scipy.stats import binom, chi2
 
 import fringeforce as ff
 from fringeforce.contacts.fingertip import fingertip_forces as fingertip
@@ -231,3 +231,26 @@ def test_friction_reaches_followed_readings(model) -> None:
     assert (np.abs(batch.forces[..., 1]) <= 0.05 * batch.forces[..., 0] + 1e-9).all()
     plain.reset()
     assert not plain.read(frames[0]).tracked
+
+
+def test_frames_that_two_loads_explain_settle_as_more_of_them_come() -> None:
+    tactels = 32
+    crowded = ff.characterize(
+        ff.load_sensor("saad").replace(
+            **{"tactels.count": tactels, "tactels.pitch": 12.5e-3 / tactels}
+        )
+    )
+    first, last = [], []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        size, angle = 2 + np.sin(2 * np.pi * rng.random(tactels)), rng.uniform(-0.26, 0.26, tactels)
+        forces = N / tactels * np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+        readings = list(ff.Reader(crowded).stream(crowded.expose([forces] * 40, rng=rng)))
+        first.append(readings[0].status)
+        last.append(readings[-1].status)
+        for reading in (reading for reading in readings if reading.ok):
+            off = (reading.forces - forces).ravel()
+            assert chi2.sf(off @ np.linalg.solve(reading.covariance, off), off.size) > 1e-6
+    assert ff.Status.AMBIGUOUS in first
+    assert last.count(ff.Status.OK) > first.count(ff.Status.OK)
+    assert last.count(ff.Status.OK) >= 5

@@ -102,8 +102,8 @@ class SkinReader(StripFrames):
             2, FALSE_CONTACT
         ):
             return self.stated(silent, 1.0, Status.NO_CONTACT), None
-        reading = self._weighed(met)
-        return reading, met[0] if reading.ok else None
+        reading, best = self._weighed(met)
+        return reading, best if reading.ok else None
 
     def _push(self, lines: Lines) -> float:
         """Normal force of contacts whose fringes run as fast as the frame's [N]."""
@@ -229,7 +229,8 @@ class SkinReader(StripFrames):
             )
             yield float(forces[pair, 0].min()) * gap / self.skin.cover, both
 
-    def _weighed(self, met: list[Explanation]) -> Reading:
+    def _weighed(self, met: list[Explanation]) -> tuple[Reading, Explanation]:
+        """The reading of the likeliest explanation, and that."""
         logs = np.array([one.evidence for one in met])
         kept = logs > logs.max() - CLOSE / 2
         met = [one for one, own in zip(met, kept, strict=True) if own]
@@ -253,7 +254,7 @@ class SkinReader(StripFrames):
         probability = mine / total
         if best.chance < UNSURE:
             probability *= best.chance / (best.chance + MISSED)
-        return self.stated(best, float(probability), others=others)
+        return self.stated(best, float(probability), others=others), best
 
     def stated(
         self,

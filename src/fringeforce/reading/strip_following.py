@@ -16,7 +16,7 @@ from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.strip_reader import FAINT, StripFrameReader
+from fringeforce.reading.strip_reader import FAINT, Before, StripFrameReader
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -96,6 +96,7 @@ class StripFollower(Follower):
         self._interval = INTERVAL
         self._left = self._count = 0
         self._held: Posterior | None = None
+        self._trail: Before | None = None
         self._total = np.empty(0)
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
@@ -144,8 +145,8 @@ class StripFollower(Follower):
                 progress(len(block))
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
-        reading, located = self._single.followed(levels, used, self._last)
-        before = self._begun
+        reading, located = self._single.followed(levels, used, self._last, self._trail)
+        before, self._trail = self._begun, None
         self._filter = self._begun = self._last = self._held = None
         if located is None:
             return reading
@@ -186,6 +187,8 @@ class StripFollower(Follower):
             self._filter = None
             return None
         if self._left == 0 and self._held is None:
+            assert self._begun is not None
+            self._trail = self._filter.unknowns.copy(), self._begun.probability
             self._filter = self._last = None
             return None
         if self._left == 0 and self._held is not None:

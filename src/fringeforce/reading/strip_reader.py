@@ -20,6 +20,7 @@ from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
 )
+from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
@@ -57,8 +58,13 @@ EQUAL = 0.1
 """Unknowns, in deviations or newtons, that differ by less are of one explanation."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
+MOST_KNOWN = 0.9999
+"""Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
+reasons that no frame shows."""
 Located = tuple[Posterior, Top]
 """An explanation that stands out, and the frame's posterior."""
+Before = tuple[Array, float]
+"""Unknowns of an explanation that was followed, and its probability."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +142,22 @@ class StripFrameReader(StripFrames):
 
     @one_blas_thread()
     def followed(
-        self, levels: NDArray[Any], used: Mask, last: Array | None
+        self,
+        levels: NDArray[Any],
+        used: Mask,
+        last: Array | None,
+        before: Before | None = None,
     ) -> tuple[Reading, Located | None]:
         """Read a frame that was checked, from the unknowns of the last one if it is known.
+
+        Parameters
+        ----------
+        levels, used
+            As of `search`.
+        last : ndarray, shape (size,), or None
+            Unknowns of the last frame.
+        before : tuple of ndarray and float, optional
+            Unknowns of an explanation that was followed to the last frame, and its probability.
 
         Returns
         -------
@@ -158,19 +177,20 @@ class StripFrameReader(StripFrames):
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
             if near and _Met(posterior).explains(top, FITS):
-                return self._stated(_Met(posterior, [top]), tracked=True), (posterior, top)
+                return self._stated(_Met(posterior, [top]), tracked=True)[0], (posterior, top)
         silent = self._silent(posterior)
         met = self._explained(posterior, lines, silent)
         if met is None:
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, met.tops[0]):
-            return self._stated(_Met(posterior, [silent]), Status.NO_CONTACT), (posterior, silent)
+            met = _Met(posterior, [silent])
+            return self._stated(met, Status.NO_CONTACT)[0], (posterior, silent)
         if self.uncertain.shapes:
             loads = met.tops[0].unknowns[: posterior.model.at.loads]
             posterior = self.posterior(frame, self._push(posterior), loads, sound)
             met = _Met(posterior, [posterior.settled(top.unknowns) for top in met.tops])
-        reading = self._stated(met)
-        return reading, (posterior, met.tops[0])
+        reading, best = self._stated(met, before=before)
+        return reading, (posterior, best)
 
     def quieter(self, noise: float) -> StripFrameReader:
         """What reads means of frames, whose noise has so large a share of one frame's variance."""
@@ -337,8 +357,34 @@ class StripFrameReader(StripFrames):
         ]
         return sorted(weighed, key=lambda one: -one.weight)
 
-    def _stated(self, met: _Met, status: Status | None = None, tracked: bool = False) -> Reading:
+    def _after(self, weighed: list[Weighed], model: FrameModel, before: Before) -> list[Weighed]:
+        """Explanations with the weights of what earlier frames said of them as well.
+
+        The noise of frames is independent, so that likelihoods multiply: what goes on from an
+        explanation that was followed had its probability, all others together the rest.
+        """
+        phase, known = node_phase(model, before[0]), min(before[1], MOST_KNOWN)
+        factors = [
+            known if np.abs(one.phase - phase).max() < JUMP else 1 - known for one in weighed
+        ]
+        shares = np.array([one.weight for one in weighed]) * factors
+        found = [
+            replace(one, weight=float(share))
+            for one, share in zip(weighed, shares / shares.sum(), strict=True)
+        ]
+        return sorted(found, key=lambda one: -one.weight)
+
+    def _stated(
+        self,
+        met: _Met,
+        status: Status | None = None,
+        tracked: bool = False,
+        before: Before | None = None,
+    ) -> tuple[Reading, Top]:
+        """The reading of explanations, and the likeliest of them."""
         posterior, weighed = met.posterior, self._weighed(met)
+        if before is not None:
+            weighed = self._after(weighed, posterior.model, before)
         best, count = weighed[0], posterior.model.at.loads
         same = [_alike(one, best, count) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
@@ -366,9 +412,11 @@ class StripFrameReader(StripFrames):
         limited = np.zeros(count // 2, dtype=bool)
         if self.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, self.friction)
-        return self.reading(
-            loads, covariance, best.top, status, probability, limited, np.array(others), tracked
+        alternatives = np.array(others)
+        reading = self.reading(
+            loads, covariance, best.top, status, probability, limited, alternatives, tracked
         )
+        return reading, best.top
 
     def calibration_covariance(self, loads: Array, used: Mask, spread: Array) -> Array:
         """Covariance of loads that the calibration's own errors cause, shape (2n, 2n) [N^2].
