@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import chi2 as chi_square
+from scipy.special import chdtri
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
@@ -96,5 +96,5 @@ def _agrees(reading: Reading, off: Array) -> bool:
     explanations = np.concatenate([reading.forces[None], reading.alternatives])
     apart = explanations.reshape(len(explanations), -1) - load
     return bool(
-        (np.einsum("ki,ij,kj->k", apart, whitening, apart) < chi_square.isf(CHANCE, len(off))).any()
+        (np.einsum("ki,ij,kj->k", apart, whitening, apart) < chdtri(len(off), CHANCE)).any()
     )

@@ -19,7 +19,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
-from scipy.signal import fftconvolve
+from scipy.ndimage import convolve1d
 
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Block, Patches
@@ -276,5 +276,7 @@ def smooth_image(x: Array, y: Array, length: float, generator: np.random.Generat
     kernel = np.exp(-np.square(np.arange(-reach, reach + 1) / FIELD_STEP))
     kernel /= np.linalg.norm(kernel)
     values = generator.standard_normal([len(grid) + 2 * reach for grid in grids])
-    smooth = fftconvolve(values, np.outer(kernel, kernel), mode="valid")
+    for axis in (0, 1):
+        values = convolve1d(values, kernel, axis)
+    smooth = values[reach:-reach, reach:-reach]
     return np.asarray(RectBivariateSpline(grids[0], grids[1], smooth)(y, x))
