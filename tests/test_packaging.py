@@ -8,6 +8,7 @@ the sources stays out of reach, and PYTHONPATH is not handed on.
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -70,9 +71,27 @@ def installed(shipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     packages = home / "lib" / version / "site-packages"
     (packages / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")
+    _take_compiled(packages)
     where = _run(python, "-c", "import fringeforce as f; print(f.__file__)", cwd=home, env=_clean())
     assert Path(where.strip()).is_relative_to(packages)
     return home / "bin"
+
+
+def _take_compiled(packages: Path) -> None:
+    """Let loops that were compiled for the sources serve the same files of the wheel.
+
+    Numba tells by its size and time whether a file is the one that it compiled.
+    """
+    sources = ROOT / "src"
+    for path in (sources / "fringeforce").rglob("*.py"):
+        own = packages / path.relative_to(sources)
+        assert own.read_bytes() == path.read_bytes()
+        times = path.stat()
+        os.utime(own, ns=(times.st_atime_ns, times.st_mtime_ns))
+    for path in (sources / "fringeforce").rglob("__pycache__/*.nb[ci]"):
+        copy = packages / path.relative_to(sources)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copy(path, copy)
 
 
 def _clean() -> dict[str, str]:
