@@ -701,30 +701,6 @@ def _renew_gain(model, pixels, reference, standing):
                 reference.covariance[x, z] = reference.gain[x, z]
 
 
-@sums_entry
-def loss_gradient(model, pixels, reference, frame, standing):
-    """Gradient of half the loss of one frame at a point, without what is known before.
-
-    Parameters
-    ----------
-    model, pixels, reference
-        Of the strip; what lasts must be that of the reference.
-    frame : ndarray of float32, shape (P,)
-        Grey levels; any number where a pixel is not used.
-    standing : Standing
-        The point; its gradient is filled in.
-
-    Returns
-    -------
-    squares, count : float
-        Weighted sum of squared residuals in units of the noise, and the sum of the weights.
-    """
-    _load(pixels, standing, frame, np.float32(model.full_scale / 2))
-    _stand(model, pixels, reference, standing)
-    squares, count, _ = _compare(model, pixels, reference, standing, True)
-    return squares, count + pixels.used.sum()
-
-
 @sums
 def _step(reference, standing, step, own):
     """Fill in the step and the score of what is new; returns the step's squared length."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
@@ -115,16 +115,8 @@ def save_readings(
     FileFormatError
         If the file cannot be written.
     """
-    statuses: Counter[str] = Counter()
-    with _new_table(path) as file:
-        writer = csv.writer(file)
-        writer.writerow(["frame", "tactel", *reading_columns(components), "status"])
-        for frame, reading in enumerate(readings):
-            statuses[reading.status.name] += 1
-            for tactel, values in enumerate(_cells(reading), start=1):
-                cells = [f"{value:.6g}" for value in values]
-                writer.writerow([frame, tactel, *cells, reading.status.name])
-    return statuses
+    columns = ("tactel", *reading_columns(components))
+    return _save(path, columns, readings, lambda reading: enumerate(_cells(reading), start=1))
 
 
 CONTACT = ("x_mm", "width_mm", "normal_N", "tangential_N")
@@ -153,20 +145,34 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     FileFormatError
         If the file cannot be written.
     """
+    std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in CONTACT)
+    return _save(path, ("contact", *CONTACT, *std), readings, _contact_rows)
+
+
+def _save(
+    path: str | os.PathLike[str],
+    columns: Iterable[str],
+    readings: Iterable[Reading],
+    rows: Callable[[Reading], Iterable[tuple[int, Iterable[float]]]],
+) -> Counter[str]:
+    """Write what `rows` gives for every reading, a number and values each; count the statuses."""
     statuses: Counter[str] = Counter()
     with _new_table(path) as file:
         writer = csv.writer(file)
-        std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in CONTACT)
-        writer.writerow(["frame", "contact", *CONTACT, *std, "status"])
+        writer.writerow(["frame", *columns, "status"])
         for frame, reading in enumerate(readings):
-            statuses[reading.status.name] += 1
-            whole = () if reading.total is None else (reading.total,)
-            for number, contact in enumerate((*whole, *reading.contacts)):
-                cells = [f"{value:.6g}" for value in _contact_cells(contact)]
-                writer.writerow([frame, number, *cells, reading.status.name])
-            if not whole:
-                writer.writerow([frame, 0, *["nan"] * 2 * len(CONTACT), reading.status.name])
+            status = reading.status.name
+            statuses[status] += 1
+            for number, values in rows(reading):
+                writer.writerow([frame, number, *(f"{value:.6g}" for value in values), status])
     return statuses
+
+
+def _contact_rows(reading: Reading) -> Iterable[tuple[int, Iterable[float]]]:
+    """All contacts together, then each; a row of nan if the frame tells nothing."""
+    if reading.total is None:
+        return [(0, [np.nan] * 2 * len(CONTACT))]
+    return enumerate(map(_contact_cells, (reading.total, *reading.contacts)))
 
 
 def _contact_cells(contact: Resultant) -> list[float]:

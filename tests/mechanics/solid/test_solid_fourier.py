@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 import fringeforce as ff
 from fringeforce.design.strip import PhotoelasticLayer
 from fringeforce.mechanics.fourier import stress_field
-from fringeforce.mechanics.solid.block import ACROSS, ALONG, NORMAL, Block, Patches
+from fringeforce.mechanics.solid.block import Block, Patches
 from fringeforce.mechanics.solid.fourier import stress_influence, stress_of_loads
 
 Array = NDArray[np.float64]
 NU = 0.3
+NORMAL, ALONG, ACROSS = range(3)
+"""Components of a force: N presses towards -z, T_x points to +x, T_y to +y."""
 
 
 @pytest.fixture(scope="module")

@@ -16,9 +16,6 @@ from fringeforce.design.strip import Layer
 
 Sides = Literal["free", "roller", "bonded"]
 
-NORMAL, ALONG, ACROSS = range(3)
-"""Components of a force: N presses towards -z, T_x points to +x, T_y to +y."""
-
 
 @dataclass(frozen=True)
 class Block:
