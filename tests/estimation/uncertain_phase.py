@@ -1,7 +1,7 @@
 """The covariance that agrees with the variance of the phase that it causes, by SciPy alone."""
 
 import numpy as np
-from scipy.optimize import root
+from scipy.optimize import least_squares
 
 from fringeforce.estimation.likelihood import Response
 
@@ -25,7 +25,7 @@ def agreed(influence: np.ndarray, loads: np.ndarray, response: Response) -> np.n
         information = (influence * weight[:, None]).T @ influence
         return (covariance @ information - np.eye(size)).ravel()
 
-    found = root(off, np.eye(size).ravel(), method="lm")
+    found = least_squares(off, np.eye(size).ravel(), method="lm")
     assert found.success
     assert np.abs(found.fun).max() < 1e-9
     return unit * found.x.reshape(size, size)
