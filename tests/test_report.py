@@ -13,7 +13,7 @@ from fringeforce.reproduction.example import PaperExample, rectangle_rule
 from fringeforce.reproduction.figures import FIGURES
 from fringeforce.reproduction.report import reproduce
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("report")]  # made once
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,8 @@ from pressed_camera import simulated
 
 from fringeforce.explorer.live import Source
 
-pytestmark = [needs_browser, pytest.mark.slow]
+# one worker starts the server and the browser
+pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.xdist_group("live page")]
 SPELLED = re.compile(r"normal (-?[\d.]+), tangential")
 
 

@@ -19,7 +19,8 @@ from pages import (
 from playwright.sync_api import Browser, Locator, Page, expect
 from small_pad import small_pad
 
-pytestmark = [needs_browser, pytest.mark.slow]
+# one worker starts the server and the browser
+pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.xdist_group("pad page")]
 
 
 @pytest.fixture(scope="module")

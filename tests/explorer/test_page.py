@@ -20,7 +20,8 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 import fringeforce as ff
 
-pytestmark = [needs_browser, pytest.mark.slow]
+# one worker starts the server and the browser
+pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.xdist_group("page")]
 
 
 @pytest.fixture
