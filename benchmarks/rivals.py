@@ -38,6 +38,7 @@ from scipy.signal import savgol_filter
 import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bounds import cramer_rao_bound
+from fringeforce.estimation.estimate import least_squares as least_squares_of_phase
 from fringeforce.estimation.phase.noise_free import recover_phase
 from fringeforce.reading.strip_reader import StripFrameReader
 from reading import random_loads
@@ -116,7 +117,7 @@ def fringe_by_fringe(scene: Scene) -> Array:
             phase = recover_phase(intensity)
         except InputError:
             continue
-        answers.append(np.linalg.lstsq(scene.reader.influence, phase)[0])
+        answers.append(least_squares_of_phase(phase, scene.reader.influence))
     return pushing(scene.best(answers))
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, rosen
 
+from fringeforce.base.errors import InputError
+from fringeforce.estimation import estimate
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Response, misfit
 
@@ -139,3 +141,17 @@ def test_a_step_solves_the_stated_equation(damping: float) -> None:
     expected = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), -gradient)
     np.testing.assert_allclose(step, expected, rtol=1e-6)
     assert promised == pytest.approx(-expected @ gradient, rel=1e-6)
+
+
+def test_phases_of_unknown_pixels_are_left_out_and_too_few_are_refused(influence) -> None:
+    phase = influence @ LOADS
+    phase[100:300] = np.nan
+    np.testing.assert_allclose(estimate.least_squares(phase, influence), LOADS, atol=1e-9)
+    np.testing.assert_allclose(
+        estimate.least_squares(phase, influence[:, :4].reshape(P, 2, 2)).ravel(),
+        np.linalg.lstsq(influence[np.isfinite(phase), :4], phase[np.isfinite(phase)])[0],
+        atol=1e-9,
+    )
+    phase[4:] = np.nan
+    with pytest.raises(InputError, match="4 known phases"):
+        estimate.least_squares(phase, influence)
