@@ -24,7 +24,7 @@ from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
-from fringeforce.reading.posterior_search import SHEAR, Lines, PosteriorSearch
+from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, UNSURE, StripFrames
 
@@ -34,12 +34,14 @@ Mask = NDArray[np.bool_]
 LOADS = 2.0
 """Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
 contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
-YIELDING = 0.05
-"""Share of that mean by which a contact may pull at one standard deviation."""
+YIELDING = 0.1
+"""Share of that mean by which a contact may pull, or slip, at one standard deviation."""
+FRICTION = 2.0
+"""Largest tangential over normal force where places or widths are uncertain, if none is stated.
+Without any, shear where hardly anything presses stands for contacts beside their tactels; dry soft
+skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
 CANDIDATES = 24
 """Starts of one search that are climbed."""
-NEAR, WIDE = 250.0, 2500.0
-"""Expected growth of the loss up to which images are tried: of what fits, of what does not."""
 IMAGES, RIVALS = 12, 8
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
 ROUNDS = 6
@@ -56,8 +58,6 @@ FAINT = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
 EQUAL = 0.1
 """Unknowns, in deviations or newtons, that differ by less are of one explanation."""
-BINS = 4
-"""Pixels that count as one while explanations are looked for."""
 MOST_KNOWN = 0.9999
 """Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
 reasons that no frame shows."""
@@ -130,9 +130,9 @@ class StripFrameReader(StripFrames):
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
-        # where nothing else is uncertain, a cone that is too narrow would leave no explanation
-        alone = self.friction is None or at.size == at.loads
-        friction = -1.0 if alone else float(self.friction or 0.0)
+        friction = self.friction or (FRICTION if self.uncertain.shapes else -1.0)
+        if at.size == at.loads:  # a cone that is too narrow would leave no explanation
+            friction = -1.0
         prior = Prior(np.zeros(at.size), precision, friction, YIELDING * push)
         return Posterior(model, prior, frame, self._bins, sound)
 
@@ -244,7 +244,7 @@ class StripFrameReader(StripFrames):
         if not done and not (met.tops and met.explains(met.tops[0], FITS)):
             return None
         if met.rough:
-            self._improved(met, met.rough[0], RIVALS, NEAR, stop=False)
+            self._improved(met, met.rough[0], RIVALS, stop=False)
         met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and self._may_push(posterior, turned):
@@ -292,14 +292,14 @@ class StripFrameReader(StripFrames):
                 return True
             for rough in sorted(fits, key=lambda top: top.loss)[:3]:
                 if mend and rough.loss < (1 + BINS) * rough.count:
-                    self._improved(met, rough, IMAGES, WIDE, stop=True)
+                    self._improved(met, rough, IMAGES, stop=True)
                     if met.tops and met.explains(met.tops[0], UNSURE):
                         return True
             if number + 1 >= SEARCHES and met.tops and met.explains(met.tops[0], FITS):
                 return True
         return False
 
-    def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> None:
+    def _improved(self, met: _Met, top: Top, tries: int, stop: bool) -> None:
         """Descend over mirror images of stretches of the phase, as long as they are better."""
         posterior, seen = met.posterior, [met.posterior.phase(top)]
         at = posterior.model.at
@@ -311,7 +311,7 @@ class StripFrameReader(StripFrames):
         for _ in range(ROUNDS):
             better = None
             count = 0
-            for start in self._search.images(posterior, top, self._push(posterior), growth):
+            for start in self._search.images(posterior, top, self._push(posterior)):
                 phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
                 if any(np.abs(phase - known).max() < SAME / 2 for known in seen):
                     continue
