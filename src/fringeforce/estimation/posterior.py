@@ -68,8 +68,8 @@ loads are weak: beyond it fringes tell places and widths apart from forces [rad]
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
 ROUNDS, STEPS, SETTLING = 6, 4, 16
-"""Rounds in which a start settles, and steps of the contacts in each, of a frame in bins and whole:
-valleys of force, place and width are long, and a top is only one at their lowest place."""
+"""Rounds in which a start settles, and steps of the contacts in each, heated first and not: valleys
+of force, place and width are long, and a top is only one at their lowest place."""
 SHARP = 0.4
 """Phase that a bin may span for as much information as its pixels [rad]."""
 SECOND_ORDER, FAINT_ROUNDS = 3, 5
@@ -155,7 +155,7 @@ class Posterior:
             start,
             np.array(heats),
             rounds,
-            STEPS if size > 1 else SETTLING,
+            STEPS if len(heats) else SETTLING,
             tolerance,
             bound,
         )

@@ -42,7 +42,7 @@ Without any, shear where hardly anything presses stands for contacts beside thei
 skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
 CANDIDATES = 24
 """Starts of one search that are climbed."""
-IMAGES, RIVALS = 12, 8
+IMAGES, RIVALS = 12, 6
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
 ROUNDS = 6
 """Rounds of mirror images, each from the best explanation so far."""
@@ -130,7 +130,7 @@ class StripFrameReader(StripFrames):
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
-        friction = self.friction or (FRICTION if self.uncertain.shapes else -1.0)
+        friction = self.friction or (FRICTION if at.fields > at.place else -1.0)
         if at.size == at.loads:  # a cone that is too narrow would leave no explanation
             friction = -1.0
         prior = Prior(np.zeros(at.size), precision, friction, YIELDING * push)
@@ -300,7 +300,10 @@ class StripFrameReader(StripFrames):
         return False
 
     def _improved(self, met: _Met, top: Top, tries: int, stop: bool) -> None:
-        """Descend over mirror images of stretches of the phase, as long as they are better."""
+        """Look among mirror images of stretches of the phase, those of the best ones first.
+
+        Images of a better one are looked for at once, and of rivals of the best one afterwards.
+        """
         posterior, seen = met.posterior, [met.posterior.phase(top)]
         at = posterior.model.at
         if at.fields > at.place:
@@ -308,12 +311,14 @@ class StripFrameReader(StripFrames):
             again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
+        rivals, known = [top], list[Array]()
         for _ in range(ROUNDS):
-            better = None
+            top = posterior.settled(rivals.pop(0).unknowns, BINS)
+            known.append(posterior.phase(top))
             count = 0
             for start in self._search.images(posterior, top, self._push(posterior)):
                 phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
-                if any(np.abs(phase - known).max() < SAME / 2 for known in seen):
+                if any(np.abs(phase - other).max() < SAME / 2 for other in seen):
                     continue
                 seen.append(phase)
                 count += 1
@@ -324,14 +329,20 @@ class StripFrameReader(StripFrames):
                 if stop and reached.loss >= top.loss - 1:
                     careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL)
                     reached = min(reached, careful, key=lambda one: one.loss)
+                best = met.rough[0].loss
                 met.tried(reached)
-                if reached.loss < top.loss - 1:
-                    better = reached
+                rivals.append(reached)
+                if reached.loss < best - 1:
                     break
-            if better is None:
-                break
-            top = better
             if stop and met.explains(met.tops[0], UNSURE):
+                break
+            rivals = [one for one in rivals if one.loss < met.rough[0].loss + CLOSE]
+            rivals = sorted(rivals, key=lambda one: one.loss)
+            while rivals and any(
+                np.abs(posterior.phase(rivals[0]) - other).max() < SAME for other in known
+            ):
+                rivals.pop(0)
+            if not rivals:
                 break
 
     def _weighed(self, met: _Met) -> list[Weighed]:
