@@ -71,9 +71,12 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
     along, across = model.place / model.reach, half * slope * model.width_std / model.reach
     for k in range(len(mean)):
         row = model.mixing[k]
-        mean[k] = dot(row, own)
-        by_place[k] = along * dot(row, one)
-        by_width[k] = across * dot(row, other)
+        a = b = c = 0.0
+        for i in range(order):
+            a += row[i] * own[i]
+            b += row[i] * one[i]
+            c += row[i] * other[i]
+        mean[k], by_place[k], by_width[k] = a, along * b, across * c
 
 
 @sums

@@ -9,6 +9,8 @@ Gauss-Newton method for a function of functions.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -132,16 +134,16 @@ def _times(rows, matrix, out):
 
 
 @sums
-def _rooted(square, slope, least, root, pull):
-    """Root of a positive semidefinite matrix by its largest pivots, and a slope in its terms.
+def _rooted(square, least, root, order):
+    """Root of a positive semidefinite matrix by its largest pivots, in this order.
 
     Returns
     -------
     int
-        Number of columns of the root that are filled in: pivots above `least`.
+        Number of rows of the root that are filled in: pivots above `least`.
     """
     size, rank = len(square), 0
-    left, order = np.empty(size), np.empty(size, np.int64)
+    left = np.empty(size)
     for i in range(size):
         left[i] = square[i, i]
     for k in range(size):
@@ -164,11 +166,8 @@ def _rooted(square, slope, least, root, pull):
         for i in range(size):
             left[i] -= own[i] * own[i]
         left[top] = -1.0
-        total = slope[top]
         for z in range(k):
-            total -= root[z, top] * pull[z]
             left[order[z]] = -1.0
-        pull[k] = total / pivot
         rank = k + 1
     return rank
 
@@ -184,26 +183,38 @@ def _shown(model, profiles, turned, unknowns, bent, columns, point):
     point[:] = 0.0
     if bent:
         columns[:] = 0.0
-    one = np.empty(rank)
+    one, beside, wide = np.empty(rank), np.empty(rank), np.empty(rank)
     for j in range(len(profiles)):
         contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(2):
             force = unknowns[2 * j + c]
             one[:] = 0.0
-            for k in range(order):
-                row, a = profiles[j, c, k], mean[k]
-                for i in range(rank):
-                    one[i] += a * row[i]
+            if bent:
+                beside[:] = 0.0
+                wide[:] = 0.0
+            for k in range(0, order, 2):
+                row, next_row = profiles[j, c, k], profiles[j, c, min(k + 1, order - 1)]
+                last = 1.0 if k + 1 < order else 0.0
+                a, b = mean[k], last * mean[min(k + 1, order - 1)]
                 if not bent:
+                    for i in range(rank):
+                        one[i] += a * row[i] + b * next_row[i]
                     continue
-                if at.width > at.place:
-                    beside, b = columns[at.place + j], force * by_place[k]
-                    for i in range(rank):
-                        beside[i] += b * row[i]
-                if at.fields > at.width:
-                    wide, b = columns[at.width + j], force * by_width[k]
-                    for i in range(rank):
-                        wide[i] += b * row[i]
+                p, q = by_place[k], last * by_place[min(k + 1, order - 1)]
+                r, s = by_width[k], last * by_width[min(k + 1, order - 1)]
+                for i in range(rank):
+                    x, y = row[i], next_row[i]
+                    one[i] += a * x + b * y
+                    beside[i] += p * x + q * y
+                    wide[i] += r * x + s * y
+            if bent and at.width > at.place:
+                own = columns[at.place + j]
+                for i in range(rank):
+                    own[i] += force * beside[i]
+            if bent and at.fields > at.width:
+                own = columns[at.width + j]
+                for i in range(rank):
+                    own[i] += force * wide[i]
             for d in range(len(turned)):
                 e, power = unknowns[at.modes + d], 1.0
                 for q in range(turned.shape[1]):
@@ -221,85 +232,138 @@ def _shown(model, profiles, turned, unknowns, bent, columns, point):
                 columns[2 * j + c] = one
 
 
-@sums
-def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance):
-    """The unknowns that fit best to a frame that is quadratic in the state about one.
+class Reduced(NamedTuple):
+    """A frame that is quadratic in the state, with what is linear eliminated.
 
-    What is linear is eliminated, and the coordinates are turned and scaled so that the frame tells
-    each as well.  Then Levenberg and Marquardt's steps, as in `climb`.
+    Attributes
+    ----------
+    root : ndarray, shape (l, l)
+        Root of the information about what is linear, prior included.
+    cross : ndarray, shape (l, r)
+        What that shares with the coordinates of the contacts' phase, over the root.
+    wave : ndarray, shape (k, r)
+        Root of what is left of the information about the coordinates: it turns and scales them so
+        that the frame tells each as well.
+    order : ndarray of int, shape (k,)
+        The coordinate that is the pivot of each of its rows.
+    profiles, turning : ndarray, shapes (n, 2, K, k) and (d, Q, n, 2, k)
+        Influence of the contacts and its modes in the turned coordinates.
+    """
+
+    root: Array
+    cross: Array
+    wave: Array
+    order: NDArray[np.intp]
+    profiles: Array
+    turning: Array
+
+
+@sums
+def _is_linear(contacts, x):
+    """Whether a part of the state behind the coordinates is linear: modes of the influence not."""
+    begin = contacts.at.modes - contacts.at.fields
+    return not begin <= x < begin + len(contacts.influence)
+
+
+@sums
+def _reduced(contacts, prior, known):
+    """Eliminate what is linear from the information about a state."""
+    at, rank = contacts.at, len(contacts.fixed)
+    linear = at.size - at.fields
+    own, root = np.zeros((linear, linear)), np.empty((linear, linear))
+    for x in range(linear):
+        for z in range(linear):
+            if _is_linear(contacts, x) and _is_linear(contacts, z):
+                own[x, z] = known[rank + x, rank + z]
+        own[x, x] += prior.precision[at.fields + x] if _is_linear(contacts, x) else 1.0
+    factorised(own, np.zeros((linear, linear)), 0.0, root)
+    cross = np.zeros((linear, rank))
+    for x in range(linear):
+        row = cross[x]
+        if _is_linear(contacts, x):
+            row[:] = known[rank + x, :rank]
+        for z in range(x):
+            factor, other = root[x, z], cross[z]
+            for i in range(rank):
+                row[i] -= factor * other[i]
+        for i in range(rank):
+            row[i] /= root[x, x]
+    square = known[:rank, :rank].copy()
+    for x in range(linear):
+        row = cross[x]
+        for i in range(rank):
+            factor, line = row[i], square[i]
+            for k in range(rank):
+                line[k] -= factor * row[k]
+    wave, order = np.empty((rank, rank)), np.empty(rank, np.int64)
+    count = _rooted(square, LEAST * prior.precision[0], wave, order)
+    turn = np.ascontiguousarray(wave[:count].T)
+    shape = contacts.profiles.shape
+    profiles = np.empty((shape[0] * shape[1] * shape[2], count))
+    _times(contacts.profiles.reshape(len(profiles), rank), turn, profiles)
+    ways = contacts.influence.shape
+    turned = np.empty((ways[0] * ways[1] * ways[2] * ways[3], count))
+    _times(contacts.influence.reshape(len(turned), rank), turn, turned)
+    return Reduced(
+        root,
+        cross,
+        wave[:count],
+        order[:count],
+        profiles.reshape(shape[0], shape[1], shape[2], count),
+        turned.reshape(ways[0], ways[1], ways[2], ways[3], count),
+    )
+
+
+@sums
+def _told(contacts, prior, reduced, slope, start, pulled, told):
+    """What a slope of the loss by the state pulls at what is linear, and at the coordinates."""
+    at, rank, root, cross = contacts.at, len(contacts.fixed), reduced.root, reduced.cross
+    pull = slope[:rank].copy()
+    for x in range(len(pulled)):
+        if _is_linear(contacts, x):
+            miss = start[at.fields + x] - prior.mean[at.fields + x]
+            pulled[x] = slope[rank + x] + prior.precision[at.fields + x] * miss
+        else:
+            pulled[x] = 0.0
+        for z in range(x):
+            pulled[x] -= root[x, z] * pulled[z]
+        pulled[x] /= root[x, x]
+        row = cross[x]
+        for i in range(rank):
+            pull[i] -= row[i] * pulled[x]
+    for k in range(len(told)):
+        top = reduced.order[k]
+        total = pull[top]
+        for z in range(k):
+            total -= reduced.wave[z, top] * told[z]
+        told[k] = total / reduced.wave[k, top]
+
+
+@sums
+def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tolerance):
+    """The unknowns that fit best, what is linear aside, by Levenberg and Marquardt's steps.
 
     Returns
     -------
     unknowns : ndarray, shape (size,)
         The best ones.
-    hope : float
-        How much the loss falls if the frame is so.
+    value : float
+        Their loss, less that of `about` without the prior.
     """
-    at, rank, size = contacts.at, len(contacts.fixed), len(start)
-    known, slope = about.hessian, about.gradient
-    turns = len(contacts.influence)
-    linear = size - at.fields
-    # eliminate what is linear
-    own, root = np.zeros((linear, linear)), np.empty((linear, linear))
-    pulled = np.empty(linear)
-    for x in range(linear):
-        for z in range(linear):
-            own[x, z] = known[rank + x, rank + z]
-        own[x, x] += prior.precision[at.fields + x]
-        miss = start[at.fields + x] - prior.mean[at.fields + x]
-        pulled[x] = slope[rank + x] + prior.precision[at.fields + x] * miss
-    for x in range(at.modes - at.fields, at.modes - at.fields + turns):  # these are not linear
-        for z in range(linear):
-            own[x, z] = own[z, x] = 0.0
-        own[x, x], pulled[x] = 1.0, 0.0
-    factorised(own, np.zeros((linear, linear)), 0.0, root)
-    cross = np.zeros((linear, rank))
-    for x in range(linear):
-        row = cross[x]
-        if not at.modes - at.fields <= x < at.modes - at.fields + turns:
-            row[:] = known[rank + x, :rank]
-        for z in range(x):
-            factor, other = root[x, z], cross[z]
-            pulled[x] -= factor * pulled[z]
-            for i in range(rank):
-                row[i] -= factor * other[i]
-        pulled[x] /= root[x, x]
-        for i in range(rank):
-            row[i] /= root[x, x]
-    square, pull = np.empty((rank, rank)), np.empty(rank)
-    hope = dot(pulled, pulled)
-    for i in range(rank):
-        square[i] = known[i, :rank]
-        pull[i] = slope[i]
-    for x in range(linear):
-        row = cross[x]
-        for i in range(rank):
-            factor, line = row[i], square[i]
-            pull[i] -= factor * pulled[x]
-            for k in range(rank):
-                line[k] -= factor * row[k]
-    wave, told = np.empty((rank, rank)), np.empty(rank)
-    count = _rooted(square, pull, LEAST * prior.precision[0], wave, told)
-    turn, told = np.ascontiguousarray(wave[:count].T), told[:count]
-    shape = contacts.profiles.shape
-    profiles = np.empty((shape[0] * shape[1] * shape[2], count))
-    _times(contacts.profiles.reshape(len(profiles), rank), turn, profiles)
-    shaped = profiles.reshape(shape[0], shape[1], shape[2], count)
-    ways = contacts.influence.shape
-    turned = np.empty((ways[0] * ways[1] * ways[2] * ways[3], count))
-    _times(contacts.influence.reshape(len(turned), rank), turn, turned)
-    turning = turned.reshape(ways[0], ways[1], ways[2], ways[3], count)
+    at, count = contacts.at, len(told)
+    profiles, turning = reduced.profiles, reduced.turning
     origin, apart = np.empty(count), np.empty(count)
-    _shown(contacts, shaped, turning, start, False, np.empty((0, 0)), origin)
-    moving = at.fields + turns
+    _shown(contacts, profiles, turning, about, False, np.empty((0, 0)), origin)
+    moving = at.fields + len(contacts.influence)
     columns, point = np.empty((moving, count)), np.empty(count)
     hessian, cone = np.empty((moving, moving)), np.empty((moving, moving))
     lower, gradient, step = np.empty((moving, moving)), np.empty(moving), np.empty(moving)
     unknowns, trial, damping = start.copy(), start.copy(), 1e-2
-    value = before_fit = prior_loss(prior, at.loads, start, heat)
-    apart[:] = 0.0
+    value, begun = 0.0, False
     for _ in range(steps):
-        _shown(contacts, shaped, turning, unknowns, True, columns, point)
+        _shown(contacts, profiles, turning, unknowns, True, columns, point)
+        if not begun:
+            value, begun = _value(contacts, prior, told, held, origin, point, unknowns, heat), True
         fill_products(columns, columns, moving, hessian)
         for i in range(count):
             apart[i] = (1 + held) * (point[i] - origin[i]) + told[i]
@@ -318,11 +382,8 @@ def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance)
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
-                _shown(contacts, shaped, turning, trial, False, columns, point)
-                reached = prior_loss(prior, at.loads, trial, heat)
-                for i in range(count):
-                    far = point[i] - origin[i]
-                    reached += far * ((1 + held) * far + 2 * told[i])
+                _shown(contacts, profiles, turning, trial, False, columns, point)
+                reached = _value(contacts, prior, told, held, origin, point, trial, heat)
                 if reached <= value:
                     better = True
                     break
@@ -334,18 +395,55 @@ def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance)
         if gain < tolerance and damping < 0.1:
             break
         damping = max(damping / 8, 1e-8)
-    # what is linear follows
+    return unknowns, value
+
+
+@sums
+def _value(contacts, prior, told, held, origin, point, unknowns, heat):
+    """Loss of unknowns at a point of the coordinates, less that at their origin and no prior."""
+    total = prior_loss(prior, contacts.at.loads, unknowns, heat)
+    for i in range(len(point)):
+        far = point[i] - origin[i]
+        total += far * ((1 + held) * far + 2 * told[i])
+    return total
+
+
+@sums
+def _follow(contacts, reduced, before, pulled, start, unknowns):
+    """What is linear follows the others, in `unknowns`."""
+    rank, linear, root = len(contacts.fixed), len(pulled), reduced.root
     state = np.empty(rank)
     fill_node_phase(contacts, unknowns, state)
     for x in range(linear):
-        pulled[x] += dot(cross[x], state) - dot(cross[x], before[:rank])
+        pulled[x] += dot(reduced.cross[x], state) - dot(reduced.cross[x], before[:rank])
     for x in range(linear - 1, -1, -1):
         pulled[x] /= root[x, x]
         for z in range(x):
             pulled[z] -= root[x, z] * pulled[x]
-        if not at.modes - at.fields <= x < at.modes - at.fields + turns:
-            unknowns[at.fields + x] = start[at.fields + x] - pulled[x]
-    return unknowns, hope + before_fit - value
+        if _is_linear(contacts, x):
+            unknowns[contacts.at.fields + x] = start[contacts.at.fields + x] - pulled[x]
+
+
+@sums
+def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance):
+    """The unknowns that fit best to a frame that is quadratic in the state about one.
+
+    Returns
+    -------
+    unknowns : ndarray, shape (size,)
+        The best ones.
+    hope : float
+        How much the loss falls if the frame is so.
+    """
+    reduced = _reduced(contacts, prior, about.hessian)
+    pulled, told = np.empty(len(reduced.root)), np.empty(len(reduced.order))
+    _told(contacts, prior, reduced, about.gradient, start, pulled, told)
+    hope = dot(pulled, pulled) + prior_loss(prior, contacts.at.loads, start, heat)
+    unknowns, value = _walked(
+        contacts, prior, reduced, told, held, start, start, heat, steps, tolerance
+    )
+    _follow(contacts, reduced, before, pulled, start, unknowns)
+    return unknowns, hope - value
 
 
 @sums_entry
@@ -428,6 +526,57 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
                 square += pull * pull / weight
                 count += weight
     return unknowns, loss, square, count
+
+
+@sums_entry
+def state_of(contacts, unknowns, size):
+    """The state of so many parts that unknowns make, shape (size,); as of `settled`."""
+    state = np.empty(size)
+    _state(contacts, unknowns, state)
+    return state
+
+
+@sums_entry
+def changed(contacts, prior, about, state, unknowns, pulls, starts, steps):
+    """Unknowns that change the phase most nearly as wanted, as the frame tells it.
+
+    Parameters
+    ----------
+    contacts, prior
+        As of `settled`.
+    about : Linearised
+        The loss of the state.
+    state, unknowns : ndarray, shapes (state,) and (size,)
+        What is changed.
+    pulls : ndarray, shape (k, state)
+        Information that the state shares with each change.
+    starts : ndarray, shape (k, size)
+        Unknowns from which they are looked for.
+    steps : int
+        Most steps of a fit.
+
+    Returns
+    -------
+    found : ndarray, shape (k, size)
+        Unknowns.
+    kept : ndarray, shape (k,)
+        What of the squared change, in deviations, they follow, less what the prior's loss grows by.
+    """
+    found, kept = np.empty((len(pulls), len(unknowns))), np.empty(len(pulls))
+    reduced = _reduced(contacts, prior, about.hessian)
+    pulled, told = np.empty(len(reduced.root)), np.empty(len(reduced.order))
+    before = prior_loss(prior, contacts.at.loads, unknowns, 1.0)
+    for k in range(len(pulls)):
+        _told(contacts, prior, reduced, -pulls[k], unknowns, pulled, told)
+        kept[k] = dot(pulled, pulled) + before
+        start = unknowns.copy()
+        start[: contacts.at.fields] = starts[k, : contacts.at.fields]
+        found[k], value = _walked(
+            contacts, prior, reduced, told, 0.0, unknowns, start, 1.0, steps, 0.1
+        )
+        kept[k] -= value
+        _follow(contacts, reduced, state, pulled, unknowns, found[k])
+    return found, kept
 
 
 def knowing_nothing(model: FrameModel) -> Prior:

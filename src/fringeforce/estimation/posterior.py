@@ -41,9 +41,11 @@ from fringeforce.estimation.frame_model import (
 )
 from fringeforce.estimation.phase_fit import (
     by_coordinates,
+    changed,
     contact_coordinates,
     knowing_nothing,
     settled,
+    state_of,
 )
 
 Array = NDArray[np.float64]
@@ -65,8 +67,9 @@ LINEAR, WEAK = 1.0, 2 * np.pi
 loads are weak: beyond it fringes tell places and widths apart from forces [rad]."""
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
-ROUNDS, STEPS = 6, 4
-"""Rounds in which a start settles, and steps of the contacts in each."""
+ROUNDS, STEPS, SETTLING = 6, 4, 16
+"""Rounds in which a start settles, and steps of the contacts in each, heated first and not: valleys
+of force, place and width are long, and a top is only one at their lowest place."""
 SHARP = 0.4
 """Phase that a bin may span for as much information as its pixels [rad]."""
 SECOND_ORDER, FAINT_ROUNDS = 3, 5
@@ -152,7 +155,7 @@ class Posterior:
             start,
             np.array(heats),
             rounds,
-            STEPS,
+            STEPS if len(heats) else SETTLING,
             tolerance,
             bound,
         )
@@ -191,6 +194,43 @@ class Posterior:
         return Top(
             *climb(self.model, self.prior, self.frame, unknowns, 1.0, steps[1], tolerance, bound)
         )
+
+    def changed(
+        self, top: Top, changes: Array, starts: Array, size: int, steps: int
+    ) -> tuple[Array, Array]:
+        """Unknowns that change the phase of a top most nearly as wanted, as bins of a frame tell.
+
+        Parameters
+        ----------
+        top : Top
+            Where to start.
+        changes : ndarray, shape (k, m)
+            Of the phase at the nodes [rad].
+        starts : ndarray, shape (k, size)
+            Unknowns from which they are looked for.
+        size : int
+            Pixels of a bin.
+        steps : int
+            Most steps of each fit.
+
+        Returns
+        -------
+        unknowns : ndarray, shape (k, size)
+            The best ones.
+        growth : ndarray, shape (k,)
+            What the loss grows by if a frame would be as quadratic in the changed phase.
+        """
+        size = min(size, self._coarsest)
+        model, contacts = self.bins.of(size, self.model)
+        state = state_of(contacts, top.unknowns, model.at.size)
+        plain = knowing_nothing(model)
+        about = Linearised(*linearise(model, plain, self._binned(size), state))
+        pulls = np.ascontiguousarray(shared_information(model, about, changes).T)
+        whole = (banded(about, changes) * changes).sum(axis=1)
+        found, kept = changed(
+            contacts, self.prior, about, state, top.unknowns, pulls, starts, steps
+        )
+        return found, whole - kept
 
     @cached_property
     def even(self) -> bool:

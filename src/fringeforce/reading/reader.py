@@ -82,7 +82,8 @@ class Reader:
     model : SensorModel or PadModel
         The characterised sensor.
     friction : float, optional
-        If given, forces are limited to N >= 0 and |T| <= friction N; strips only.
+        If given, forces are limited to N >= 0 and |T| <= friction N; strips only.  Strips whose
+        contacts have uncertain places or widths allow for 2, softly, if it is not given.
     confidence : float
         Probability of the likeliest explanation from which a reading is OK.
 

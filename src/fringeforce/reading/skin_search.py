@@ -166,7 +166,7 @@ class SkinSearch:
         columns = np.concatenate([beam._at_nodes[k] * size for k, size in scale.items()], axis=1)
         columns = np.ascontiguousarray(columns)
         known = np.ones(columns.shape[1])
-        changes, _ = mirror_images(phase, columns, self.seen(phase), known, TOUCH, growth)
+        changes, _, _ = mirror_images(phase, columns, self.seen(phase), known, TOUCH, growth)
         return phase + changes @ columns.T
 
     def fewest(self, loads: Array) -> int:

@@ -24,7 +24,7 @@ from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
-from fringeforce.reading.posterior_search import SHEAR, Lines, PosteriorSearch
+from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, UNSURE, StripFrames
 
@@ -34,13 +34,15 @@ Mask = NDArray[np.bool_]
 LOADS = 2.0
 """Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
 contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
-YIELDING = 0.05
-"""Share of that mean by which a contact may pull at one standard deviation."""
+YIELDING = 0.1
+"""Share of that mean by which a contact may pull, or slip, at one standard deviation."""
+FRICTION = 2.0
+"""Largest tangential over normal force where places or widths are uncertain, if none is stated.
+Without any, shear where hardly anything presses stands for contacts beside their tactels; dry soft
+skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
 CANDIDATES = 24
 """Starts of one search that are climbed."""
-NEAR, WIDE = 250.0, 2500.0
-"""Expected growth of the loss up to which images are tried: of what fits, of what does not."""
-IMAGES, RIVALS = 12, 8
+IMAGES, RIVALS = 12, 6
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
 ROUNDS = 6
 """Rounds of mirror images, each from the best explanation so far."""
@@ -56,8 +58,6 @@ FAINT = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
 EQUAL = 0.1
 """Unknowns, in deviations or newtons, that differ by less are of one explanation."""
-BINS = 4
-"""Pixels that count as one while explanations are looked for."""
 MOST_KNOWN = 0.9999
 """Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
 reasons that no frame shows."""
@@ -130,9 +130,9 @@ class StripFrameReader(StripFrames):
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
-        # where nothing else is uncertain, a cone that is too narrow would leave no explanation
-        alone = self.friction is None or at.size == at.loads
-        friction = -1.0 if alone else float(self.friction or 0.0)
+        friction = self.friction or (FRICTION if at.fields > at.place else -1.0)
+        if at.size == at.loads:  # a cone that is too narrow would leave no explanation
+            friction = -1.0
         prior = Prior(np.zeros(at.size), precision, friction, YIELDING * push)
         return Posterior(model, prior, frame, self._bins, sound)
 
@@ -244,7 +244,7 @@ class StripFrameReader(StripFrames):
         if not done and not (met.tops and met.explains(met.tops[0], FITS)):
             return None
         if met.rough:
-            self._improved(met, met.rough[0], RIVALS, NEAR, stop=False)
+            self._improved(met, met.rough[0], RIVALS, stop=False)
         met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and self._may_push(posterior, turned):
@@ -292,15 +292,18 @@ class StripFrameReader(StripFrames):
                 return True
             for rough in sorted(fits, key=lambda top: top.loss)[:3]:
                 if mend and rough.loss < (1 + BINS) * rough.count:
-                    self._improved(met, rough, IMAGES, WIDE, stop=True)
+                    self._improved(met, rough, IMAGES, stop=True)
                     if met.tops and met.explains(met.tops[0], UNSURE):
                         return True
             if number + 1 >= SEARCHES and met.tops and met.explains(met.tops[0], FITS):
                 return True
         return False
 
-    def _improved(self, met: _Met, top: Top, tries: int, growth: float, stop: bool) -> None:
-        """Descend over mirror images of stretches of the phase, as long as they are better."""
+    def _improved(self, met: _Met, top: Top, tries: int, stop: bool) -> None:
+        """Look among mirror images of stretches of the phase, those of the best ones first.
+
+        Images of a better one are looked for at once, and of rivals of the best one afterwards.
+        """
         posterior, seen = met.posterior, [met.posterior.phase(top)]
         at = posterior.model.at
         if at.fields > at.place:
@@ -308,12 +311,14 @@ class StripFrameReader(StripFrames):
             again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
+        rivals, known = [top], list[Array]()
         for _ in range(ROUNDS):
-            better = None
+            top = posterior.settled(rivals.pop(0).unknowns, BINS)
+            known.append(posterior.phase(top))
             count = 0
-            for start in self._search.images(posterior, top, self._push(posterior), growth):
+            for start in self._search.images(posterior, top, self._push(posterior)):
                 phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
-                if any(np.abs(phase - known).max() < SAME / 2 for known in seen):
+                if any(np.abs(phase - other).max() < SAME / 2 for other in seen):
                     continue
                 seen.append(phase)
                 count += 1
@@ -324,14 +329,20 @@ class StripFrameReader(StripFrames):
                 if stop and reached.loss >= top.loss - 1:
                     careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL)
                     reached = min(reached, careful, key=lambda one: one.loss)
+                best = met.rough[0].loss
                 met.tried(reached)
-                if reached.loss < top.loss - 1:
-                    better = reached
+                rivals.append(reached)
+                if reached.loss < best - 1:
                     break
-            if better is None:
-                break
-            top = better
             if stop and met.explains(met.tops[0], UNSURE):
+                break
+            rivals = [one for one in rivals if one.loss < met.rough[0].loss + CLOSE]
+            rivals = sorted(rivals, key=lambda one: one.loss)
+            while rivals and any(
+                np.abs(posterior.phase(rivals[0]) - other).max() < SAME for other in known
+            ):
+                rivals.pop(0)
+            if not rivals:
                 break
 
     def _weighed(self, met: _Met) -> list[Weighed]:

@@ -33,7 +33,7 @@ def mirror_images(
     precision: Array | None = None,
     touch: float = TOUCH,
     growth: float = LOSS,
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array]:
     """Changes of any unknowns that mirror a stretch of the phase, and what the loss grows by.
 
     Parameters
@@ -53,6 +53,8 @@ def mirror_images(
         Of the unknowns, the likeliest first; equals in the order of their stretches.
     losses : ndarray, shape (k,)
         Growth that each is expected to cause.
+    turned : ndarray, shape (k, n_pixels)
+        Change of the phase that each is for: its stretch mirrored, nothing elsewhere [rad].
     """
     scaled = columns * np.sqrt(information)[:, None]
     normal = scaled.T @ scaled
@@ -64,9 +66,12 @@ def mirror_images(
     places = _contacts(phase, touch)
     moments, pulls = _running(phase, np.ascontiguousarray(columns), information, places)
     # what each place pulls at the unknowns, in their deviations
-    half, loss = _mirrored(phase, places, moments, pulls @ root.T)
+    half, loss, stretch = _mirrored(phase, places, moments, pulls @ root.T)
     likely = _ordered(loss)[: np.count_nonzero(loss < growth)]
-    return np.asarray(half[likely] @ root, dtype=np.float64), loss[likely]
+    turned = np.zeros((len(likely), len(phase)))
+    for change, (begin, end, multiple) in zip(turned, stretch[likely], strict=True):
+        change[begin:end] = 2 * (np.pi * multiple - phase[begin:end])
+    return np.asarray(half[likely] @ root, dtype=np.float64), loss[likely], turned
 
 
 def _ordered(loss: Array) -> NDArray[np.intp]:
@@ -135,12 +140,15 @@ def _running(phase, influence, information, places):
 def _mirrored(phase, places, moments, pulls):
     """Changes of the loads in their deviations, shape (k, m), and what the loss grows by, (k,).
 
+    And what is mirrored, shape (k, 3): first pixel, the one behind the last, multiple of pi.
+
     Infinite for what is no other explanation.  The whole frame is no stretch: its mirror image is
     the same load with the other sign.
     """
     ends, size = len(places) - 1, pulls.shape[2]
-    multiple = np.rint(phase[np.minimum(places, len(phase) - 1)] / np.pi)
+    multiple = np.rint(phase[np.minimum(places, len(phase) - 1)] / np.pi).astype(np.int64)
     changes = np.empty((ends * (ends + 1) // 2, size))
+    stretch = np.empty((len(changes), 3), np.int64)
     loss, count = np.full(len(changes), np.inf), 0
     for i in range(ends):
         for j in range(i + 1, ends + 1):
@@ -157,5 +165,6 @@ def _mirrored(phase, places, moments, pulls):
                 shift += changes[count, k] ** 2
             if shift > SHIFT:
                 loss[count] = wanted - shift
+                stretch[count] = places[i], places[j], multiple[j] if i == 0 else multiple[i]
                 count += 1
-    return changes[:count], loss[:count]
+    return changes[:count], loss[:count], stretch[:count]
