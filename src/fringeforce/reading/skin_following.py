@@ -56,7 +56,8 @@ class SkinFollower(Follower):
         found = self._follow(levels, used)
         if found is not None:
             return self._single.stated(found, self._probability, tracked=True, like=self._like)
-        reading, last = self._single.followed(levels, used, self._last)
+        before = None if self._last is None else (self._last, self._probability)
+        reading, last = self._single.followed(levels, used, before)
         self._last, self._used, self._age = last, used, 0
         if last is not None:
             self._probability = reading.probability

@@ -44,6 +44,8 @@ BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
 CLOSE = 16.0
 """Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
+Before = tuple[Explanation, float]
+"""What explained the last frame, and its probability."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,17 +85,18 @@ class SkinReader(StripFrames):
 
     @one_blas_thread()
     def followed(
-        self, levels: NDArray[Any], used: Mask, last: Explanation | None
+        self, levels: NDArray[Any], used: Mask, before: Before | None
     ) -> tuple[Reading, Explanation | None]:
-        """Read a frame that was checked, from the explanation of the last one if it is known."""
+        """Read a frame that was checked, from what explained the last one if it is known."""
         frame = np.where(used, levels.astype(float), np.nan)
         alone = isolated(levels.astype(float), self.model.response)
         lines = self._search.beam.lines(np.where(alone, np.nan, frame))
         push = self._push(lines)
-        if last is not None:
+        if before is not None:
+            last, probability = before
             found = climbed(self.skin, frame, last.contacts, push, last.others)
             if found.chance > FITS:
-                return self.stated(found, 1.0, tracked=True), found
+                return self.stated(found, probability, tracked=True), found
         silent = self._silent(frame, push)
         met = self._explained(frame, lines, push, silent)
         if not met or met[0].chance < FITS:

@@ -109,20 +109,25 @@ class SkinResult:
         size = values.shape[1]
         forces, place, half = values[which, :2], values[which, 2 + PLACE], values[which, 2 + WIDTH]
         force = forces.sum(axis=0)
-        push = max(force[0], 1e-12)
-        centre = forces[:, 0] @ place / push
-        square = np.square(half) / 4 + np.square(place - centre)
-        variance = max(forces[:, 0] @ square / push, 0.0)
-        width = 4 * np.sqrt(variance)
         moment = np.array([0.0, forces[:, 0] @ place, 0.0])
+        # of the sum: one contact is where it is, however little it presses
+        push, shares = force[0], np.ones(len(which))
+        if len(which) > 1:
+            shares = forces[:, 0] / push if push > 0 else np.full(len(which), np.nan)
+        centre = shares @ place
+        square = np.square(half) / 4 + np.square(place - centre)
+        variance = shares @ square
+        width = 4 * np.sqrt(variance) if variance > 0 else np.nan
         rows = np.zeros((7, len(values), size))
         rows[0, which, 0] = rows[1, which, 1] = 1
         rows[3, which, 0], rows[3, which, 2 + PLACE] = place, forces[:, 0]
-        rows[5, which, 0], rows[5, which, 2 + PLACE] = (place - centre) / push, forces[:, 0] / push
-        slope = 8 / max(width, 1e-12)
-        rows[6, which, 0] = slope * (square - variance) / push
-        rows[6, which, 2 + PLACE] = slope * 2 * forces[:, 0] * (place - centre) / push
-        rows[6, which, 2 + WIDTH] = slope * forces[:, 0] * half / 2 / push
+        slope = 8 / width
+        if len(which) > 1:
+            rows[5, which, 0] = (place - centre) / push
+            rows[6, which, 0] = slope * (square - variance) / push
+        rows[5, which, 2 + PLACE] = shares
+        rows[6, which, 2 + PLACE] = slope * 2 * shares * (place - centre)
+        rows[6, which, 2 + WIDTH] = slope * shares * half / 2
         flat = rows.reshape(7, -1)
         lines = self.skin.places
         reach = np.maximum(half, (lines[1] - lines[0]) / 2)
