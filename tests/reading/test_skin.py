@@ -198,8 +198,9 @@ def test_designs_of_skins_are_written_and_changed() -> None:
     ],
 )
 def test_designs_that_are_no_skins_are_told(change: dict[str, object], words: str) -> None:
-    with pytest.raises(DesignError, match=words):
+    with pytest.raises(DesignError, match=words) as told:
         ff.load_sensor("skin").replace(**change)
+    assert "has a problem:" in str(told.value)  # and none that only follows from it
 
 
 def test_a_design_without_tactels_and_skin_is_told() -> None:

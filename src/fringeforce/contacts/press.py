@@ -29,12 +29,6 @@ class Tractions(NamedTuple):
     places: Array
     forces: Array
 
-    def scaled(self, normal: float, tangential: float) -> Tractions:
-        """The same with other sums [N]."""
-        sums = self.forces.sum(axis=0)
-        wanted = np.array([normal, tangential])
-        return Tractions(self.places, self.forces * (wanted / np.where(sums == 0, 1, sums)))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Press:

@@ -16,12 +16,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.posterior import Posterior
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
-from fringeforce.models.skin import (
-    PLACE,
-    WIDTH,
-    Contacts,
-    SkinModel,
-)
+from fringeforce.models.skin import PLACE, WIDTH, Contacts, SkinModel
 from fringeforce.reading.posterior_search import Lines
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, climbed
@@ -44,6 +39,12 @@ BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
 CLOSE = 16.0
 """Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
+OFF = 64.0
+"""Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
+PAUSE = 3
+"""Candidates after which mirror images of the best so far are tried."""
+ALIKE = 0.1
+"""Distance between contacts, in half widths, below which they are the same one."""
 Before = tuple[Explanation, float]
 """What explained the last frame, and its probability."""
 
@@ -138,7 +139,7 @@ class SkinReader(StripFrames):
             met = _ordered(met + self._pressed(frame, phase, push, met))
             if met and met[0].chance > PLAIN:
                 break
-            if met and number % 3 == 2 and met[0].top.square < 2 * met[0].top.count:
+            if met and number % PAUSE == PAUSE - 1 and met[0].top.square < 2 * met[0].top.count:
                 met = _ordered(met + self._mirrored(frame, met[0], push, met, tried, WIDE))
                 if met[0].chance > PLAIN:
                     break
@@ -155,10 +156,10 @@ class SkinReader(StripFrames):
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
         explained = bool(met) and met[0].chance > FITS
-        loads, misfit = self._search.pressed(phase, self._search.seen(phase))
+        loads, misfit = self._search.pressed(phase)
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
-        bound = met[0].top.loss + 4 * CLOSE if explained else np.inf
+        bound = met[0].top.loss + OFF if explained else np.inf
         for count in range(self._search.fewest(loads), MOST + 1):
             contacts = self._search.divided(loads, count)
             if contacts is None:
@@ -241,16 +242,14 @@ class SkinReader(StripFrames):
         best = met[int(logs.argmax())]
         weights = np.exp(logs - logs.max())
         # the same top met twice counts once
-        own, others = list[Explanation](), list[Explanation]()
+        seen, others = list[Explanation](), list[Explanation]()
         mine, total = 0.0, 0.0
-        seen = list[Explanation]()
         for one, weight in sorted(zip(met, weights, strict=True), key=lambda pair: -pair[1]):
             if any(_same(one, known) for known in seen):
                 continue
             seen.append(one)
             total += weight
             if np.abs(one.phase - best.phase).max() < SAME:
-                own.append(one)
                 mine += weight
             else:
                 others.append(one)
@@ -331,4 +330,4 @@ def _same(one: Explanation, other: Explanation) -> bool:
         return False
     a, b = one.contacts.sorted(), other.contacts.sorted()
     apart = np.abs(a.geometry[:, PLACE] - b.geometry[:, PLACE])
-    return bool((apart < 0.1 * a.geometry[:, WIDTH]).all())
+    return bool((apart < ALIKE * a.geometry[:, WIDTH]).all())
