@@ -57,6 +57,7 @@ PRESSES = {
         ff.Press(x=4.4e-3, normal=0.5, tangential=0.1, radius=2e-3),
     ],
     "a patch": [ff.Press(x=-1.1e-3, normal=2.0, tangential=0.5, width=0.8e-3, profile="flat")],
+    "a wide one": [ff.Press(x=-1.1e-3, normal=2.0, tangential=0.6, width=1.56e-3)],
     "a punch": [ff.Press(x=1.1e-3, normal=2.0, tangential=0.5, width=0.6e-3, profile="punch")],
 }
 
@@ -152,6 +153,39 @@ def test_a_new_contact_is_searched(model: ff.SensorModel) -> None:
     readings = [reader.read(frame) for frame in model.expose([one, one, two, two], rng=0)]
     assert [len(reading.contacts) for reading in readings] == [1, 1, 2, 2]
     assert [reading.tracked for reading in readings] == [False, True, False, True]
+
+
+def test_shear_that_grows_is_followed(model: ff.SensorModel) -> None:
+    shear = np.linspace(0, 0.6, 40)
+    rows = [[ff.Press(x=0.0, normal=2.0, tangential=float(t), width=1.5e-3)] for t in shear]
+    readings = list(ff.Reader(model).stream(model.expose(rows, rng=0)))
+    assert all(reading.tracked for reading in readings[1:])
+    for reading, row in zip(readings, rows, strict=True):
+        assert reading.total is not None
+        check(model.sensor, reading.total, row)
+
+
+def test_what_lets_go_is_gone(model: ff.SensorModel) -> None:
+    steps = [1.0, 0.4, 0.1, 0.0, 0.0]
+    stays = ff.Press(x=-2e-3, normal=1.5, width=0.8e-3)
+    for others in ([], [stays]):
+        rows = [
+            [*others, *([ff.Press(x=2e-3, normal=n, width=0.5e-3)] if n else [])] for n in steps
+        ]
+        readings = list(ff.Reader(model).stream(model.expose(rows, rng=2)))
+        assert [len(reading.contacts) for reading in readings[3:]] == [len(others)] * 2
+        verdict = ff.Status.OK if others else ff.Status.NO_CONTACT
+        assert [reading.status for reading in readings[3:]] == [verdict] * 2
+
+
+def test_a_touch_too_weak_to_tell_is_never_read_for_certain_as_nothing(
+    model: ff.SensorModel, reader: ff.Reader
+) -> None:
+    for normal in (0.02, 0.05, 0.08, 0.12, 0.2):
+        press = ff.Press(x=-3.25e-3, normal=normal, width=0.2e-3)
+        for seed in range(4):
+            reading = reader.search(model.expose([press], rng=seed))
+            assert bool(reading.contacts) or not reading.ok
 
 
 def test_a_frame_of_something_else_is_refused(model: ff.SensorModel, reader: ff.Reader) -> None:

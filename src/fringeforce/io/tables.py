@@ -128,7 +128,20 @@ def save_readings(
 
 
 CONTACT = ("x_mm", "width_mm", "normal_N", "tangential_N")
-"""Columns of a contact on a skin, which have deviations too."""
+"""Numbers of a contact on a skin, which have deviations too."""
+
+
+def contact_columns() -> tuple[str, ...]:
+    """Names of the numbers of a contact on a skin, and of their deviations."""
+    parts = (name.rpartition("_") for name in CONTACT)
+    return *CONTACT, *(f"{name}_std_{unit}" for name, _, unit in parts)
+
+
+def contact_cells(contact: Resultant) -> list[float]:
+    """Numbers of `contact_columns`."""
+    std, width = contact.std, contact.width or 0.0
+    values = [contact.centre[0] * 1e3, width * 1e3, *contact.force]
+    return [float(v) for v in (*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2])]
 
 
 def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
@@ -156,24 +169,16 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     statuses: Counter[str] = Counter()
     with _new_table(path) as file:
         writer = csv.writer(file)
-        std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in CONTACT)
-        writer.writerow(["frame", "contact", *CONTACT, *std, "status"])
+        writer.writerow(["frame", "contact", *contact_columns(), "status"])
         for frame, reading in enumerate(readings):
             statuses[reading.status.name] += 1
             whole = () if reading.total is None else (reading.total,)
             for number, contact in enumerate((*whole, *reading.contacts)):
-                cells = [f"{value:.6g}" for value in _contact_cells(contact)]
+                cells = [f"{value:.6g}" for value in contact_cells(contact)]
                 writer.writerow([frame, number, *cells, reading.status.name])
             if not whole:
                 writer.writerow([frame, 0, *["nan"] * 2 * len(CONTACT), reading.status.name])
     return statuses
-
-
-def _contact_cells(contact: Resultant) -> list[float]:
-    """Numbers of `CONTACT` and their deviations."""
-    std = contact.std
-    values = [contact.centre[0] * 1e3, (contact.width or 0.0) * 1e3, *contact.force]
-    return [*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2]]
 
 
 def _cells(reading: Reading) -> Array:

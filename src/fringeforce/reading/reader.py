@@ -313,5 +313,6 @@ class Reader:
     def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:
         """Grey levels of a recording with a row for each frame, and room for their readings."""
         levels = checked_recording(frames, self.model.frame_shape)
-        batch = Batch.of(len(levels), self._single.forces_shape, covariance)
+        skin = getattr(self.model.sensor, "skin", None) is not None
+        batch = Batch.of(len(levels), self._single.forces_shape, covariance, skin)
         return levels.reshape(len(levels), -1), batch

@@ -14,7 +14,7 @@ from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading
 from fringeforce.reading.skin_fit import Explanation, renewed
-from fringeforce.reading.skin_reader import SkinReader
+from fringeforce.reading.skin_reader import FAINT, SkinReader
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.strip_frames import FITS
 
@@ -23,6 +23,9 @@ MOVED = np.array([0.1, 0.3])
 out is of second order, and less for widths, whose own effect is of second order."""
 GROWN = 1.3
 """Factor by which a force may grow or shrink until deviations are found anew."""
+SHEARED = 0.05
+"""Change of a tangential force over the normal one up to which a linearisation holds: shapes of the
+shear, whose effect is in proportion to it, are uncertain by as much as the shear itself."""
 STEPS = 4
 """Steps in which a followed frame must be reached."""
 TOLERANCE = 0.1
@@ -77,8 +80,9 @@ class SkinFollower(Follower):
             if progress is not None:
                 progress(1)
 
-    def _begin(self, one: Explanation) -> None:
+    def _begin(self, one: Explanation) -> SkinResult:
         self._like = SkinResult(self._single.skin, one)
+        return self._like
 
     def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
         """The last explanation moved on to a frame, if that explains it."""
@@ -101,7 +105,13 @@ class SkinFollower(Follower):
             self._age = 0
         if self._moved(found):
             found = renewed(self._single.skin, found)
-            self._begin(found)
+            deviations = self._begin(found).deviations
+            if (found.contacts.forces[:, 0] <= FAINT * deviations).any():
+                found = self._single.without_faint(found, deviations)
+                if found is None:
+                    self._last = None
+                    return None
+                self._begin(found)
         self._last = found
         return found
 
@@ -109,6 +119,8 @@ class SkinFollower(Follower):
         """Whether contacts are no longer where they were linearised, or much stronger or weaker."""
         here, there = found.contacts.geometry, found.centre.geometry
         far = np.abs(here - there)[:, [PLACE, WIDTH]] > MOVED * there[:, WIDTH, None]
-        before = found.centre.forces[:, 0]
-        size = np.abs(found.contacts.forces[:, 0] / np.where(before == 0, 1e-12, before))
-        return bool(far.any() or (size > GROWN).any() or (size < 1 / GROWN).any())
+        now, before = found.contacts.forces, found.centre.forces
+        size = np.abs(now[:, 0] / np.where(before[:, 0] == 0, 1e-12, before[:, 0]))
+        sheared = np.abs(now[:, 1] - before[:, 1]) > SHEARED * np.abs(before[:, 0])
+        changed = far.any(axis=1) | (size > GROWN) | (size < 1 / GROWN) | sheared
+        return bool(changed.any())

@@ -33,8 +33,11 @@ they are: of what explains the frame, of what does not."""
 MISFIT = 1000.0
 """Weighted squares that pressures leave of the phase of a rival, beyond which no contacts cause it:
 starts that led to explanations left up to 440."""
-WEAK = 10.0
-"""Deviations of a contact's force from which it is not tried to do without."""
+WEAK = 20.0
+"""Deviations of a contact's force from which it is not tried to do without: what only seemed to
+press, after others were found too wide or too narrow, had up to 13."""
+FAINT = 3.0
+"""Deviations of a contact's force below which a frame is explained without it."""
 BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
 CLOSE = 16.0
@@ -106,8 +109,21 @@ class SkinReader(StripFrames):
             2, FALSE_CONTACT
         ):
             return self.stated(silent, 1.0, Status.NO_CONTACT), None
-        reading, best = self._weighed(met)
+        reading, best = self._weighed(met, silent)
         return reading, best if reading.ok else None
+
+    def without_faint(self, found: Explanation, deviations: Array) -> Explanation | None:
+        """An explanation without contacts whose forces are none, as deviations tell [N].
+
+        None is returned where all are, or where what is left does not explain the frame as likely.
+        """
+        kept = found.contacts.forces[:, 0] > FAINT * deviations
+        if not kept.any():
+            return None
+        rest = Contacts(*(part[kept] for part in found.contacts))
+        frame, push = found.posterior.frame, float(rest.forces[:, 0].sum())
+        fewer = climbed(self.skin, frame, rest, push, found.others)
+        return fewer if fewer.chance > FITS else None
 
     def _push(self, lines: Lines) -> float:
         """Normal force of contacts whose fringes run as fast as the frame's [N]."""
@@ -233,8 +249,10 @@ class SkinReader(StripFrames):
             )
             yield float(forces[pair, 0].min()) * gap / self.skin.cover, both
 
-    def _weighed(self, met: list[Explanation]) -> tuple[Reading, Explanation]:
-        """The reading of the likeliest explanation, and that."""
+    def _weighed(
+        self, met: list[Explanation], silent: Explanation | None
+    ) -> tuple[Reading, Explanation]:
+        """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
         logs = np.array([one.evidence for one in met])
         kept = logs > logs.max() - CLOSE / 2
         met = [one for one, own in zip(met, kept, strict=True) if own]
@@ -256,7 +274,9 @@ class SkinReader(StripFrames):
         probability = mine / total
         if best.chance < UNSURE:
             probability *= best.chance / (best.chance + MISSED)
-        return self.stated(best, float(probability), others=others), best
+        none = best is silent and probability >= self.confidence
+        status = Status.NO_CONTACT if none else None
+        return self.stated(best, float(probability), status, others=others), best
 
     def stated(
         self,
