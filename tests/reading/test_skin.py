@@ -178,6 +178,15 @@ def test_what_lets_go_is_gone(model: ff.SensorModel) -> None:
         assert [reading.status for reading in readings[3:]] == [verdict] * 2
 
 
+def test_nothing_is_followed_until_something_shows(model: ff.SensorModel) -> None:
+    light = ff.Press(x=-3e-3, normal=0.2, width=0.5e-3)
+    frames = model.expose([*[[]] * 30, [light], [light]], rng=1)
+    readings = list(ff.Reader(model).stream(frames))
+    assert [reading.tracked for reading in readings] == [False] + [True] * 29 + [False, True]
+    assert [reading.status for reading in readings[:30]] == [ff.Status.NO_CONTACT] * 30
+    assert [len(reading.contacts) for reading in readings[30:]] == [1, 1]
+
+
 def test_a_touch_too_weak_to_tell_is_never_read_for_certain_as_nothing(
     model: ff.SensorModel, reader: ff.Reader
 ) -> None:

@@ -12,7 +12,7 @@ from fringeforce.base.arrays import Mask
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
-from fringeforce.reading.reading import Reading
+from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, renewed
 from fringeforce.reading.skin_reader import FAINT, SkinReader
 from fringeforce.reading.skin_result import SkinResult
@@ -52,16 +52,21 @@ class SkinFollower(Follower):
         self._last: Explanation | None = None
         self._used = np.empty(0, bool)
         self._like: SkinResult | None = None
-        self._probability, self._age = 0.0, 0
+        self._probability, self._age, self._silent = 0.0, 0, False
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         found = self._follow(levels, used)
         if found is not None:
-            return self._single.stated(found, self._probability, tracked=True, like=self._like)
-        before = None if self._last is None else (self._last, self._probability)
+            status = Status.NO_CONTACT if self._silent else None
+            return self._single.stated(
+                found, self._probability, status, tracked=True, like=self._like
+            )
+        known = None if self._silent else self._last
+        before = None if known is None else (known, self._probability)
         reading, last = self._single.followed(levels, used, before)
         self._last, self._used, self._age = last, used, 0
+        self._silent = reading.status is Status.NO_CONTACT
         if last is not None:
             self._probability = reading.probability
             self._begin(last)
@@ -89,6 +94,8 @@ class SkinFollower(Follower):
         last = self._last
         if last is None or (used is not self._used and not np.array_equal(used, self._used)):
             return None
+        if self._silent:
+            return self._single.still_silent(levels, used, last)
         frame = levels.astype(float)
         if not self._single.complete(used):
             frame[~used] = np.nan

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -14,8 +14,14 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
+from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.posterior import Posterior
-from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
+from fringeforce.estimation.residual_test import (
+    FALSE_ALARM,
+    FALSE_CONTACT,
+    bumps_are_noise,
+    square_limit,
+)
 from fringeforce.models.skin import PLACE, WIDTH, Contacts, SkinModel
 from fringeforce.reading.posterior_search import Lines
 from fringeforce.reading.reading import Reading, Status
@@ -108,9 +114,27 @@ class SkinReader(StripFrames):
         if silent is not None and silent.top.loss - met[0].top.loss < square_limit(
             2, FALSE_CONTACT
         ):
-            return self.stated(silent, 1.0, Status.NO_CONTACT), None
+            return self.stated(silent, 1.0, Status.NO_CONTACT), silent
         reading, best = self._weighed(met, silent)
-        return reading, best if reading.ok else None
+        return reading, best if reading.trusted else None
+
+    def still_silent(
+        self, levels: NDArray[Any], used: Mask, silent: Explanation
+    ) -> Explanation | None:
+        """No contact after a frame of no contact, unless something shows."""
+        frame = np.where(used, levels.astype(float), np.nan)
+        posterior = replace(silent.posterior, frame=frame)
+        top = posterior.climbed(silent.top.unknowns, heats=(), steps=(0, 2))
+        if not top.chance > FALSE_ALARM:
+            return None
+        model = posterior.model
+        left = (frame - expose(model, top.unknowns)[0]) / np.sqrt(model.variance)
+        strip = self.model.sensor.transducer
+        shortest = round(strip.compliant.thickness / strip.length * left.shape[-1])
+        for line in np.nan_to_num(left).reshape(len(model.bias), -1):
+            if not bumps_are_noise(line, shortest // len(model.bias), FALSE_CONTACT):
+                return None
+        return replace(silent, posterior=posterior, top=top)
 
     def without_faint(self, found: Explanation, deviations: Array) -> Explanation | None:
         """An explanation without contacts whose forces are none, as deviations tell [N].
