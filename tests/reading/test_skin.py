@@ -278,7 +278,7 @@ def test_contacts_are_written_as_a_table(
     assert abs(float(strongest["x_mm"]) + 2.2) < 0.05
 
 
-def test_skins_are_neither_calibrated_nor_explored() -> None:
+def test_skins_are_not_calibrated_nor_shown_as_tactels() -> None:
     skin = ff.load_sensor("skin")
     with pytest.raises(FringeforceError, match="no tactels to press"):
         ff.calibrate(skin, np.zeros((8, 2048)), np.zeros((8, 131, 2)))
