@@ -14,7 +14,7 @@ from fringeforce.explorer.protocol import encoded, request
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import FirstDesign
 from fringeforce.explorer.skins.protocol import SKIN, SkinDownloadRequest, SkinReadRequest
-from fringeforce.explorer.skins.tasks import PLACES, file, read, spread
+from fringeforce.explorer.skins.tasks import PLACES, file, read
 from fringeforce.explorer.tasks import stored
 
 FINGERS = [
@@ -41,10 +41,10 @@ def test_tractions_are_shown_without_loss_where_they_are() -> None:
     places = np.linspace(-0.01, 0.01, 401)
     x = np.linspace(-1, 1, 65) * 0.7e-3 + 1.1e-3
     forces = np.column_stack([1 - np.linspace(-1, 1, 65) ** 2, np.linspace(-1, 1, 65)])
-    shown = spread(Tractions(x, forces), places)
+    shown = Tractions(x, forces).between(places)
     np.testing.assert_allclose(shown.sum(axis=0), forces.sum(axis=0), atol=1e-12)
     assert shown[:, 0] @ places / shown[:, 0].sum() == pytest.approx(1.1e-3, abs=1e-6)
-    line = spread(Tractions(np.array([2e-3]), np.array([[1.5, 0.2]])), places)
+    line = Tractions(np.array([2e-3]), np.array([[1.5, 0.2]])).between(places)
     assert line[np.abs(places - 2e-3).argmin()].tolist() == [1.5, 0.2]
 
 

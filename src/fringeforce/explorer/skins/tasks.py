@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
 from fringeforce.explorer.skins.protocol import SkinDownloadRequest, SkinRequest
 from fringeforce.explorer.tasks import Answer, download, model_of
 from fringeforce.explorer.values import verdict
@@ -42,7 +41,7 @@ def read(path: str, wish: SkinRequest) -> Answer:
         "frame": frame,
         "phase": model.phase(presses),
         "places": places,
-        "truth": sum((spread(one, places) for one in true), np.zeros((PLACES, 2))) / area,
+        "truth": sum((one.between(places) for one in true), np.zeros((PLACES, 2))) / area,
         "traction": np.full((PLACES, 2), np.nan),
         "std": np.full((PLACES, 2), np.nan),
     }
@@ -79,27 +78,10 @@ def pressed(wish: SkinRequest) -> list[Press]:
     ]
 
 
-def spread(tractions: Tractions, places: Array) -> Array:
-    """Forces of a traction between neighbours of evenly spaced places, shape (n, 2) [N]."""
-    own, forces = tractions
-    if len(own) == 1:  # a line stands at the place next to it
-        found = np.zeros((len(places), 2))
-        found[np.abs(places - own[0]).argmin()] = forces[0]
-        return found
-    middles = (own[1:] + own[:-1]) / 2
-    ends = np.concatenate([[2 * own[0] - middles[0]], middles, [2 * own[-1] - middles[-1]]])
-    sums = np.concatenate([np.zeros((1, 2)), np.cumsum(forces, axis=0)])
-    half = (places[1] - places[0]) / 2
-    edges = np.append(places - half, places[-1] + half)
-    reached = np.column_stack([np.interp(edges, ends, sums[:, part]) for part in range(2)])
-    return np.diff(reached, axis=0)
-
-
 def _centre(tractions: Tractions) -> list[float]:
     """Centre of pressure [mm], normal and tangential force [N]."""
     normal, tangential = tractions.forces.sum(axis=0)
-    centre = tractions.forces[:, 0] @ tractions.places / normal
-    return [float(value) for value in (centre * 1e3, normal, tangential)]
+    return [tractions.centre * 1e3, float(normal), float(tangential)]
 
 
 @lru_cache(maxsize=4)
