@@ -286,6 +286,30 @@ def test_skins_are_not_calibrated_nor_shown_as_tactels() -> None:
         limits.check(skin)
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("polariscope.visibility", 0.85, "visibility of the fringes seems 0.85"),
+        ("camera.gamma", 0.8, "gamma of 0.8"),
+        ("camera.blur", "120 um", "blurred by 0.1"),
+    ],
+)
+def test_what_departs_from_the_design_is_named(
+    model: ff.SensorModel, path: str, value: object, words: str
+) -> None:
+    built = ff.characterize(model.sensor.replace(**{path: value}))
+    presses = [
+        ff.Press(x=-2.1e-3, normal=2.5, tangential=0.9, width=1.4e-3),
+        ff.Press(x=2.4e-3, normal=0.8, tangential=-0.2, width=0.5e-3),
+    ]
+    reading = ff.Reader(model).read(built.expose(presses, rng=1))
+    assert reading.status is ff.Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert words in finding
+    assert f"give {path} a tolerance" in finding
+    assert finding in reading.advice
+
+
 def test_what_a_skin_does_not_allow_for_is_told(model: ff.SensorModel) -> None:
     with pytest.raises(FringeforceError, match="influence_error"):
         ff.Reader(model.with_tolerances(**{"transducer.influence_error": "2 %"}))

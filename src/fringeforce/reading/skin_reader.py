@@ -118,6 +118,25 @@ class SkinReader(StripFrames):
         reading, best = self._weighed(met, silent)
         return reading, best if reading.trusted else None
 
+    @one_blas_thread()
+    def likeliest(
+        self, levels: NDArray[Any], used: Mask, known: Contacts | None = None
+    ) -> Explanation | None:
+        """The likeliest explanation of a frame that was checked, if there is any.
+
+        Contacts that are known, nearly, are not searched.
+        """
+        frame = np.where(used, levels.astype(float), np.nan)
+        alone = isolated(levels.astype(float), self.model.response)
+        lines = self._search.beam.lines(np.where(alone, np.nan, frame))
+        push = self._push(lines)
+        if known is not None:
+            met = [climbed(self.skin, frame, known, push)]
+        else:
+            met = self._explained(frame, lines, push, self._silent(frame, push))
+        fitting = [one for one in met if one.chance > FITS]
+        return max(fitting, key=lambda one: one.evidence, default=None)
+
     def still_silent(
         self, levels: NDArray[Any], used: Mask, silent: Explanation
     ) -> Explanation | None:
