@@ -111,10 +111,11 @@ class SkinFollower(Follower):
                 return None
             self._age = 0
         if self._moved(found):
+            fallen = found.contacts.forces[:, 0] < found.centre.forces[:, 0] / GROWN
             found = renewed(self._single.skin, found)
-            deviations = self._begin(found).deviations
-            if (found.contacts.forces[:, 0] <= FAINT * deviations).any():
-                found = self._single.without_faint(found, deviations)
+            like = self._begin(found)
+            if fallen.any() and (found.contacts.forces[:, 0] <= FAINT * like.deviations).any():
+                found = self._single.without_faint(found, like.deviations)
                 if found is None:
                     self._last = None
                     return None
