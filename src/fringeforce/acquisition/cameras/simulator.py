@@ -78,10 +78,10 @@ class SimulatedCamera(Interruptible):
             script = partial(fingertip_forces, places=model.sensor.tactels.places)
             if skin is not None:
                 script = partial(fingertip_presses, extent=skin.extent)
-        self.forces, noise = script(times), np.random.default_rng(rng)
-        loads: Any = self.forces
+        self.forces: Any = script(times)
+        noise = np.random.default_rng(rng)
         # one by one, for intensities of images take eight times their room
-        self.lines: NDArray[Any] = np.stack([model.expose(load, noise) for load in loads])
+        self.lines: NDArray[Any] = np.stack([model.expose(load, noise) for load in self.forces])
         # a line is exposed until the next one; an image is, as by a flash, there at once
         self._ahead = 1 if images else 0
         self._kept = max(int(memory * self.line_rate), 2 * self.block)
