@@ -140,7 +140,7 @@ class SkinModel:
         return self._profiles(geometry) @ self.line_shares(self._where(geometry))
 
     def line_shares(self, places: Array) -> Array:
-        """Line loads that act like unit forces at places [m], shape (*places.shape, n)."""
+        """Line loads that act like unit forces at places [m], shape (..., n)."""
         return self._unit[0](places)
 
     def derivatives(self, geometry: Array) -> Array:
