@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fringeforce.contacts.loads import polar
     from fringeforce.contacts.press import Press
     from fringeforce.contacts.resultant import Resultant, touch
+    from fringeforce.contacts.skin_contacts import SkinContacts
     from fringeforce.datasets.making import make_dataset
     from fringeforce.design.files import load_sensor
     from fringeforce.design.strip import Sensor
@@ -45,6 +46,7 @@ __all__ = [
     "Resultant",
     "Sensor",
     "SensorModel",
+    "SkinContacts",
     "Status",
     "assess_presses",
     "calibrate",
@@ -74,6 +76,7 @@ _HOME = {
     "Reading": "reading.reading",
     "References": "calibration.light.references",
     "Resultant": "contacts.resultant",
+    "SkinContacts": "contacts.skin_contacts",
     "Status": "reading.reading",
     "Sensor": "design.strip",
     "SensorModel": "models.strip",

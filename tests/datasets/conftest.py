@@ -18,12 +18,15 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "dataset"
 def touches() -> tuple[DatasetStudy, Pad]:
     """The study of the example, with fewer images."""
     study, pad = load_dataset_study(EXAMPLE / "touches.toml")
+    assert isinstance(pad, Pad)
     return study.model_copy(update={"number": 10, "shard": 4}), pad
 
 
 @pytest.fixture(scope="session")
 def pad_model(touches: tuple[DatasetStudy, Pad]) -> PadModel:
-    return _model(touches[1].to_toml())
+    model = _model(touches[1].to_toml())
+    assert isinstance(model, PadModel)
+    return model
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ from scipy.stats import binomtest, chi2, kstest
 from fringeforce.estimation.residual_test import (
     GROUP,
     absorbed,
+    bumps_are_noise,
     group_sums,
     is_noise,
     reduced_chi_square,
@@ -76,3 +77,18 @@ def test_noise_fails_as_often_as_the_stated_chance(unknowns: int) -> None:
     left = noise - noise @ basis @ basis.T
     alarms = sum(not is_noise(each, unknowns, chance, grouped=False) for each in left)
     assert binomtest(alarms, tries, chance).pvalue > 1e-3
+
+
+def test_bumps_of_noise_are_told_as_often_as_stated() -> None:
+    rng, chance = np.random.default_rng(4), 0.05
+    told = [not bumps_are_noise(rng.normal(size=1024), 40, chance) for _ in range(2000)]
+    # stretches that overlap are alike, so that alarms are rarer than for as many independent ones
+    assert 0.001 < np.mean(told) < chance
+
+
+def test_a_bump_is_found_that_the_squares_of_all_residuals_hide() -> None:
+    rng = np.random.default_rng(5)
+    residuals = rng.normal(size=2048)
+    residuals[700:800] += 0.8
+    assert is_noise(residuals, 0, 1e-5, grouped=False)
+    assert not bumps_are_noise(residuals, 40, 1e-5)

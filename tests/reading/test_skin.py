@@ -57,6 +57,7 @@ PRESSES = {
         ff.Press(x=4.4e-3, normal=0.5, tangential=0.1, radius=2e-3),
     ],
     "a patch": [ff.Press(x=-1.1e-3, normal=2.0, tangential=0.5, width=0.8e-3, profile="flat")],
+    "a wide one": [ff.Press(x=-1.1e-3, normal=2.0, tangential=0.6, width=1.56e-3)],
     "a punch": [ff.Press(x=1.1e-3, normal=2.0, tangential=0.5, width=0.6e-3, profile="punch")],
 }
 
@@ -154,6 +155,48 @@ def test_a_new_contact_is_searched(model: ff.SensorModel) -> None:
     assert [reading.tracked for reading in readings] == [False, True, False, True]
 
 
+def test_shear_that_grows_is_followed(model: ff.SensorModel) -> None:
+    shear = np.linspace(0, 0.6, 40)
+    rows = [[ff.Press(x=0.0, normal=2.0, tangential=float(t), width=1.5e-3)] for t in shear]
+    readings = list(ff.Reader(model).stream(model.expose(rows, rng=0)))
+    assert all(reading.tracked for reading in readings[1:])
+    for reading, row in zip(readings, rows, strict=True):
+        assert reading.total is not None
+        check(model.sensor, reading.total, row)
+
+
+def test_what_lets_go_is_gone(model: ff.SensorModel) -> None:
+    steps = [1.0, 0.4, 0.1, 0.0, 0.0]
+    stays = ff.Press(x=-2e-3, normal=1.5, width=0.8e-3)
+    for others in ([], [stays]):
+        rows = [
+            [*others, *([ff.Press(x=2e-3, normal=n, width=0.5e-3)] if n else [])] for n in steps
+        ]
+        readings = list(ff.Reader(model).stream(model.expose(rows, rng=2)))
+        assert [len(reading.contacts) for reading in readings[3:]] == [len(others)] * 2
+        verdict = ff.Status.OK if others else ff.Status.NO_CONTACT
+        assert [reading.status for reading in readings[3:]] == [verdict] * 2
+
+
+def test_nothing_is_followed_until_something_shows(model: ff.SensorModel) -> None:
+    light = ff.Press(x=-3e-3, normal=0.2, width=0.5e-3)
+    frames = model.expose([*[[]] * 30, [light], [light]], rng=1)
+    readings = list(ff.Reader(model).stream(frames))
+    assert [reading.tracked for reading in readings] == [False] + [True] * 29 + [False, True]
+    assert [reading.status for reading in readings[:30]] == [ff.Status.NO_CONTACT] * 30
+    assert [len(reading.contacts) for reading in readings[30:]] == [1, 1]
+
+
+def test_a_touch_too_weak_to_tell_is_never_read_for_certain_as_nothing(
+    model: ff.SensorModel, reader: ff.Reader
+) -> None:
+    for normal in (0.02, 0.05, 0.08, 0.12, 0.2):
+        press = ff.Press(x=-3.25e-3, normal=normal, width=0.2e-3)
+        for seed in range(4):
+            reading = reader.search(model.expose([press], rng=seed))
+            assert bool(reading.contacts) or not reading.ok
+
+
 def test_a_frame_of_something_else_is_refused(model: ff.SensorModel, reader: ff.Reader) -> None:
     pixels = np.arange(2048)
     wrong = 125 + 110 * np.cos(pixels / 40.0) * np.sign(np.sin(pixels / 333.0))
@@ -198,8 +241,9 @@ def test_designs_of_skins_are_written_and_changed() -> None:
     ],
 )
 def test_designs_that_are_no_skins_are_told(change: dict[str, object], words: str) -> None:
-    with pytest.raises(DesignError, match=words):
+    with pytest.raises(DesignError, match=words) as told:
         ff.load_sensor("skin").replace(**change)
+    assert "has a problem:" in str(told.value)  # and none that only follows from it
 
 
 def test_a_design_without_tactels_and_skin_is_told() -> None:
@@ -234,12 +278,36 @@ def test_contacts_are_written_as_a_table(
     assert abs(float(strongest["x_mm"]) + 2.2) < 0.05
 
 
-def test_skins_are_neither_calibrated_nor_explored() -> None:
+def test_skins_are_not_calibrated_nor_shown_as_tactels() -> None:
     skin = ff.load_sensor("skin")
     with pytest.raises(FringeforceError, match="no tactels to press"):
         ff.calibrate(skin, np.zeros((8, 2048)), np.zeros((8, 131, 2)))
     with pytest.raises(FringeforceError, match="forces of tactels"):
         limits.check(skin)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("polariscope.visibility", 0.85, "visibility of the fringes seems 0.85"),
+        ("camera.gamma", 0.8, "gamma of 0.8"),
+        ("camera.blur", "120 um", "blurred by 0.1"),
+    ],
+)
+def test_what_departs_from_the_design_is_named(
+    model: ff.SensorModel, path: str, value: object, words: str
+) -> None:
+    built = ff.characterize(model.sensor.replace(**{path: value}))
+    presses = [
+        ff.Press(x=-2.1e-3, normal=2.5, tangential=0.9, width=1.4e-3),
+        ff.Press(x=2.4e-3, normal=0.8, tangential=-0.2, width=0.5e-3),
+    ]
+    reading = ff.Reader(model).read(built.expose(presses, rng=1))
+    assert reading.status is ff.Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert words in finding
+    assert f"give {path} a tolerance" in finding
+    assert finding in reading.advice
 
 
 def test_what_a_skin_does_not_allow_for_is_told(model: ff.SensorModel) -> None:

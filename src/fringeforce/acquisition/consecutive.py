@@ -22,7 +22,7 @@ class Consecutive:
     """
 
     COLUMNS: ClassVar[tuple[str, ...]]
-    """Attributes that hold an entry for every line."""
+    """Attributes that hold an entry for every line, or None."""
     first: int
     timestamps: NDArray[Any]
 
@@ -39,7 +39,9 @@ class Consecutive:
         if len(parts) == 1:
             return parts[0]
         columns = {
-            name: np.concatenate([getattr(part, name) for part in parts]) for name in cls.COLUMNS
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in cls.COLUMNS
+            if getattr(parts[0], name) is not None
         }
         return cls(**{**vars(parts[0]), **columns})
 

@@ -136,6 +136,7 @@ def read_block(reader: Reader, block: Block) -> Readings:
         chi2=found.chi2,
         status=tuple(found.status),
         lines=block.lines,
+        resultants=found.resultants,
     )
 
 

@@ -22,7 +22,7 @@ def dataset(
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
-    """Simulate labelled images of a pad under random contacts, for readers that learn."""
+    """Simulate labelled images of a pad or skin under random contacts, for readers that learn."""
     from fringeforce.datasets.making import make_dataset
     from fringeforce.datasets.sheet import write_sheet
 

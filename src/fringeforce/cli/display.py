@@ -18,6 +18,7 @@ from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.pad_display import pad_picture
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
+from fringeforce.io.tables import contact_cells
 
 Report = Callable[[Statistics, Readings | None], None]
 BAR = 20
@@ -79,7 +80,8 @@ def picture(
     if readings is None:
         parts.append(Text(f"Waiting for {statistics.counted} ...", style=DIM))
     else:
-        parts.append(_PICTURES[sensor.kind](sensor, readings, scale))
+        kind = sensor.kind if readings.resultants is None else "skin"
+        parts.append(_PICTURES[kind](sensor, readings, scale))
         status = readings.status[-1]
         calm = status.trusted
         words = "" if calm else f": {status.advice}"
@@ -96,7 +98,7 @@ def picture(
 
 def full_scale(readings: Readings | None) -> float:
     """A round force that no bar of the last reading exceeds [N]."""
-    forces = [] if readings is None else [abs(value) for value in readings.forces[-1].flat]
+    forces = [] if readings is None else [abs(value) for value in _forces(readings)]
     largest = max((value for value in forces if value == value), default=0.0)
     return next((scale for scale in FULL_SCALES if scale >= largest), FULL_SCALES[-1])
 
@@ -144,7 +146,40 @@ def _strip_picture(_: Sensor, readings: Readings, scale: float) -> Table:
     return table
 
 
-_PICTURES: Mapping[str, Any] = {"strip": _strip_picture, "pad": pad_picture}
+def _skin_picture(_: Sensor, readings: Readings, scale: float) -> Table:
+    table = Table.grid(padding=(0, 2))
+    for justify in ("right", "right", "right", "left", "right", "center", "right"):
+        table.add_column(justify=justify)
+    forces = f"normal, to {scale:g} N", "N", f"tangential, to {scale:g} N", "N"
+    heads = "contact", "x / mm", "width / mm", *forces
+    table.add_row(*(Text(head, style=DIM) for head in heads))
+    assert readings.resultants is not None
+    for number, one in enumerate(readings.resultants[-1]):
+        x, width, normal, tangential, x_std, width_std, *std = contact_cells(one)
+        table.add_row(
+            Text(str(number) if number else "all", style=DIM),
+            _value(x, x_std),
+            _value(width, width_std),
+            Text(_bar(normal, scale, BAR), style=NORMAL),
+            _value(normal, std[0]),
+            Text(_both_ways(tangential, scale), style=TANGENTIAL),
+            _value(tangential, std[1]),
+        )
+    return table
+
+
+_PICTURES: Mapping[str, Any] = {
+    "strip": _strip_picture,
+    "skin": _skin_picture,
+    "pad": pad_picture,
+}
+
+
+def _forces(readings: Readings) -> Any:
+    """Forces of the last line, of tactels or of contacts."""
+    if readings.resultants is None:
+        return readings.forces[-1].flat
+    return [value for one in readings.resultants[-1] for value in one.force]
 
 
 def _value(value: float, std: float) -> Text:

@@ -33,7 +33,7 @@ class EventKind(Enum):
 
 @dataclass(frozen=True)
 class Event:
-    """What happened at one tactel, counted from zero."""
+    """What happened at one tactel, or contact of a skin, counted from zero."""
 
     kind: EventKind
     tactel: int
@@ -87,6 +87,10 @@ class Friction:
         weight = np.linalg.solve(spread, normal)
         information = float(weight @ normal)
         found = float(weight @ np.abs(tangential)) / information
+        return self.joined(found, information)
+
+    def joined(self, found: float, information: float) -> Friction:
+        """Learn from a coefficient that was found, with its information, 1 / variance."""
         before = 1 / self.variance if self.variance > 0 else np.inf
         if found <= 0 or not np.isfinite(before):
             return self

@@ -6,9 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
+from fringeforce.contacts.press import Press
 
 PERIODS, FORCES = {1: 4.0, 2: 6.0}, {1: 2.0, 2: 5.0}
 """After which the touch begins again [s], and its normal force [N], on a line and on a plane."""
+WIDTH = 0.12
+"""Width of the contact on a skin at its full force, over the extent."""
 
 
 def fingertip_forces(
@@ -39,19 +42,60 @@ def fingertip_forces(
     tactels = tactels.reshape(len(tactels), -1)
     dimensions = tactels.shape[1]
     middle, span = tactels.mean(axis=0), np.ptp(tactels, axis=0)
+    pressed, way, drag = _touch(t, dimensions, friction)
+    width = max(0.12 * float(span.max()), 1e-9)
+    squares = ((tactels - (middle + span * way)[:, None]) ** 2).sum(axis=2)
+    shape = np.exp(-0.5 * squares / width**2)
+    total = FORCES[dimensions] if force is None else force
+    normal = total * pressed[:, None] * shape / shape.sum(axis=1, keepdims=True)
+    return normal[:, :, None] * np.concatenate([np.ones((len(drag), 1)), drag], axis=1)[:, None]
+
+
+def fingertip_presses(
+    t: ArrayLike, extent: float, force: float | None = None, friction: float = 0.3
+) -> list[list[Press]]:
+    """What the fingertip presses on a strip with a skin, at each time.
+
+    Parameters
+    ----------
+    t : array_like, shape (k,)
+        Times [s].
+    extent : float
+        Length of the skin [m].
+    force : float, optional
+        Normal force while it presses [N]; `FORCES` if not given.
+    friction : float
+        Tangential over normal force while it slides.
+    """
+    pressed, way, drag = _touch(t, 1, friction)
+    total = FORCES[1] if force is None else force
+    return [
+        [
+            Press(
+                x=extent * float(x),
+                normal=total * float(share),
+                tangential=total * float(share * pull),
+                # as of a cylinder on a half-space
+                width=WIDTH * extent * float(np.sqrt(share)),
+                friction=2 * friction,
+            )
+        ]
+        if share > 0
+        else []
+        for share, x, pull in zip(pressed, way[:, 0], drag[:, 0], strict=True)
+    ]
+
+
+def _touch(t: ArrayLike, dimensions: int, friction: float) -> tuple[Array, Array, Array]:
+    """Share of the force (k,), way in spans and tangential over normal force (k, dimensions)."""
     phase = np.mod(np.atleast_1d(np.asarray(t, dtype=float)) / PERIODS[dimensions], 1)
     pressed = _rise(phase, 0.04, 0.14) - _rise(phase, 0.84, 0.94)
     rolled = _rise(phase, 0.18, 0.36) - _rise(phase, 0.68, 0.82)
     slid = _rise(phase, 0.4, 0.66)
     sliding = _rise(phase, 0.38, 0.44) - _rise(phase, 0.62, 0.68)
     way = np.stack([0.5 * (slid - 0.5), 0.3 * (rolled - 0.5)], axis=1)[:, :dimensions]
-    width = max(0.12 * float(span.max()), 1e-9)
-    squares = ((tactels - (middle + span * way)[:, None]) ** 2).sum(axis=2)
-    shape = np.exp(-0.5 * squares / width**2)
-    total = FORCES[dimensions] if force is None else force
-    normal = total * pressed[:, None] * shape / shape.sum(axis=1, keepdims=True)
     drag = friction * np.stack([sliding, -0.5 * rolled * (1 - sliding)], axis=1)[:, :dimensions]
-    return normal[:, :, None] * np.concatenate([np.ones((len(drag), 1)), drag], axis=1)[:, None]
+    return pressed, way, drag
 
 
 def _rise(phase: Array, start: float, end: float) -> Array:

@@ -29,11 +29,31 @@ class Tractions(NamedTuple):
     places: Array
     forces: Array
 
-    def scaled(self, normal: float, tangential: float) -> Tractions:
-        """The same with other sums [N]."""
-        sums = self.forces.sum(axis=0)
-        wanted = np.array([normal, tangential])
-        return Tractions(self.places, self.forces * (wanted / np.where(sums == 0, 1, sums)))
+    @property
+    def centre(self) -> float:
+        """Centre of pressure along x [m]."""
+        return float(self.forces[:, 0] @ self.places / self.forces[:, 0].sum())
+
+    @property
+    def width(self) -> float:
+        """Four standard deviations of the pressure, the whole width of a Hertz contact [m]."""
+        square = self.forces[:, 0] @ np.square(self.places - self.centre)
+        return float(4 * np.sqrt(square / self.forces[:, 0].sum()))
+
+    def between(self, places: Array) -> Array:
+        """Forces half way to the neighbours of evenly spaced places, shape (n, 2) [N]."""
+        own, forces = self
+        if len(own) == 1:  # a line stands at the place next to it
+            found = np.zeros((len(places), 2))
+            found[np.abs(places - own[0]).argmin()] = forces[0]
+            return found
+        middles = (own[1:] + own[:-1]) / 2
+        ends = np.concatenate([[2 * own[0] - middles[0]], middles, [2 * own[-1] - middles[-1]]])
+        sums = np.concatenate([np.zeros((1, 2)), np.cumsum(forces, axis=0)])
+        half = (places[1] - places[0]) / 2
+        edges = np.append(places - half, places[-1] + half)
+        reached = np.column_stack([np.interp(edges, ends, sums[:, part]) for part in range(2)])
+        return np.diff(reached, axis=0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -38,12 +38,13 @@ class Resultant:
     moment : ndarray, shape (3,)
         Moment about the centre of the loaded surface; the force on it is (T_x, T_y, -N) [N m].
     centre : ndarray, shape (dimensions,)
-        Centre of pressure along x, and y of a pad [m]; not a number where nothing presses.
+        Centre of pressure along x, and y of a pad [m]; not a number where nothing presses.  A
+        single contact on a skin has one however little it presses.
     covariance : ndarray, shape (m, m), m = components + 3 + dimensions, and 1 with a width
         Joint covariance of force, moment, centre and width in this order, to first order.
     width : float or None
         Of a contact on a skin [m]: four standard deviations of its pressure, which is the whole
-        width of a Hertz contact; None of tactels.
+        width of a Hertz contact; not a number where the centre is none; None of tactels.
 
     Examples
     --------

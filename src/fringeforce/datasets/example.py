@@ -60,6 +60,18 @@ class Example:
     part: int
 
     @property
+    def tables(self) -> dict[str, tuple[NDArray[np.void], str]]:
+        """Rows of the tables of a data set, and what these are."""
+        return {
+            "contacts": (
+                self.contact_rows,
+                "what pressed on the pad, SI; image is the number of the image",
+            ),
+            "optics": (self.optics_row, "light and camera of every image, SI and grey levels"),
+            "dead": (self.dead_rows, "pixels that always show one grey level"),
+        }
+
+    @property
     def contact_rows(self) -> NDArray[np.void]:
         """Rows of the table of contacts."""
         rows = np.zeros(len(self.contacts), dtype=CONTACT)

@@ -16,6 +16,7 @@ from fringeforce.base.storage import existing_file, writing
 from fringeforce.datasets.shard import IMAGES, Files, Shard, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
 from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.io.frames import DATASET
 from fringeforce.studies.execution import completed, executor
 
@@ -54,7 +55,7 @@ def make_dataset(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Dataset:
-    """Make simulated images of a pad with the forces behind them, or what is missing of them.
+    """Make simulated images of a pad or skin with what made them, or what is missing of them.
 
     Parameters
     ----------
@@ -82,22 +83,22 @@ def make_dataset(
     Traceback (most recent call last):
     fringeforce.base.errors.InputError: There is no study 'touches.toml' to read (...).
     """
-    plan, pad = load_dataset_study(study)
+    plan, sensor = load_dataset_study(study)
     with executor(scheduler, workers) as pool:
-        return run_dataset(plan, pad, Path(folder), pool, progress)
+        return run_dataset(plan, sensor, Path(folder), pool, progress)
 
 
 def run_dataset(
     study: DatasetStudy,
-    pad: Pad,
+    sensor: Pad | Sensor,
     folder: Path,
     pool: Executor,
     progress: Progress | None = None,
 ) -> Dataset:
     """Make a data set from a study that has been read, on an executor that runs."""
-    shards = shards_of(study, pad)
+    shards = shards_of(study, sensor)
     with writing(folder):
-        _claim(study, pad, folder)
+        _claim(study, sensor, folder)
     missing = [shard for shard in shards if _images_in(folder / shard.name) < shard.count]
     made, known = 0, study.number - sum(shard.count for shard in missing)
     if progress:
@@ -115,15 +116,15 @@ def run_dataset(
     return Dataset(folder, paths, counts, made, size)
 
 
-def shards_of(study: DatasetStudy, pad: Pad) -> list[Shard]:
+def shards_of(study: DatasetStudy, sensor: Pad | Sensor) -> list[Shard]:
     """All shards of a study, in the order of their images."""
     starts = range(0, study.number, study.shard)
-    return [Shard(study, pad, first, min(study.shard, study.number - first)) for first in starts]
+    return [Shard(study, sensor, first, min(study.shard, study.number - first)) for first in starts]
 
 
-def _claim(study: DatasetStudy, pad: Pad, folder: Path) -> None:
+def _claim(study: DatasetStudy, sensor: Pad | Sensor, folder: Path) -> None:
     """Make the folder, or make sure that it holds this data set."""
-    canonical, path = study.canonical(pad), folder / DESCRIPTION
+    canonical, path = study.canonical(sensor), folder / DESCRIPTION
     folder.mkdir(parents=True, exist_ok=True)
     if path.exists():
         try:

@@ -17,13 +17,16 @@ from PIL import Image
 
 from fringeforce.base.storage import new_file, write
 from fringeforce.datasets.example import Example, example
+from fringeforce.datasets.skin_example import SkinExample, skin_example
 from fringeforce.datasets.study_file import NAMES, DatasetStudy
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
-from fringeforce.io.frames import DATASET
+from fringeforce.design.strip import Sensor
+from fringeforce.io.frames import DATASET, pixel_axes
 from fringeforce.io.tables import force_columns
 from fringeforce.models.characterization import characterize
 from fringeforce.models.pad import PadModel
+from fringeforce.models.strip import SensorModel
 
 IMAGES, FORCES = "images.csv", "forces.csv"
 Files = dict[str, bytes]
@@ -34,7 +37,7 @@ class Shard:
     """Some images of a data set: the call that travels to the workers."""
 
     study: DatasetStudy
-    pad: Pad
+    sensor: Pad | Sensor
     first: int
     count: int
 
@@ -50,10 +53,12 @@ class Shard:
         return range(self.first, self.first + self.count)
 
 
-def examples(shard: Shard) -> list[Example]:
+def examples(shard: Shard) -> list[Example | SkinExample]:
     """Images of a shard."""
-    model = _model(shard.pad.to_toml())
-    return [example(model, shard.study, number) for number in shard.numbers]
+    model = _model(shard.sensor.to_toml())
+    if isinstance(model, PadModel):
+        return [example(model, shard.study, number) for number in shard.numbers]
+    return [skin_example(model, shard.study, number) for number in shard.numbers]
 
 
 def packed(shard: Shard) -> Files:
@@ -63,69 +68,66 @@ def packed(shard: Shard) -> Files:
 
 
 @lru_cache(maxsize=1)
-def _model(design: str) -> PadModel:
-    """A worker characterises a pad once, for all of its shards."""
+def _model(design: str) -> PadModel | SensorModel:
+    """A worker characterises a sensor once, for all of its shards."""
     return characterize(parse_sensor(design))
 
 
-def _hdf5(shard: Shard, found: Sequence[Example]) -> Files:
-    pad = shard.pad
+def _hdf5(shard: Shard, found: Sequence[Example | SkinExample]) -> Files:
+    sensor = shard.sensor
     with TemporaryDirectory() as folder:
         path = Path(folder) / shard.name
         with new_file(path, DATASET) as file:
-            file.attrs["design"] = pad.to_toml()
+            file.attrs["design"] = sensor.to_toml()
             file.attrs["seed"] = shard.study.seed
-            x, y = pad.pixel_positions
-            write(file, "x", x, ("x",), "m", "places of the columns of an image")
-            write(file, "y", y, ("y",), "m", "places of the rows of an image")
-            tactels = np.arange(1, pad.tactels.total + 1)
+            pixels = pixel_axes(sensor.pixel_positions)
+            for name, (values, meaning) in pixels.items():
+                write(file, name, np.asarray(values), (name,), "m", meaning)
+            tactels = np.arange(1, sensor.tactels.total + 1)
             write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
-            write(file, "component", pad.components, ("component",), None, "direction of the force")
+            components = np.array(sensor.components, dtype="S")
+            write(file, "component", components, ("component",), None, "direction of the force")
             write(file, "number", np.array(shard.numbers), ("number",), None, "of the image")
-            write(file, "tactel_x", pad.tactels.places[:, 0], ("tactel",), "m", "their places")
-            write(file, "tactel_y", pad.tactels.places[:, 1], ("tactel",), "m", "their places")
+            for axis, values in zip("xy", sensor.tactels.places.T, strict=False):
+                write(file, f"tactel_{axis}", values, ("tactel",), "m", "their places")
             parts = np.array([one.part for one in found], dtype=np.uint8)
             write(file, "split", parts, ("number",), None, "0 train, 1 validation, 2 test")
             forces = np.stack([one.forces for one in found]).astype(np.float32)
             axes = ("number", "tactel", "component")
             write(file, "forces", forces, axes, "N", "forces on the tactels")
-            _write_images(file, np.stack([one.image for one in found]))
+            _write_images(file, np.stack([one.image for one in found]), tuple(pixels))
             for name, (table, meaning) in _tables(found).items():
                 file.create_dataset(name, data=table).attrs["long_name"] = meaning
         return {shard.name: path.read_bytes()}
 
 
-def _write_images(file: h5py.File, images: NDArray[np.unsignedinteger]) -> None:
+def _write_images(
+    file: h5py.File, images: NDArray[np.unsignedinteger], axes: tuple[str, ...]
+) -> None:
     """Images by themselves, as learners read them in any order."""
     single = (1, *images.shape[1:])
     dataset = file.create_dataset("image", data=images, chunks=single, compression="gzip")
     dataset.attrs["long_name"] = "grey levels"
-    for axis, name in ((0, "number"), (-2, "y"), (-1, "x")):
-        dataset.dims[axis % images.ndim].attach_scale(file[name])
+    dataset.dims[0].attach_scale(file["number"])
+    for behind, name in enumerate(reversed(axes), start=1):
+        dataset.dims[images.ndim - behind].attach_scale(file[name])
 
 
-def _tables(found: Sequence[Example]) -> dict[str, tuple[NDArray[np.void], str]]:
+def _tables(found: Sequence[Example | SkinExample]) -> dict[str, tuple[NDArray[np.void], str]]:
+    tables = [one.tables for one in found]
     return {
-        "contacts": (
-            np.concatenate([one.contact_rows for one in found]),
-            "what pressed on the pad, SI; image is the number of the image",
-        ),
-        "optics": (
-            np.concatenate([one.optics_row for one in found]),
-            "light and camera of every image, SI and grey levels",
-        ),
-        "dead": (
-            np.concatenate([one.dead_rows for one in found]),
-            "pixels that always show one grey level",
-        ),
+        name: (np.concatenate([table[name][0] for table in tables]), meaning)
+        for name, (_, meaning) in tables[0].items()
     }
 
 
-def _pictures(shard: Shard, found: Sequence[Example]) -> Files:
+def _pictures(shard: Shard, found: Sequence[Example | SkinExample]) -> Files:
     files: Files = {}
     listed: list[tuple[object, ...]] = []
     for one in found:
-        planes = one.image.reshape(-1, *one.image.shape[-2:])
+        # a line is a picture of one row
+        image = one.image if shard.sensor.dimensions > 1 else one.image[..., None, :]
+        planes = image.reshape(-1, *image.shape[-2:])
         for channel, plane in enumerate(planes, start=1):
             suffix = f"-{channel}" if len(planes) > 1 else ""
             name, buffer = f"{one.number:06d}{suffix}.png", io.BytesIO()
@@ -137,7 +139,7 @@ def _pictures(shard: Shard, found: Sequence[Example]) -> Files:
         for one in found
         for tactel, force in enumerate(one.forces, start=1)
     ]
-    header = "image", "tactel", *force_columns(Pad.components)
+    header = "image", "tactel", *force_columns(shard.sensor.components)
     files[f"{shard.name}/{FORCES}"] = _csv(header, single)
     for name, (table, _) in _tables(found).items():
         rows = [[_cell(value) for value in row] for row in table.tolist()]

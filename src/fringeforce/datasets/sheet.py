@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,8 +16,10 @@ from matplotlib.patches import Circle
 from fringeforce.base.errors import InputError
 from fringeforce.datasets.example import Example
 from fringeforce.datasets.shard import Shard, examples
+from fringeforce.datasets.skin_example import SkinExample
 from fringeforce.datasets.study_file import load_dataset_study
 from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.plotting.axes import MILLI, STYLE
 
 COLUMNS, LARGEST = 6, 24
@@ -25,16 +28,18 @@ COLOUR, SHEAR = "#e69f00", "#56b4e9"
 
 def write_sheet(study: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Draw the first images of a study, at most 24; see `draw_sheet`."""
-    plan, pad = load_dataset_study(study)
-    draw_sheet(pad, examples(Shard(plan, pad, 0, min(plan.number, LARGEST))), path)
+    plan, sensor = load_dataset_study(study)
+    draw_sheet(sensor, examples(Shard(plan, sensor, 0, min(plan.number, LARGEST))), path)
 
 
-def draw_sheet(pad: Pad, shown: Sequence[Example], path: str | os.PathLike[str]) -> None:
+def draw_sheet(
+    sensor: Pad | Sensor, shown: Sequence[Example | SkinExample], path: str | os.PathLike[str]
+) -> None:
     """Write a picture of images: outlines of contacts, arrows of shear, forces as titles.
 
     Parameters
     ----------
-    pad : Pad
+    sensor : Pad or Sensor
         What was pressed.
     shown : sequence of Example
         What to show.
@@ -53,14 +58,29 @@ def draw_sheet(pad: Pad, shown: Sequence[Example], path: str | os.PathLike[str])
         for ax in panels:
             ax.set_axis_off()
         for ax, one in zip(panels, shown, strict=False):
-            _draw(ax, pad, one)
+            if isinstance(one, SkinExample):
+                _draw_line(ax, sensor, one)
+            else:
+                _draw(ax, sensor, one)
         try:
             canvas.savefig(Path(path))
         except (OSError, ValueError) as error:
             raise InputError(f"{path} cannot be written: {error}.") from None
 
 
-def _draw(ax: Axes, pad: Pad, one: Example) -> None:
+def _draw_line(ax: Axes, skin: Any, one: SkinExample) -> None:
+    x = skin.pixel_positions * MILLI
+    for _, found in one.contacts:
+        centre, half = found.centre * MILLI, found.width / 2 * MILLI
+        ax.axvspan(centre - half, centre + half, color=COLOUR, alpha=0.4, linewidth=0)
+    for line in np.atleast_2d(one.image):
+        ax.plot(x, line, color="black", linewidth=0.4)
+    ax.set_ylim(0, skin.camera.full_scale)
+    total = sum(found.forces[:, 0].sum() for _, found in one.contacts)
+    ax.set_title(f"{one.number}: {total:.2g} N", pad=2)
+
+
+def _draw(ax: Axes, pad: Any, one: Example) -> None:
     x, y = pad.transducer.length / 2 * MILLI, pad.transducer.width / 2 * MILLI
     planes = one.image.reshape(-1, *one.image.shape[-2:])
     # y runs down the columns of an image

@@ -11,10 +11,12 @@ from pydantic import Field
 
 from fringeforce.base.errors import DesignError, InputError
 from fringeforce.contacts.random import ContactRanges
+from fringeforce.contacts.random_presses import PressRanges
 from fringeforce.design.fields import Count, Finite, Place, Range, Share
 from fringeforce.design.files import load_sensor, shipped_pads
 from fringeforce.design.pad import Pad
 from fringeforce.design.parts import Part
+from fringeforce.design.strip import Sensor
 from fringeforce.studies.study_file import design_of, read_table
 
 GOLDEN = (5**0.5 - 1) / 2
@@ -73,7 +75,7 @@ class OpticsRanges(Part):
 class DatasetStudy(Part):
     """A data set."""
 
-    design: str = Field(description="shipped pad, or a design file beside the study")
+    design: str = Field(description="shipped pad or skin, or a design file beside the study")
     number: Count = Field(description="number of images")
     seed: Annotated[int, Field(ge=0)] = 0
     format: Literal["hdf5", "png"] = Field(
@@ -83,15 +85,21 @@ class DatasetStudy(Part):
     split: Split = Split()
     contacts: ContactRanges = ContactRanges()
     optics: OpticsRanges = OpticsRanges()
+    presses: PressRanges = Field(default=PressRanges(), description="of a skin, for contacts")
 
-    def canonical(self, pad: Pad) -> str:
+    def canonical(self, sensor: Pad | Sensor) -> str:
         """A text that two studies share if and only if the same number is the same image."""
-        values = {"study": self.model_dump(exclude={"number"}), "design": pad.model_dump()}
+        left_out = {"number", *_OTHERS[sensor.kind]}
+        values = {"study": self.model_dump(exclude=left_out), "design": sensor.model_dump()}
         return json.dumps(values)
 
 
-def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad]:
-    """Read the study file of a data set and the pad that it is about.
+_OTHERS = {"pad": {"presses"}, "strip": {"contacts", "optics"}}
+"""Tables that are of the other kind of sensor."""
+
+
+def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad | Sensor]:
+    """Read the study file of a data set and the pad or skin that it is about.
 
     Raises
     ------
@@ -102,10 +110,19 @@ def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad]
     study = read_table(DatasetStudy, place)
     if not study.split.train + study.split.validation + study.split.test > 0:
         raise InputError(f"{place}: the shares of split sum up to nothing; raise one of them.")
-    pad = load_sensor(design_of(study.design, place))
-    if pad.kind != "pad":
+    sensor: Pad | Sensor = load_sensor(design_of(study.design, place))
+    if isinstance(sensor, Sensor) and sensor.skin is None:
         raise DesignError(
-            f"{study.design!r} is a strip, and data sets are of planar pads; take "
-            f'{", ".join(map(repr, shipped_pads()))} or a design with  kind = "pad".'
+            f"{study.design!r} is a strip with tactels, and data sets are of planar pads and of "
+            f"skins; take {', '.join(map(repr, shipped_pads()))}, 'skin', or a design with  kind = "
+            '"pad"  or a table [skin].'
         )
-    return study, pad
+    wrong = sorted(_OTHERS[sensor.kind] & study.model_fields_set)
+    if wrong:
+        remedy = (
+            "[contacts] says what presses on a pad"
+            if sensor.kind == "pad"
+            else "[presses] says what touches a skin, and tolerances of its design what varies"
+        )
+        raise InputError(f"{place}: {' and '.join(wrong)} do not fit {study.design!r}; {remedy}.")
+    return study, sensor

@@ -37,7 +37,12 @@ def validated(model: type[Model], values: Mapping[str, Any], source: str, from_f
     try:
         return model.model_validate(values, context={"units_required": from_file})
     except ValidationError as error:
-        problems = [_problem(model, values, detail) for detail in error.errors()]
+        # what follows from other tables cannot be made while these have problems
+        problems = [
+            _problem(model, values, detail)
+            for detail in error.errors()
+            if detail["type"] != "default_factory_not_called"
+        ]
     count = "a problem" if len(problems) == 1 else f"{len(problems)} problems"
     raise DesignError("\n  ".join([f"{source} has {count}:", *problems]))
 

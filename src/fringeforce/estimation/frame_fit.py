@@ -203,6 +203,20 @@ def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
 
 
 @sums
+def weighed_squares(model, frame, level):
+    """Weighted sum of squared residuals in units of the noise, and the sum of the weights."""
+    sigma = np.sqrt(model.variance)
+    square = count = 0.0
+    for p in range(len(frame)):
+        if np.isfinite(frame[p]):
+            _, pull, weight = pixel_loss(model, frame[p], level[p], sigma)
+            if weight > 0:
+                square += pull * pull / weight
+                count += weight
+    return square, count
+
+
+@sums
 def _side_by_side(model, values, out):
     """Pixels of every run under each other, shape (longest run, runs); not used beyond its end."""
     runs = len(model.starts)
@@ -721,14 +735,7 @@ def climb(model, prior, frame, start, heat, steps, tolerance, bound=np.inf):
         if (gain < tolerance and damping < UNDAMPED) or loss - 2 * max(fall, gain) > bound:
             break
         damping = max(damping / 8, 1e-8)
-    square = count = 0.0
-    sigma = np.sqrt(model.variance)
-    for p in range(len(frame)):
-        if np.isfinite(frame[p]):
-            _, pull, weight = pixel_loss(model, frame[p], here[4][p], sigma)
-            if weight > 0:
-                square += pull * pull / weight
-                count += weight
+    square, count = weighed_squares(model, frame, here[4])
     return unknowns, loss, square, count
 
 

@@ -31,9 +31,9 @@ from fringeforce.estimation.frame_fit import (
     fill_linearised,
     fill_products,
     frame_loss,
-    pixel_loss,
     prior_loss,
     substituted,
+    weighed_squares,
 )
 from fringeforce.estimation.frame_model import FrameModel, Layout
 
@@ -517,14 +517,7 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
         # where the fall is as promised the next one has nothing left but its error
         if turn >= len(heats) and (gain < tolerance or abs(gain - hoped) < tolerance):
             break
-    sigma = np.sqrt(model.variance)
-    square = count = 0.0
-    for p in range(len(frame)):
-        if np.isfinite(frame[p]):
-            _, pull, weight = pixel_loss(model, frame[p], here[4][p], sigma)
-            if weight > 0:
-                square += pull * pull / weight
-                count += weight
+    square, count = weighed_squares(model, frame, here[4])
     return unknowns, loss, square, count
 
 

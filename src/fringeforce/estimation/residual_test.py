@@ -86,6 +86,29 @@ def is_noise(
     )
 
 
+def bumps_are_noise(residuals: Array, shortest: int, chance: float = FALSE_ALARM) -> bool:
+    """Whether no stretch of residuals adds up to more than noise would.
+
+    A weak load leaves a bump no shorter than the cover is thick, which the squares of all residuals
+    hide.  Stretches of `shortest` pixels and of twice, four times, ... as many are tested, with the
+    chance shared between them.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (P,)
+        In units of the noise; zero where a pixel is not used.
+    shortest : int
+        Pixels of the shortest stretch.
+    chance : float
+        The false-alarm rate of all together.
+    """
+    sums = np.concatenate([[0.0], np.cumsum(residuals)])
+    lengths = [n for k in range(4) if (n := max(shortest, 1) << k) < len(sums)]
+    tested = sum(len(sums) - n for n in lengths)
+    largest = max((np.square(sums[n:] - sums[:-n]).max() / n for n in lengths), default=0.0)
+    return bool(largest < square_limit(1, chance / max(tested, 1)))
+
+
 def absorbed(slope: Array, influence: Array, covariance: Array) -> float:
     """Degrees of freedom that fitted loads take from sums over neighbouring pixels.
 

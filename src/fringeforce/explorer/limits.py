@@ -6,9 +6,9 @@ from fringeforce.base.errors import DesignError
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
-PIXELS, TACTELS = 8192, 64
+PIXELS, TACTELS, LINES = 8192, 64, 400
 PAD_PIXELS, PAD_TACTELS = 512, 400
-"""Most pixels, along either side of a pad's image, and tactels."""
+"""Most pixels, along either side of a pad's image, tactels, and line loads of a skin."""
 SLENDERNESS, PAD_SLENDERNESS = (1.0, 200.0), (2.0, 50.0)
 """Side of a sensor over its thickness, least and most."""
 
@@ -22,21 +22,32 @@ def check(sensor: Sensor) -> None:
         In the words of a design file's problems, so that the page finds the control.
     """
     problems = []
-    if sensor.transducer.plane == "3d":
-        problems.append(
-            'transducer.plane = "3d" takes too long while a person waits, and the page draws a '
-            'plane; take "stress" or "strain" here.'
-        )
     if sensor.skin is not None:
-        problems.append(
-            "skin: the page shows the forces of tactels; give the design tactels here, and read "
-            "skins with `fringeforce read` or in Python."
-        )
-    if sensor.camera.pixels > PIXELS:
-        problems.append(f"camera.pixels = {sensor.camera.pixels}: must be {PIXELS} or less here.")
+        problems.append("skin: this page shows forces of tactels; open the design of the skin.")
     if sensor.tactels.count > TACTELS:
         problems.append(f"tactels.count = {sensor.tactels.count}: must be {TACTELS} or less here.")
-    _refuse([*problems, *_slenderness(sensor, ("length",), "strip", SLENDERNESS)])
+    _refuse([*problems, *_of_line(sensor)])
+
+
+def check_skin(sensor: Sensor) -> None:
+    """Refuse a skin that is too large, or of a shape that no page can show.
+
+    Raises
+    ------
+    DesignError
+        As of `check`.
+    """
+    problems = []
+    if sensor.skin is None:
+        problems.append(
+            "tactels: this page shows contacts on a skin; open the design of the strip."
+        )
+    if sensor.tactels.count > LINES:
+        problems.append(
+            f"skin.resolution makes {sensor.tactels.count} line loads of this skin; {LINES} or "
+            "fewer can be explored here."
+        )
+    _refuse([*problems, *_of_line(sensor)])
 
 
 def check_pad(pad: Pad, solved: bool = False) -> None:
@@ -64,6 +75,19 @@ def check_pad(pad: Pad, solved: bool = False) -> None:
             'take "roller" here.'
         )
     _refuse([*problems, *_slenderness(pad, ("length", "width"), "pad", PAD_SLENDERNESS)])
+
+
+def _of_line(sensor: Sensor) -> list[str]:
+    """What is wrong with any strip that is seen by a line camera."""
+    problems = []
+    if sensor.transducer.plane == "3d":
+        problems.append(
+            'transducer.plane = "3d" takes too long while a person waits, and the page draws a '
+            'plane; take "stress" or "strain" here.'
+        )
+    if sensor.camera.pixels > PIXELS:
+        problems.append(f"camera.pixels = {sensor.camera.pixels}: must be {PIXELS} or less here.")
+    return [*problems, *_slenderness(sensor, ("length",), "strip", SLENDERNESS)]
 
 
 def _slenderness(

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from functools import lru_cache, partial
 
 from pydantic import TypeAdapter
 
-from fringeforce.design.files import shipped_designs, shipped_pads
+from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.explorer import tasks
 from fringeforce.explorer.pads import protocol as pads
 from fringeforce.explorer.pads import tasks as pad_tasks
@@ -21,9 +23,8 @@ from fringeforce.explorer.protocol import (
     ReadRequest,
     Request,
 )
-
-if TYPE_CHECKING:
-    pass
+from fringeforce.explorer.skins import protocol as skins
+from fringeforce.explorer.skins import tasks as skin_tasks
 
 
 class Process(Enum):
@@ -72,7 +73,8 @@ class Page:
     remembered : int
         Number of designs whose solutions are kept: undo and comparisons come at once.
     display : str
-        Module and class, joined by a colon, of what pages see of a running camera.
+        Module and class, joined by a colon, of what pages see of a running camera; empty where
+        none is shown.
     warm : callable
         What is asked of the first design so that libraries are loaded before anybody waits.
     first : sequence of request
@@ -101,9 +103,16 @@ def _strip_warm(solved: tasks.Solved) -> Sequence[AboutDesign]:
     )
 
 
+@lru_cache(maxsize=2)
+def _shipped_strips(skin: bool) -> tuple[str, ...]:
+    """Names of the shipped strips with a skin, or with tactels."""
+    names = shipped_designs()
+    return tuple(name for name in names if (load_sensor(name).skin is not None) == skin)
+
+
 STRIP_PAGE = Page(
     file="index.html",
-    shipped=shipped_designs,
+    shipped=partial(_shipped_strips, skin=False),
     understood=STRIP,
     questions={
         InsideRequest: DesignQuestion("inside", tasks.inside, Process.DESIGNS),
@@ -132,5 +141,23 @@ PAD_PAGE = Page(
     first=(pads.PressRequest(type="press", id=0, design=0, contacts=[], fine=False),),
     prepare=pad_tasks.prepare,
 )
-PAGES = {"strip": STRIP_PAGE, "pad": PAD_PAGE}
-"""Pages by the kind of sensor."""
+SKIN_PAGE = Page(
+    file="skin.html",
+    shipped=partial(_shipped_strips, skin=True),
+    understood=skins.SKIN,
+    questions={
+        skins.SkinReadRequest: DesignQuestion("reading", skin_tasks.read),
+        skins.SkinDownloadRequest: DesignQuestion("file", skin_tasks.file),
+    },
+    solution="fringeforce.explorer.skins.solution",
+    remembered=6,
+    display="",
+    warm=lambda _: (skins.SkinReadRequest(type="read", id=0, design=0, contacts=[]),),
+)
+
+
+def page_of(sensor: Sensor | Pad) -> Page:
+    """The page that shows a sensor."""
+    if isinstance(sensor, Pad):
+        return PAD_PAGE
+    return STRIP_PAGE if sensor.skin is None else SKIN_PAGE

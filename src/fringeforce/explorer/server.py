@@ -19,7 +19,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from fringeforce.base.errors import InputError
-from fringeforce.explorer.page import PAGES
+from fringeforce.explorer.page import page_of
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
 from fringeforce.explorer.session import FirstDesign, Session
@@ -53,7 +53,11 @@ def application(
     camera : Source, optional
         Pages can watch it; it is started when the first one does.
     """
-    page = PAGES[start.sensor.kind]
+    page = page_of(start.sensor)
+    if camera is not None and not page.display:
+        raise InputError(
+            "The page of a skin shows no camera yet; watch one with `fringeforce live`."
+        )
     workers = Workers(page)
     sessions: set[Session] = set()
     live: Live | None = None

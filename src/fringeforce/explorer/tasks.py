@@ -81,13 +81,18 @@ def download(kind: str, model: Any, forces: ArrayLike, reading: Callable[[], Rea
     reading : callable
         Returns the reading of a frame under these forces.
     """
-    from fringeforce.io.tables import save_forces, save_readings
+    from fringeforce.io.tables import save_contacts, save_forces, save_readings
 
+    skin = getattr(model.sensor, "skin", None) is not None
     write = {
         "design": lambda path: path.write_text(model.sensor.to_toml(), encoding="utf-8"),
         "model": model.save,
         "forces": lambda path: save_forces(path, [np.asarray(forces)]),
-        "reading": lambda path: save_readings(path, [reading()], model.sensor.components),
+        "reading": lambda path: (
+            save_contacts(path, [reading()])
+            if skin
+            else save_readings(path, [reading()], model.sensor.components)
+        ),
     }
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{kind}.{ENDINGS[kind]}"

@@ -120,7 +120,20 @@ def save_readings(
 
 
 CONTACT = ("x_mm", "width_mm", "normal_N", "tangential_N")
-"""Columns of a contact on a skin, which have deviations too."""
+"""Numbers of a contact on a skin, which have deviations too."""
+
+
+def contact_columns() -> tuple[str, ...]:
+    """Names of the numbers of a contact on a skin, and of their deviations."""
+    parts = (name.rpartition("_") for name in CONTACT)
+    return *CONTACT, *(f"{name}_std_{unit}" for name, _, unit in parts)
+
+
+def contact_cells(contact: Resultant) -> list[float]:
+    """Numbers of `contact_columns`."""
+    std, width = contact.std, contact.width or 0.0
+    values = [contact.centre[0] * 1e3, width * 1e3, *contact.force]
+    return [float(v) for v in (*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2])]
 
 
 def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
@@ -145,8 +158,7 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     FileFormatError
         If the file cannot be written.
     """
-    std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in CONTACT)
-    return _save(path, ("contact", *CONTACT, *std), readings, _contact_rows)
+    return _save(path, ("contact", *contact_columns()), readings, _contact_rows)
 
 
 def _save(
@@ -172,14 +184,7 @@ def _contact_rows(reading: Reading) -> Iterable[tuple[int, Iterable[float]]]:
     """All contacts together, then each; a row of nan if the frame tells nothing."""
     if reading.total is None:
         return [(0, [np.nan] * 2 * len(CONTACT))]
-    return enumerate(map(_contact_cells, (reading.total, *reading.contacts)))
-
-
-def _contact_cells(contact: Resultant) -> list[float]:
-    """Numbers of `CONTACT` and their deviations."""
-    std = contact.std
-    values = [contact.centre[0] * 1e3, (contact.width or 0.0) * 1e3, *contact.force]
-    return [*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2]]
+    return enumerate(map(contact_cells, (reading.total, *reading.contacts)))
 
 
 def _cells(reading: Reading) -> Array:

@@ -33,9 +33,14 @@ MOST_TERMS = 20000
 
 
 def are_presses(loads: Any) -> TypeGuard[Sequence[Any]]:
-    """Whether loads are presses, of one frame or of several, rather than forces of tactels."""
-    while isinstance(loads, list | tuple) and len(loads):
-        loads = loads[0]
+    """Whether loads are presses, of one frame or of several, rather than forces of tactels.
+
+    An empty list is nothing that presses.
+    """
+    while isinstance(loads, list | tuple):
+        if not loads:
+            return True
+        loads = next((part for part in loads if not isinstance(part, list | tuple) or part), ())
     return isinstance(loads, Press)
 
 

@@ -14,14 +14,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from fringeforce.base.arrays import Array
-from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.models.uncertainty import Uncertainty
@@ -42,6 +40,10 @@ HALF_WIDTH = 0.5, 0.5
 """Mean and standard deviation of half widths, in thicknesses of the cover."""
 NARROWEST, WIDEST = 0.02, 5.0
 """Limits of half widths, in thicknesses of the cover."""
+LOADS = 4.0
+"""Standard deviation of the force of a contact over the push that the pace of the fringes tells."""
+YIELDING = 0.02
+"""Share of that push by which a contact may miss the friction cone at one standard deviation."""
 PLACE, WIDTH, FIRST_SHAPE = 0, 1, 2
 GEOMETRY = FIRST_SHAPE + len(SHAPES)
 """Unknowns of a contact beside its forces: place, half width, shapes."""
@@ -135,7 +137,11 @@ class SkinModel:
         ndarray, shape (k, 2, n)
             Shares of the line loads.
         """
-        return self._profiles(geometry) @ self._unit[0](self._where(geometry))
+        return self._profiles(geometry) @ self.line_shares(self._where(geometry))
+
+    def line_shares(self, places: Array) -> Array:
+        """Line loads that act like unit forces at places [m], shape (..., n)."""
+        return self._unit[0](places)
 
     def derivatives(self, geometry: Array) -> Array:
         """Change of `shares` with place and half width [1/m] and shapes, (k, GEOMETRY, 2, n)."""
@@ -176,6 +182,22 @@ class SkinModel:
         middle = (self.places[-1] + self.places[0]) / 2
         return np.array([middle, HALF_WIDTH[0] * self.cover, *SHAPES])
 
+    def touched(self, geometry: Array) -> FrameModel:
+        """The model of a frame with contacts of a certain geometry in the place of tactels."""
+        base, loads = self.uncertain.frame, self.shares(geometry)
+        moments = np.einsum("kcn,cnm->kcm", loads, self.lines, optimize=True)[:, :, None]
+        more = loads.shape[0] * loads.shape[1] - base.at.loads
+        return base._replace(
+            moments=np.ascontiguousarray(moments),
+            profiles=np.ascontiguousarray(moments),
+            mixing=np.eye(1),
+            table=moment_table(1),
+            influence=np.ascontiguousarray(
+                np.einsum("kcn,dqncm->dqkcm", loads, base.influence, optimize=True)
+            ),
+            at=Layout(*(begin + more for begin in base.at)),
+        )
+
     def frame(self, contacts: Contacts) -> tuple[FrameModel, Array]:
         """The model of a frame, linear in the geometry about that of contacts, and their unknowns.
 
@@ -189,29 +211,16 @@ class SkinModel:
         unknowns : ndarray, shape (size,)
             Those of the contacts; the others are zero.
         """
-        base, count = self.uncertain.frame, len(contacts.forces)
-        loads, change = self.shares(contacts.geometry), self.derivatives(contacts.geometry)
-        units = self.units(count)
-        moments = np.einsum("kcn,cnm->kcm", loads, self.lines, optimize=True)
+        base, count = self.touched(contacts.geometry), len(contacts.forces)
+        change, units = self.derivatives(contacts.geometry), self.units(count)
         moved = np.einsum("kgcn,kc->kgcn", change, contacts.forces)
         fields = np.einsum("kgcn,cnm->kgm", moved, self.lines, optimize=True)
         fields = fields.reshape(count * GEOMETRY, -1) * units[:, None]
         known = ((contacts.geometry - self.drawn).ravel()) / units
-        own = base.at
-        sizes = np.diff([*own])
-        counts = (2 * count, 0, 0, count * GEOMETRY + sizes[3], *sizes[4:])
-        begins = [*accumulate(counts)]
-        at = Layout(begins[0], *begins)
+        at = Layout(*base.at[:4], *(begin + len(fields) for begin in base.at[4:]))
         frame = base._replace(
-            moments=np.ascontiguousarray(moments[:, :, None]),
-            profiles=np.ascontiguousarray(moments[:, :, None]),
-            mixing=np.eye(1),
-            table=moment_table(1),
             fields=np.ascontiguousarray(np.concatenate([fields, base.fields])),
             fixed=base.fixed - known @ fields,
-            influence=np.ascontiguousarray(
-                np.einsum("kcn,dqncm->dqkcm", loads, base.influence, optimize=True)
-            ),
             at=at,
         )
         unknowns = np.zeros(at.size)
@@ -235,14 +244,3 @@ class SkinModel:
         precision[: model.at.loads : 2] = 1 / np.square(LOADS * push)
         precision[1 : model.at.loads : 2] = 1 / np.square(self.friction * LOADS * push)
         return Prior(np.zeros(model.at.size), precision, self.friction, YIELDING * push)
-
-    def phase(self, contacts: Contacts) -> Array:
-        """Phase at the nodes under contacts alone, shape (m,) [rad]."""
-        frame, unknowns = self.frame(contacts)
-        return node_phase(frame, unknowns)
-
-
-LOADS = 4.0
-"""Standard deviation of the force of a contact over the push that the pace of the fringes tells."""
-YIELDING = 0.02
-"""Share of that push by which a contact may miss the friction cone at one standard deviation."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
@@ -38,6 +38,9 @@ class Batch:
         Whether a frame was followed from the last one rather than searched.
     covariance : ndarray, shape (k, n * components, n * components), or None
         Of each frame's forces in the order of `forces[i].ravel()` [N^2], if it was asked for.
+    resultants : ndarray of tuple of Resultant, shape (k,), or None
+        Of a skin: all contacts of a frame together, then each, the strongest first; empty tuples
+        of frames of which there is nothing to say.  None of tactels.
 
     Examples
     --------
@@ -54,23 +57,29 @@ class Batch:
     status: NDArray[np.object_]
     tracked: Mask
     covariance: Array | None
+    resultants: NDArray[np.object_] | None = None
 
     @classmethod
-    def of(cls, frames: int, shape: tuple[int, ...], covariance: bool) -> Batch:
+    def of(
+        cls, frames: int, shape: tuple[int, ...], covariance: bool, resultants: bool = False
+    ) -> Batch:
         """Workspace for readings of so many frames, with forces of this shape each."""
         forces, std = np.full((2, frames, *shape), np.nan)
         whole = np.full((frames, prod(shape), prod(shape)), np.nan) if covariance else None
         status = np.full(frames, Status.BAD_FRAME, dtype=object)
-        return cls(forces, std, np.full(frames, np.nan), status, np.zeros(frames, bool), whole)
+        felt = np.empty(frames, dtype=object) if resultants else None
+        if felt is not None:
+            felt.fill(())
+        chi2 = np.full(frames, np.nan)
+        return cls(forces, std, chi2, status, np.zeros(frames, bool), whole, felt)
 
     def __len__(self) -> int:
         return len(self.status)
 
     def __getitem__(self, rows: slice) -> Batch:
         """Some of the frames; its arrays are views."""
-        whole = None if self.covariance is None else self.covariance[rows]
-        arrays = (self.forces, self.std, self.chi2, self.status, self.tracked)
-        return Batch(*(array[rows] for array in arrays), whole)  # type: ignore[arg-type]
+        arrays = {name: array[rows] for name, array in vars(self).items() if array is not None}
+        return replace(self, **arrays)
 
     def store(self, row: int, reading: Reading) -> None:
         """Fill in one frame."""
@@ -79,6 +88,8 @@ class Batch:
         self.tracked[row] = reading.tracked
         if self.covariance is not None:
             self.covariance[row] = reading.covariance
+        if self.resultants is not None and reading.total is not None:
+            self.resultants[row] = (reading.total, *reading.contacts)
 
 
 def checked_recording(frames: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:

@@ -442,22 +442,41 @@ class PosteriorSearch:
         ndarray, shape (k, size)
             Unknowns to climb from.
         """
-        model, phase = posterior.model, posterior.phase(top)
+        changes, _, turned = self.mirrored(posterior.phase(top), push, LINEAR_GROWTH)
         scale = self._scale(push, 0.0)
-        columns = np.concatenate(
-            [self._at_nodes[name] * size for name, size in scale.items()], axis=1
-        )
-        strength = model.amplitude.mean() * model.visibility / 2
-        seen = np.square(strength * np.sin(phase)) + strength * np.sqrt(model.variance) / 16
-        seen *= len(model.amplitude) / len(phase) / model.variance
-        known = np.ones(columns.shape[1])
-        changes, _, turned = mirror_images(
-            phase, np.ascontiguousarray(columns), seen, known, TOUCH, LINEAR_GROWTH
-        )
         starts = self._unknowns(changes[:IMAGES], scale, top.unknowns, 0.0)
         found, growths = posterior.changed(top, turned[:IMAGES], starts, BINS, STEPS)
         order = np.argsort(growths, kind="stable")
         return found[order[growths[order] < GROWTH]]
+
+    def mirrored(self, phase: Array, push: float, growth: float) -> tuple[Array, Array, Array]:
+        """Changes of the state that mirror a stretch of a phase, the likeliest first.
+
+        Parameters
+        ----------
+        phase : ndarray, shape (m,)
+            At the nodes [rad].
+        push : float
+            Size of the loads [N].
+        growth : float
+            Expected growth of the loss up to which images are of interest.
+
+        Returns
+        -------
+        changes : ndarray, shape (k, states)
+            In standard deviations.
+        columns : ndarray, shape (m, states)
+            What these do to the phase.
+        turned : ndarray, shape (k, m)
+            Change of the phase that each is for [rad].
+        """
+        scale = self._scale(push, 0.0)
+        columns = np.ascontiguousarray(
+            np.concatenate([self._at_nodes[name] * size for name, size in scale.items()], axis=1)
+        )
+        seen, known = phase_information(self.model, phase), np.ones(columns.shape[1])
+        changes, _, turned = mirror_images(phase, columns, seen, known, TOUCH, growth)
+        return changes, columns, turned
 
     def lit(self, starts: Array, light: Light) -> None:
         """Fill in the unknowns of the light."""
@@ -490,6 +509,13 @@ class PosteriorSearch:
                     continue
                 light = self.fitted(best[0])
             yield self.starts(lines, light, effort)
+
+
+def phase_information(model: FrameModel, phase: Array) -> Array:
+    """Information of a frame about its phase at the nodes [1/rad^2]; some at the extremes too."""
+    strength = model.amplitude.mean() * model.visibility / 2
+    seen = np.square(strength * np.sin(phase)) + strength * np.sqrt(model.variance) / 16
+    return seen * len(model.amplitude) / len(phase) / model.variance
 
 
 def _decoded(model: FrameModel, grey: Array) -> Array:

@@ -19,6 +19,7 @@ from fringeforce.reading.pads.diagnosis import PadDiagnosis
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_diagnosis import SkinDiagnosis
 from fringeforce.reading.skin_following import SkinFollower
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_following import StripFollower
@@ -40,8 +41,9 @@ def _of_strip(single: FrameReader) -> Findings:
     return lambda levels, used: diagnosis.findings(np.where(used, levels.astype(float), np.nan))
 
 
-def _of_skin(_: FrameReader) -> Findings:
-    return lambda levels, used: ()
+def _of_skin(single: FrameReader) -> Findings:
+    assert isinstance(single, SkinReader)
+    return SkinDiagnosis(single).findings
 
 
 def _of_pad(single: FrameReader) -> Findings:
@@ -314,5 +316,6 @@ class Reader:
     def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:
         """Grey levels of a recording with a row for each frame, and room for their readings."""
         levels = checked_recording(frames, self.model.frame_shape)
-        batch = Batch.of(len(levels), self._single.forces_shape, covariance)
+        skin = getattr(self.model.sensor, "skin", None) is not None
+        batch = Batch.of(len(levels), self._single.forces_shape, covariance, skin)
         return levels.reshape(len(levels), -1), batch

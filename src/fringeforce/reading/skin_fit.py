@@ -149,7 +149,7 @@ def _between(skin: SkinModel, one: Contacts, other: Contacts) -> Contacts:
 def _limited(skin: SkinModel, before: Contacts, after: Contacts) -> Contacts:
     """The step from some contacts to others, as far as a linearisation holds."""
     geometry = after.geometry.copy()
-    reach = STEP * np.maximum(before.geometry[:, WIDTH], 0.5 * skin.cover)
+    reach = STEP * np.maximum(before.geometry[:, WIDTH], skin.drawn[WIDTH])
     for which in (PLACE, WIDTH):
         moved = geometry[:, which] - before.geometry[:, which]
         geometry[:, which] = before.geometry[:, which] + np.clip(moved, -reach, reach)

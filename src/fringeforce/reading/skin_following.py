@@ -12,9 +12,9 @@ from fringeforce.base.arrays import Mask
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
-from fringeforce.reading.reading import Reading
+from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, renewed
-from fringeforce.reading.skin_reader import SkinReader
+from fringeforce.reading.skin_reader import FAINT, SkinReader
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.strip_frames import FITS
 
@@ -23,6 +23,9 @@ MOVED = np.array([0.1, 0.3])
 out is of second order, and less for widths, whose own effect is of second order."""
 GROWN = 1.3
 """Factor by which a force may grow or shrink until deviations are found anew."""
+SHEARED = 0.05
+"""Change of a tangential force over the normal one up to which a linearisation holds: shapes of the
+shear, whose effect is in proportion to it, are uncertain by as much as the shear itself."""
 STEPS = 4
 """Steps in which a followed frame must be reached."""
 TOLERANCE = 0.1
@@ -49,15 +52,21 @@ class SkinFollower(Follower):
         self._last: Explanation | None = None
         self._used = np.empty(0, bool)
         self._like: SkinResult | None = None
-        self._probability, self._age = 0.0, 0
+        self._probability, self._age, self._silent = 0.0, 0, False
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         found = self._follow(levels, used)
         if found is not None:
-            return self._single.stated(found, self._probability, tracked=True, like=self._like)
-        reading, last = self._single.followed(levels, used, self._last)
+            status = Status.NO_CONTACT if self._silent else None
+            return self._single.stated(
+                found, self._probability, status, tracked=True, like=self._like
+            )
+        known = None if self._silent else self._last
+        before = None if known is None else (known, self._probability)
+        reading, last = self._single.followed(levels, used, before)
         self._last, self._used, self._age = last, used, 0
+        self._silent = reading.status is Status.NO_CONTACT
         if last is not None:
             self._probability = reading.probability
             self._begin(last)
@@ -76,14 +85,17 @@ class SkinFollower(Follower):
             if progress is not None:
                 progress(1)
 
-    def _begin(self, one: Explanation) -> None:
+    def _begin(self, one: Explanation) -> SkinResult:
         self._like = SkinResult(self._single.skin, one)
+        return self._like
 
     def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
         """The last explanation moved on to a frame, if that explains it."""
         last = self._last
         if last is None or (used is not self._used and not np.array_equal(used, self._used)):
             return None
+        if self._silent:
+            return self._single.still_silent(levels, used, last)
         frame = levels.astype(float)
         if not self._single.complete(used):
             frame[~used] = np.nan
@@ -99,8 +111,15 @@ class SkinFollower(Follower):
                 return None
             self._age = 0
         if self._moved(found):
+            fallen = found.contacts.forces[:, 0] < found.centre.forces[:, 0] / GROWN
             found = renewed(self._single.skin, found)
-            self._begin(found)
+            like = self._begin(found)
+            if fallen.any() and (found.contacts.forces[:, 0] <= FAINT * like.deviations).any():
+                found = self._single.without_faint(found, like.deviations)
+                if found is None:
+                    self._last = None
+                    return None
+                self._begin(found)
         self._last = found
         return found
 
@@ -108,6 +127,8 @@ class SkinFollower(Follower):
         """Whether contacts are no longer where they were linearised, or much stronger or weaker."""
         here, there = found.contacts.geometry, found.centre.geometry
         far = np.abs(here - there)[:, [PLACE, WIDTH]] > MOVED * there[:, WIDTH, None]
-        before = found.centre.forces[:, 0]
-        size = np.abs(found.contacts.forces[:, 0] / np.where(before == 0, 1e-12, before))
-        return bool(far.any() or (size > GROWN).any() or (size < 1 / GROWN).any())
+        now, before = found.contacts.forces, found.centre.forces
+        size = np.abs(now[:, 0] / np.where(before[:, 0] == 0, 1e-12, before[:, 0]))
+        sheared = np.abs(now[:, 1] - before[:, 1]) > SHEARED * np.abs(before[:, 0])
+        changed = far.any(axis=1) | (size > GROWN) | (size < 1 / GROWN) | sheared
+        return bool(changed.any())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -14,14 +14,15 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
+from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.posterior import Posterior
-from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
-from fringeforce.models.skin import (
-    PLACE,
-    WIDTH,
-    Contacts,
-    SkinModel,
+from fringeforce.estimation.residual_test import (
+    FALSE_ALARM,
+    FALSE_CONTACT,
+    bumps_are_noise,
+    square_limit,
 )
+from fringeforce.models.skin import PLACE, WIDTH, Contacts, SkinModel
 from fringeforce.reading.posterior_search import Lines
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, climbed
@@ -38,12 +39,23 @@ they are: of what explains the frame, of what does not."""
 MISFIT = 1000.0
 """Weighted squares that pressures leave of the phase of a rival, beyond which no contacts cause it:
 starts that led to explanations left up to 440."""
-WEAK = 10.0
-"""Deviations of a contact's force from which it is not tried to do without."""
+WEAK = 20.0
+"""Deviations of a contact's force from which it is not tried to do without: what only seemed to
+press, after others were found too wide or too narrow, had up to 13."""
+FAINT = 3.0
+"""Deviations of a contact's force below which a frame is explained without it."""
 BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
 CLOSE = 16.0
 """Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
+OFF = 64.0
+"""Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
+PAUSE = 3
+"""Candidates after which mirror images of the best so far are tried."""
+ALIKE = 0.1
+"""Distance between contacts, in half widths, below which they are the same one."""
+Before = tuple[Explanation, float]
+"""What explained the last frame, and its probability."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,17 +95,18 @@ class SkinReader(StripFrames):
 
     @one_blas_thread()
     def followed(
-        self, levels: NDArray[Any], used: Mask, last: Explanation | None
+        self, levels: NDArray[Any], used: Mask, before: Before | None
     ) -> tuple[Reading, Explanation | None]:
-        """Read a frame that was checked, from the explanation of the last one if it is known."""
+        """Read a frame that was checked, from what explained the last one if it is known."""
         frame = np.where(used, levels.astype(float), np.nan)
         alone = isolated(levels.astype(float), self.model.response)
         lines = self._search.beam.lines(np.where(alone, np.nan, frame))
         push = self._push(lines)
-        if last is not None:
+        if before is not None:
+            last, probability = before
             found = climbed(self.skin, frame, last.contacts, push, last.others)
             if found.chance > FITS:
-                return self.stated(found, 1.0, tracked=True), found
+                return self.stated(found, probability, tracked=True), found
         silent = self._silent(frame, push)
         met = self._explained(frame, lines, push, silent)
         if not met or met[0].chance < FITS:
@@ -101,9 +114,59 @@ class SkinReader(StripFrames):
         if silent is not None and silent.top.loss - met[0].top.loss < square_limit(
             2, FALSE_CONTACT
         ):
-            return self.stated(silent, 1.0, Status.NO_CONTACT), None
-        reading, best = self._weighed(met)
-        return reading, best if reading.ok else None
+            return self.stated(silent, 1.0, Status.NO_CONTACT), silent
+        reading, best = self._weighed(met, silent)
+        return reading, best if reading.trusted else None
+
+    @one_blas_thread()
+    def likeliest(
+        self, levels: NDArray[Any], used: Mask, known: Contacts | None = None
+    ) -> Explanation | None:
+        """The likeliest explanation of a frame that was checked, if there is any.
+
+        Contacts that are known, nearly, are not searched.
+        """
+        frame = np.where(used, levels.astype(float), np.nan)
+        alone = isolated(levels.astype(float), self.model.response)
+        lines = self._search.beam.lines(np.where(alone, np.nan, frame))
+        push = self._push(lines)
+        if known is not None:
+            met = [climbed(self.skin, frame, known, push)]
+        else:
+            met = self._explained(frame, lines, push, self._silent(frame, push))
+        fitting = [one for one in met if one.chance > FITS]
+        return max(fitting, key=lambda one: one.evidence, default=None)
+
+    def still_silent(
+        self, levels: NDArray[Any], used: Mask, silent: Explanation
+    ) -> Explanation | None:
+        """No contact after a frame of no contact, unless something shows."""
+        frame = np.where(used, levels.astype(float), np.nan)
+        posterior = replace(silent.posterior, frame=frame)
+        top = posterior.climbed(silent.top.unknowns, heats=(), steps=(0, 2))
+        if not top.chance > FALSE_ALARM:
+            return None
+        model = posterior.model
+        left = (frame - expose(model, top.unknowns)[0]) / np.sqrt(model.variance)
+        strip = self.model.sensor.transducer
+        shortest = round(strip.compliant.thickness / strip.length * left.shape[-1])
+        for line in np.nan_to_num(left).reshape(len(model.bias), -1):
+            if not bumps_are_noise(line, shortest // len(model.bias), FALSE_CONTACT):
+                return None
+        return replace(silent, posterior=posterior, top=top)
+
+    def without_faint(self, found: Explanation, deviations: Array) -> Explanation | None:
+        """An explanation without contacts whose forces are none, as deviations tell [N].
+
+        None is returned where all are, or where what is left does not explain the frame as likely.
+        """
+        kept = found.contacts.forces[:, 0] > FAINT * deviations
+        if not kept.any():
+            return None
+        rest = Contacts(*(part[kept] for part in found.contacts))
+        frame, push = found.posterior.frame, float(rest.forces[:, 0].sum())
+        fewer = climbed(self.skin, frame, rest, push, found.others)
+        return fewer if fewer.chance > FITS else None
 
     def _push(self, lines: Lines) -> float:
         """Normal force of contacts whose fringes run as fast as the frame's [N]."""
@@ -135,7 +198,7 @@ class SkinReader(StripFrames):
             met = _ordered(met + self._pressed(frame, phase, push, met))
             if met and met[0].chance > PLAIN:
                 break
-            if met and number % 3 == 2 and met[0].top.square < 2 * met[0].top.count:
+            if met and number % PAUSE == PAUSE - 1 and met[0].top.square < 2 * met[0].top.count:
                 met = _ordered(met + self._mirrored(frame, met[0], push, met, tried, WIDE))
                 if met[0].chance > PLAIN:
                     break
@@ -152,10 +215,10 @@ class SkinReader(StripFrames):
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
         explained = bool(met) and met[0].chance > FITS
-        loads, misfit = self._search.pressed(phase, self._search.seen(phase))
+        loads, misfit = self._search.pressed(phase)
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
-        bound = met[0].top.loss + 4 * CLOSE if explained else np.inf
+        bound = met[0].top.loss + OFF if explained else np.inf
         for count in range(self._search.fewest(loads), MOST + 1):
             contacts = self._search.divided(loads, count)
             if contacts is None:
@@ -229,8 +292,10 @@ class SkinReader(StripFrames):
             )
             yield float(forces[pair, 0].min()) * gap / self.skin.cover, both
 
-    def _weighed(self, met: list[Explanation]) -> tuple[Reading, Explanation]:
-        """The reading of the likeliest explanation, and that."""
+    def _weighed(
+        self, met: list[Explanation], silent: Explanation | None
+    ) -> tuple[Reading, Explanation]:
+        """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
         logs = np.array([one.evidence for one in met])
         kept = logs > logs.max() - CLOSE / 2
         met = [one for one, own in zip(met, kept, strict=True) if own]
@@ -238,23 +303,23 @@ class SkinReader(StripFrames):
         best = met[int(logs.argmax())]
         weights = np.exp(logs - logs.max())
         # the same top met twice counts once
-        own, others = list[Explanation](), list[Explanation]()
+        seen, others = list[Explanation](), list[Explanation]()
         mine, total = 0.0, 0.0
-        seen = list[Explanation]()
         for one, weight in sorted(zip(met, weights, strict=True), key=lambda pair: -pair[1]):
             if any(_same(one, known) for known in seen):
                 continue
             seen.append(one)
             total += weight
             if np.abs(one.phase - best.phase).max() < SAME:
-                own.append(one)
                 mine += weight
             else:
                 others.append(one)
         probability = mine / total
         if best.chance < UNSURE:
             probability *= best.chance / (best.chance + MISSED)
-        return self.stated(best, float(probability), others=others), best
+        none = best is silent and probability >= self.confidence
+        status = Status.NO_CONTACT if none else None
+        return self.stated(best, float(probability), status, others=others), best
 
     def stated(
         self,
@@ -328,4 +393,4 @@ def _same(one: Explanation, other: Explanation) -> bool:
         return False
     a, b = one.contacts.sorted(), other.contacts.sorted()
     apart = np.abs(a.geometry[:, PLACE] - b.geometry[:, PLACE])
-    return bool((apart < 0.1 * a.geometry[:, WIDTH]).all())
+    return bool((apart < ALIKE * a.geometry[:, WIDTH]).all())

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Index
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.contacts.resultant import Resultant
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, SkinModel
 from fringeforce.reading.reading import Traction
@@ -54,6 +54,11 @@ class SkinResult:
         return np.asarray(spread[np.ix_(own, own)] * np.outer(units, units))
 
     @property
+    def deviations(self) -> Array:
+        """Standard deviations of the normal forces of the contacts, shape (k,) [N]."""
+        return np.sqrt(np.diag(self.joint)[:: self.values.shape[1]])
+
+    @property
     def forces(self) -> Array:
         """Forces of the line loads, shape (n, 2) [N]."""
         shares = self.skin.shares(self.one.contacts.geometry)
@@ -96,42 +101,54 @@ class SkinResult:
 
     def contacts(self) -> tuple[Resultant, ...]:
         """Single contacts, the strongest first."""
-        count = len(self.one.contacts.forces)
-        found = [self._resultant(np.arange(k, k + 1)) for k in range(count)]
-        return tuple(sorted(found, key=lambda one: -one.force[0]))
+        return self.resultants[1:]
 
     def total(self) -> Resultant:
         """Everything together."""
-        return self._resultant(np.arange(len(self.one.contacts.forces)))
+        return self.resultants[0]
 
-    def _resultant(self, which: Index) -> Resultant:
+    @cached_property
+    def resultants(self) -> tuple[Resultant, ...]:
+        """Everything together, then single contacts, the strongest first."""
         joint, values = self.joint, self.values
-        size = values.shape[1]
-        forces, place, half = values[which, :2], values[which, 2 + PLACE], values[which, 2 + WIDTH]
-        force = forces.sum(axis=0)
-        push = max(force[0], 1e-12)
-        centre = forces[:, 0] @ place / push
-        square = np.square(half) / 4 + np.square(place - centre)
-        variance = max(forces[:, 0] @ square / push, 0.0)
-        width = 4 * np.sqrt(variance)
-        moment = np.array([0.0, forces[:, 0] @ place, 0.0])
-        rows = np.zeros((7, len(values), size))
-        rows[0, which, 0] = rows[1, which, 1] = 1
-        rows[3, which, 0], rows[3, which, 2 + PLACE] = place, forces[:, 0]
-        rows[5, which, 0], rows[5, which, 2 + PLACE] = (place - centre) / push, forces[:, 0] / push
-        slope = 8 / max(width, 1e-12)
-        rows[6, which, 0] = slope * (square - variance) / push
-        rows[6, which, 2 + PLACE] = slope * 2 * forces[:, 0] * (place - centre) / push
-        rows[6, which, 2 + WIDTH] = slope * forces[:, 0] * half / 2 / push
-        flat = rows.reshape(7, -1)
+        count, size = values.shape
+        forces, place, half = values[:, :2], values[:, 2 + PLACE], values[:, 2 + WIDTH]
+        normal = forces[:, 0]
+        # a row for the sum, and one for each contact, however little it presses
+        own = np.concatenate([np.ones((1, count)), np.eye(count)])
+        push, shares = normal.sum(), own.copy()
+        if count > 1:
+            shares[0] = normal / push if push > 0 else np.nan
+        centre = shares @ place
+        apart = place - centre[:, None]
+        square = np.square(half) / 4 + np.square(apart)
+        variance = (shares * square).sum(axis=1)
+        width = 4 * np.sqrt(np.where(variance > 0, variance, np.nan))
+        slope = 8 / width[:, None]
+        rows = np.zeros((count + 1, 7, count, size))
+        rows[:, 0, :, 0] = rows[:, 1, :, 1] = own
+        rows[:, 3, :, 0], rows[:, 3, :, 2 + PLACE] = own * place, own * normal
+        rows[:, 5, :, 2 + PLACE] = shares
+        rows[:, 6, :, 2 + PLACE] = slope * 2 * shares * apart
+        rows[:, 6, :, 2 + WIDTH] = slope * shares * half / 2
+        if count > 1:
+            rows[0, 5, :, 0] = apart[0] / push
+            rows[0, 6, :, 0] = slope[0] * (square[0] - variance[0]) / push
+        flat = rows.reshape(count + 1, 7, -1)
+        covariance = flat @ joint @ flat.transpose(0, 2, 1)
         lines = self.skin.places
         reach = np.maximum(half, (lines[1] - lines[0]) / 2)
-        near = np.abs(lines - place[:, None]) <= reach[:, None]
-        return Resultant(
-            np.flatnonzero(near.any(axis=0)),
-            force,
-            moment,
-            np.array([centre]),
-            flat @ joint @ flat.T,
-            width=float(width),
+        under: Mask = np.abs(lines - place[:, None]) <= reach[:, None]
+        near = [under.any(axis=0), *under]
+        sums, moments = own @ forces, own @ (normal * place)
+        return tuple(
+            Resultant(
+                np.flatnonzero(near[k]),
+                sums[k],
+                np.array([0.0, moments[k], 0.0]),
+                centre[k : k + 1],
+                covariance[k],
+                width=float(width[k]),
+            )
+            for k in (0, *(1 + np.argsort(-normal, kind="stable")))
         )

@@ -16,16 +16,15 @@ from scipy.optimize import nnls
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.estimation.frame_exposure import node_phase
-from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
-from fringeforce.estimation.phase.reflections import mirror_images
+from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.skin import FIRST_SHAPE, GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
-from fringeforce.reading.posterior_search import TOUCH, Effort, Lines, PosteriorSearch
+from fringeforce.reading.posterior_search import Effort, Lines, PosteriorSearch, phase_information
 
 PATCH = 1.0
 """Width of the patches of the beam search, in thicknesses of the cover."""
 GRID = 0.4
 """Distance of the line loads of the fit, in thicknesses of the cover."""
-SMALL = 0.01
+SMALL = 2.5e-3
 """Share of the normal force below which a line load is none."""
 EFFORTS = (
     Effort(push=0.0, scale=2.0, phase_error=0.1),
@@ -68,26 +67,14 @@ class SkinSearch:
     @cached_property
     def patches(self) -> FrameModel:
         """The strip with patches all over the skin in the place of tactels."""
-        skin, base = self.skin, self.skin.uncertain.frame
+        skin = self.skin
         extent = skin.places[-1] - skin.places[0]
         count = max(round(extent / (PATCH * skin.cover)), 2)
         geometry = np.zeros((count, GEOMETRY))
         half = extent / count / 2
         geometry[:, WIDTH] = half
         geometry[:, PLACE] = skin.places[0] + half * (1 + 2 * np.arange(count))
-        loads = skin.shares(geometry)
-        moments = np.einsum("kcn,cnm->kcm", loads, skin.lines, optimize=True)[:, :, None]
-        shift = 2 * count - base.at.loads
-        return base._replace(
-            moments=np.ascontiguousarray(moments),
-            profiles=np.ascontiguousarray(moments),
-            mixing=np.eye(1),
-            table=moment_table(1),
-            influence=np.ascontiguousarray(
-                np.einsum("kcn,dqncm->dqkcm", loads, base.influence, optimize=True)
-            ),
-            at=Layout(*(begin + shift for begin in base.at)),
-        )
+        return skin.touched(geometry)
 
     @cached_property
     def beam(self) -> PosteriorSearch:
@@ -106,7 +93,7 @@ class SkinSearch:
     def _rays(self) -> Array:
         """Phase at the nodes under loads at the limits of friction, shape (2 n, m) [rad/N]."""
         skin = self.skin
-        unit = skin._unit[0](self._places)
+        unit = skin.line_shares(self._places)
         normal, tangential = unit @ skin.lines[0], unit @ skin.lines[1]
         mu = skin.friction
         return np.concatenate([normal + mu * tangential, normal - mu * tangential])
@@ -127,15 +114,13 @@ class SkinSearch:
                     given.append(phase)
                     yield phase
 
-    def pressed(self, phase: Array, seen: Array) -> tuple[Array, float]:
+    def pressed(self, phase: Array) -> tuple[Array, float]:
         """Line loads inside the friction cone that fit a phase best.
 
         Parameters
         ----------
         phase : ndarray, shape (m,)
             At the nodes [rad].
-        seen : ndarray, shape (m,)
-            Information about it [1/rad^2].
 
         Returns
         -------
@@ -144,7 +129,7 @@ class SkinSearch:
         misfit : float
             Weighted sum of squares that they leave.
         """
-        root = np.sqrt(seen)
+        root = np.sqrt(phase_information(self.skin.uncertain.frame, phase))
         wanted = phase - self.skin.uncertain.frame.fixed
         # what the light does not show counts a little, or loads there would be free
         found, misfit = nnls((self._rays * root).T, wanted * root, maxiter=10 * len(self._rays))
@@ -152,27 +137,15 @@ class SkinSearch:
         loads = np.column_stack([plus + minus, self.skin.friction * (plus - minus)])
         return loads, misfit**2
 
-    def seen(self, phase: Array) -> Array:
-        """Information of a frame about its phase at the nodes [1/rad^2]."""
-        model = self.skin.uncertain.frame
-        strength = model.amplitude.mean() * model.visibility / 2
-        seen = np.square(strength * np.sin(phase)) + strength * np.sqrt(model.variance) / 16
-        return seen * len(model.amplitude) / len(phase) / model.variance
-
     def images(self, phase: Array, push: float, growth: float) -> Array:
         """Phases in which a stretch is mirrored, the likeliest first, shape (k, m)."""
-        beam = self.beam
-        scale = beam._scale(push, 0.0)
-        columns = np.concatenate([beam._at_nodes[k] * size for k, size in scale.items()], axis=1)
-        columns = np.ascontiguousarray(columns)
-        known = np.ones(columns.shape[1])
-        changes, _, _ = mirror_images(phase, columns, self.seen(phase), known, TOUCH, growth)
+        changes, columns, _ = self.beam.mirrored(phase, push, growth)
         return phase + changes @ columns.T
 
     def fewest(self, loads: Array) -> int:
         """Contacts that line loads are at least, each no wider than contacts are."""
         places, normal = self._places, loads[:, 0]
-        kept = np.flatnonzero(normal > SMALL * normal.sum() / 4)
+        kept = np.flatnonzero(normal > SMALL * normal.sum())
         for count in range(1, MOST):
             parts = np.split(kept, _groups(places[kept], normal[kept], count))
             if all(_spread(places[own], normal[own]) < WIDE * self.skin.cover for own in parts):
@@ -182,7 +155,7 @@ class SkinSearch:
     def divided(self, loads: Array, count: int) -> Contacts | None:
         """Line loads as so many contacts, apart where that leaves the narrowest ones."""
         places, normal = self._places, loads[:, 0]
-        kept = np.flatnonzero(normal > SMALL * normal.sum() / 4)
+        kept = np.flatnonzero(normal > SMALL * normal.sum())
         if len(kept) < count:
             return None
         ends = _groups(places[kept], normal[kept], count)
@@ -193,7 +166,7 @@ class SkinSearch:
             spread = np.sqrt(normal[own] @ np.square(places[own] - place) / force[0])
             forces[k] = force
             geometry[k] = self.skin.drawn
-            geometry[k, :FIRST_SHAPE] = place, max(2 * spread, 0.5 * self.skin.cover)
+            geometry[k, :FIRST_SHAPE] = place, max(2 * spread, self.skin.drawn[WIDTH])
         strong = forces[:, 0] > WEAK * forces[:, 0].max()
         return Contacts(forces[strong], self.skin.limited(geometry[strong]))
 

@@ -12,19 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
-from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
+from fringeforce.contacts.fingertip import PERIODS, fingertip_forces, fingertip_presses
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
 LINE_RATE, IMAGE_RATE = 1000.0, 20.0
 """Lines of a strip, and images of a pad, per second."""
 # exposing a line takes longer than a fast camera does, so a loop of lines is exposed beforehand
-LOOP = 4096
+LOOP, PRESSED = 4096, 1024
+"""Lines of a loop at most; presses take ten times as long as forces of tactels."""
 PIXELS = 2**23
 """Pixels of all images of a loop; 128 of 256 x 256."""
-Script = Callable[[NDArray[Any]], NDArray[Any]]
+Script = Callable[[NDArray[Any]], Any]
 
 
 class SimulatedCamera(Interruptible):
@@ -39,7 +39,8 @@ class SimulatedCamera(Interruptible):
     settings : Settings
         Rate (1000 lines or 20 images per second if not given) and block; exposure changes nothing.
     script : callable, optional
-        From times (k,) [s] to forces (k, n, components) [N]; a touch if not given.
+        From times (k,) [s] to forces (k, n, components) [N], or to a list of presses for each; a
+        touch if not given.
     period : float, optional
         After which the script repeats [s]; that of the touch if not given.  At most 4096 lines of
         it are exposed, or images of 2^23 pixels in all; what comes faster shows neighbours that
@@ -69,12 +70,16 @@ class SimulatedCamera(Interruptible):
         self.name = f"simulated touch, {self.line_rate:g} {'images' if images else 'lines'}/s"
         period = period or PERIODS[model.sensor.dimensions]
         self._per_loop = max(round(period * self.line_rate), 1)
-        most = max(PIXELS // prod(model.frame_shape), 2) if images else LOOP
+        skin = model.sensor.skin if isinstance(model, SensorModel) else None
+        most = max(PIXELS // prod(model.frame_shape), 2) if images else PRESSED if skin else LOOP
         count = min(most, self._per_loop)
         times = np.arange(count) * (period / count)
         if script is None:
             script = partial(fingertip_forces, places=model.sensor.tactels.places)
-        self.forces, noise = script(times), np.random.default_rng(rng)
+            if skin is not None:
+                script = partial(fingertip_presses, extent=skin.extent)
+        self.forces: Any = script(times)
+        noise = np.random.default_rng(rng)
         # one by one, for intensities of images take eight times their room
         self.lines: NDArray[Any] = np.stack([model.expose(load, noise) for load in self.forces])
         # a line is exposed until the next one; an image is, as by a flash, there at once
@@ -98,9 +103,11 @@ class SimulatedCamera(Interruptible):
             self._next = first + size
             yield Block(self.lines[self._shown(numbers)], self._due(numbers), dropped, first)
 
-    def true_forces(self, numbers: NDArray[np.integer]) -> Array:
+    def true_forces(self, numbers: NDArray[np.integer]) -> Any:
         """Forces behind frames of given running numbers, as the script gives them [N]."""
-        return self.forces[self._shown(numbers)]
+        shown = self._shown(numbers)
+        presses = isinstance(self.forces, list)
+        return [self.forces[k] for k in shown] if presses else self.forces[shown]
 
     def _shown(self, numbers: NDArray[np.integer]) -> NDArray[np.integer]:
         return numbers % self._per_loop * len(self.lines) // self._per_loop

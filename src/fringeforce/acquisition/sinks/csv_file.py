@@ -1,4 +1,7 @@
-"""Readings as CSV, one row for each tactel of each line or image, named as in `tables`."""
+"""Readings as CSV, one row for each tactel of each line or image, named as in `tables`.
+
+Of a skin there is one row for each contact of each line, after one of all together, contact 0.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,13 @@ import os
 
 import numpy as np
 
+from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin
 from fringeforce.acquisition.sinks.csv_rows import prepare, rows
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.storage import writing
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
-from fringeforce.io.tables import POLAR_STD, reading_columns
+from fringeforce.io.tables import POLAR_STD, contact_columns, reading_columns
 
 
 class CsvSink(Sink):
@@ -34,8 +38,12 @@ class CsvSink(Sink):
 
     def __init__(self, path: str | os.PathLike[str], sensor: Sensor | Pad) -> None:
         self.name = f"CSV {os.fspath(path)}"
-        numbers = [name for name in reading_columns(sensor.components) if name not in POLAR_STD]
-        columns = "frame", "tactel", "time_s", *numbers, "chi2", "status"
+        if is_skin(sensor):
+            what, numbers = "contact", contact_columns()
+        else:
+            what = "tactel"
+            numbers = [name for name in reading_columns(sensor.components) if name not in POLAR_STD]
+        columns = "frame", what, "time_s", *numbers, "chi2", "status"
         with writing(path):
             self._file = open(path, "wb")  # noqa: SIM115
         prepare()
@@ -44,7 +52,8 @@ class CsvSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        self._file.write(_rows(readings))
+        made = _rows if readings.resultants is None else _contact_rows
+        self._file.write(made(readings))
         self._file.flush()
 
     def close(self) -> None:
@@ -63,3 +72,15 @@ def _rows(readings: Readings) -> bytes:
         columns.insert(1, np.stack(polar, axis=2))
     words = np.array([status.name for status in readings.status], dtype=bytes)
     return rows(readings.first, readings.timestamps, np.concatenate(columns, axis=2), words)
+
+
+def _contact_rows(readings: Readings) -> bytes:
+    """All rows of a block of a skin's readings."""
+    text = list[str]()
+    for i, contacts in enumerate(contact_rows(readings)):
+        begin = readings.first + i, f"{readings.timestamps[i]:.6f}"
+        end = f"{readings.chi2[i]:.6g},{readings.status[i].name}\r\n"
+        for number, row in enumerate(contacts):
+            cells = ",".join(f"{value:.6g}" for value in row)
+            text.append(f"{begin[0]},{number},{begin[1]},{cells},{end}")
+    return "".join(text).encode()

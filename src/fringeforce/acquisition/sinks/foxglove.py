@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from fringeforce.acquisition.sinks.contact_rows import contact_objects, is_skin
 from fringeforce.acquisition.sinks.message import numbers
 from fringeforce.acquisition.sinks.serving import LOOPBACK, address
 from fringeforce.acquisition.sinks.sink import Readings, Sink
@@ -113,6 +114,8 @@ def _schema(sensor: Sensor | Pad) -> dict[str, Any]:
     names = *sensor.components, *(f"{name}_std" for name in sensor.components)
     properties = {"line": {"type": "integer"}, **dict.fromkeys(names, NUMBERS)}
     properties |= {"force": NUMBERS, "torque": NUMBERS}
+    if is_skin(sensor):
+        properties["contacts"] = {"type": "array", "items": {"type": "object"}}
     properties |= {"chi2": {"type": "number"}, "status": {"type": "string"}}
     return {"type": "object", "title": "fringeforce.Reading", "properties": properties}
 
@@ -121,11 +124,14 @@ def _log(channel: Any, readings: Readings, sensor: Sensor | Pad) -> None:
     forces, std = (numbers(values.swapaxes(1, 2)) for values in (readings.forces, readings.std))
     force, torque = map(numbers, wrenches(readings.forces, sensor.tactels.places))
     chi2 = numbers(readings.chi2)
+    contacts = None if readings.resultants is None else contact_objects(readings)
     for i, status in enumerate(readings.status):
         columns = dict(zip(sensor.components, forces[i], strict=True))
         spread = zip(sensor.components, std[i], strict=True)
         columns |= {f"{name}_std": values for name, values in spread}
         columns |= {"force": force[i], "torque": torque[i]}
+        if contacts is not None:
+            columns["contacts"] = contacts[i]
         channel.log(
             {"line": readings.first + i, **columns, "chi2": chi2[i], "status": status.name},
             log_time=round(readings.timestamps[i] * 1e9),

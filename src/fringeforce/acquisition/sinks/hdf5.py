@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import DTypeLike
 
+from fringeforce.acquisition.sinks.contact_rows import ROWS, contact_table, is_skin
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.storage import FORCE_AXES, dataset, describe, stamp, write, writing
 from fringeforce.io.frames import FRAMES, pixel_axes
@@ -23,6 +24,14 @@ from fringeforce.reading.reading import Status
 
 SECONDS = "seconds since 1970-01-01"
 CODES = {status: code for code, status in enumerate(Status)}
+CONTACTS = {
+    f"contact_{name}{end}": unit
+    for end in ("", "_std")
+    for name, unit in (("x", "m"), ("width", "m"), ("normal", "N"), ("tangential", "N"))
+}
+"""Numbers of contacts on a skin and their units, in the order of the columns of a table of them."""
+SCALES = np.tile([1e-3, 1e-3, 1.0, 1.0], 2)
+"""These units over those of that table."""
 CHUNK, FRAME_CHUNK = 256, 64
 """Most rows of numbers, and of grey levels, that are kept together."""
 CHUNK_BYTES = 2**17
@@ -84,6 +93,9 @@ class Hdf5Sink(Sink):
             "chi2": readings.chi2,
             "status": [CODES[status] for status in readings.status],
         }
+        if readings.resultants is not None:
+            values = np.moveaxis(contact_table(readings) * SCALES, 2, 0)
+            columns |= dict(zip(CONTACTS, values, strict=True))
         if self._frames:
             columns["grey"] = readings.lines
         end = self._count + len(readings)
@@ -116,6 +128,11 @@ class Hdf5Sink(Sink):
         self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
         self._growing("forces", FORCE_AXES, float, "forces", "N")
         self._growing("std", FORCE_AXES, float, "standard deviations of the forces", "N")
+        if is_skin(sensor):
+            meaning = "number of the contact, the strongest first; 0 is all together"
+            write(file, "contact", np.arange(ROWS), ("contact",), None, meaning)
+            for name, unit in CONTACTS.items():
+                self._growing(name, ("contact",), float, name.replace("_", " "), unit)
         self._growing("chi2", (), float, "reduced chi-square")
         status = self._growing("status", (), np.uint8, "verdict")
         status.attrs["flag_values"] = np.array(list(CODES.values()), dtype=np.uint8)

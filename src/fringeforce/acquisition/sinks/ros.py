@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
-from fringeforce.acquisition.sinks.ros_messages import TOPICS, array_message, wrench_message
+import numpy as np
+
+from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin
+from fringeforce.acquisition.sinks.ros_messages import (
+    CONTACT_AXES,
+    SKIN_TOPICS,
+    TOPICS,
+    array_message,
+    wrench_message,
+)
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.resultant import wrenches
@@ -17,6 +27,8 @@ QUEUE = 10
 
 class RosSink(Sink):
     """Publishes the last reading of every block: resultant, forces and uncertainties.
+
+    Of a skin they are the resultant and the rows of a table of contacts.
 
     Robots' controllers take the newest value; every line is for recordings.
 
@@ -34,9 +46,10 @@ class RosSink(Sink):
     """
 
     def __init__(self, node: str, sensor: Sensor | Pad) -> None:
+        topics = SKIN_TOPICS if is_skin(sensor) else TOPICS
         try:
             self._rclpy: Any = import_module("rclpy")
-            kinds = {topic: _type(name) for topic, name in TOPICS.items()}
+            kinds = {topic: _type(name) for topic, name in topics.items()}
         except ImportError as error:
             raise InputError(
                 f"rclpy comes with ROS 2 and not from PyPI ({error}); source the setup file of a "
@@ -57,6 +70,12 @@ class RosSink(Sink):
         (force,), (torque,) = wrenches(readings.forces[-1:], self._sensor.tactels.places)
         nanoseconds = round(readings.timestamps[-1] * 1e9)
         self._publishers["wrench"].publish(wrench_message(_type, nanoseconds, force, torque))
+        if readings.resultants is not None:
+            (rows,) = contact_rows(replace(readings, resultants=readings.resultants[-1:]))
+            values = np.array(rows)
+            message = array_message(_type, values, values.ravel().tolist(), CONTACT_AXES)
+            self._publishers["contacts"].publish(message)
+            return
         for topic, values in (("forces", readings.forces[-1]), ("std", readings.std[-1])):
             message = array_message(_type, values, values.ravel().tolist())
             self._publishers[topic].publish(message)

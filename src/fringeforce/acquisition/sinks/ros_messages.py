@@ -13,6 +13,9 @@ WRENCH = "geometry_msgs/msg/WrenchStamped"
 ARRAY = "std_msgs/msg/Float64MultiArray"
 TOPICS = {"wrench": WRENCH, "forces": ARRAY, "std": ARRAY}
 """Types of the messages, by the topics that they go to."""
+SKIN_TOPICS = {"wrench": WRENCH, "contacts": ARRAY}
+"""The same of a skin."""
+CONTACT_AXES = ("contact", "number")
 Types = Callable[[str], Any]
 """From the full name of a type to what makes such messages."""
 
@@ -31,10 +34,12 @@ def wrench_message(types: Types, nanoseconds: int, force: Array, torque: Array) 
     )
 
 
-def array_message(types: Types, values: Array, data: Any) -> Any:
+def array_message(
+    types: Types, values: Array, data: Any, axes: tuple[str, str] = FORCE_AXES
+) -> Any:
     """Float64MultiArray of values (n, components), whose elements in order are `data`."""
     rows, columns = values.shape
-    strides = zip(FORCE_AXES, values.shape, (rows * columns, columns), strict=True)
+    strides = zip(axes, values.shape, (rows * columns, columns), strict=True)
     dimension = types("std_msgs/msg/MultiArrayDimension")
     dim = [dimension(label=label, size=size, stride=stride) for label, size, stride in strides]
     return types(ARRAY)(

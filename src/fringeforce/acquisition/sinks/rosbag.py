@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.ros_messages import TOPICS, array_message, wrench_message
+from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin
+from fringeforce.acquisition.sinks.ros_messages import (
+    CONTACT_AXES,
+    SKIN_TOPICS,
+    TOPICS,
+    array_message,
+    wrench_message,
+)
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.optional_libraries import extra
@@ -22,7 +29,8 @@ TOPIC = "/fringeforce"
 class RosbagSink(Sink):
     """Writes the resultant as WrenchStamped and every tactel as Float64MultiArray.
 
-    The arrays have a row for each tactel: (n, 2) of a strip, (n, 3) of a pad.
+    The arrays have a row for each tactel: (n, 2) of a strip, (n, 3) of a pad.  Of a skin there is
+    one with a row for all contacts together and each of them, as in a table of contacts.
 
     Parameters
     ----------
@@ -54,15 +62,21 @@ class RosbagSink(Sink):
             raise FileFormatError(f"{path} cannot be written: {error}.") from None
         self._connections = {
             topic: self._bag.add_connection(f"{TOPIC}/{topic}", kind, typestore=self._store)
-            for topic, kind in TOPICS.items()
+            for topic, kind in (SKIN_TOPICS if is_skin(sensor) else TOPICS).items()
         }
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
         forces, torques = wrenches(readings.forces, self._sensor.tactels.places)
         types = self._store.types.__getitem__
+        rows = [] if readings.resultants is None else list(contact_rows(readings))
         for i, time in enumerate(np.rint(readings.timestamps * 1e9).astype(int).tolist()):
             self._append("wrench", time, wrench_message(types, time, forces[i], torques[i]))
+            if rows:
+                values = np.array(rows[i])
+                message = array_message(types, values, values.ravel(), CONTACT_AXES)
+                self._append("contacts", time, message)
+                continue
             for topic, values in (("forces", readings.forces[i]), ("std", readings.std[i])):
                 data = np.ascontiguousarray(values).ravel()
                 self._append(topic, time, array_message(types, values, data))

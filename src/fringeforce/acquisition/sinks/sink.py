@@ -34,9 +34,11 @@ class Readings(Consecutive):
         Verdicts.
     lines : ndarray, shape (k, *frame_shape)
         The grey levels that were read.
+    resultants : ndarray of tuple of Resultant, shape (k,), or None
+        Contacts on a skin, as of `fringeforce.reading.batch.Batch`; None of tactels.
     """
 
-    COLUMNS = ("timestamps", "forces", "std", "chi2", "status", "lines")
+    COLUMNS = ("timestamps", "forces", "std", "chi2", "status", "lines", "resultants")
     first: int
     timestamps: Array
     forces: Array
@@ -44,6 +46,7 @@ class Readings(Consecutive):
     chi2: Array
     status: Sequence[Status]
     lines: Array
+    resultants: Array | None = None
 
 
 class Sink(ABC):

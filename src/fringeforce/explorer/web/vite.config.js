@@ -22,7 +22,7 @@ export default defineConfig({
     target: "es2022",
     cssCodeSplit: false,
     rollupOptions: {
-      input: { explorer: "index.html", pad: "pad.html" },
+      input: { explorer: "index.html", pad: "pad.html", skin: "skin.html" },
       output: {
         entryFileNames: "[name].js",
         chunkFileNames: "shared.js",

@@ -18,6 +18,7 @@ export function downloadMenu<P extends string>(
   names: Record<P, string>,
   onFile: (kind: ServerFile) => void,
   onPicture: (kind: P) => void,
+  kinds = Object.keys(SERVER_FILES) as ServerFile[],
 ): void {
   const menu = byId<HTMLDetailsElement>("download");
   const item = (kind: string, name: string, act: () => void) => {
@@ -27,10 +28,9 @@ export function downloadMenu<P extends string>(
     };
     return button(name, chosen, { "data-file": kind });
   };
-  const files = Object.entries(SERVER_FILES) as [ServerFile, string][];
   const pictures = Object.entries(names) as [P, string][];
   menu.querySelector(".items")?.append(
-    ...files.map(([kind, name]) => item(kind, name, () => onFile(kind))),
+    ...kinds.map((kind) => item(kind, SERVER_FILES[kind], () => onFile(kind))),
     ...pictures.map(([kind, name]) => item(kind, name, () => onPicture(kind))),
   );
   document.addEventListener("click", (event) => {

@@ -1,0 +1,1 @@
+"""The page of a skin: what it may ask, and who answers."""

@@ -1,0 +1,149 @@
+"""What may be wrong with a skin whose frame no contacts explain: the likeliest departure.
+
+The frame is read again by readers that allow for one departure each, generously; the evidence of
+each weighs how well it explains the frame against how much it could explain.  A camera that is
+shifted does not show: contacts are then read beside where they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.arrays import Mask
+from fringeforce.design.tolerances import Tolerances, number_at
+from fringeforce.models.as_built import RESIDUAL
+from fringeforce.models.departures import BLUR, GAMMA, LAMP, LAYERS, RETARDANCE, SCALE, VISIBILITY
+from fringeforce.models.skin import GEOMETRY
+from fringeforce.reading.findings import UNEXPLAINED, sentence
+from fringeforce.reading.skin_fit import Explanation
+from fringeforce.reading.skin_reader import SkinReader
+
+BRIGHTNESS = 2 * LAMP
+"""Standard deviation of the amplitude, relative: twice that of strips, for the search takes light
+from the extremes of a frame, and not where these are far from what is expected."""
+RIVAL = np.log(20.0)
+"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
+
+
+@dataclass(frozen=True)
+class SkinDeparture:
+    """What departs; a number, unless it is a residual."""
+
+    path: str
+    relative: bool
+
+    @property
+    def one(self) -> bool:
+        """Whether it is one number."""
+        return self.path != RESIDUAL
+
+
+@dataclass(frozen=True, eq=False)
+class SkinFit:
+    """A departure as a frame shows it.
+
+    Attributes
+    ----------
+    departure : SkinDeparture
+        What departs.
+    size : float
+        By how much, relative to the design's value where it is stated so.
+    significance : float
+        Standard deviations between this and the design.
+    evidence : float
+        Logarithm of the probability of the frame.
+    """
+
+    departure: SkinDeparture
+    size: float
+    significance: float
+    evidence: float
+
+
+class SkinDiagnosis:
+    """Names the departures of one skin in frames that its reader refuses.
+
+    Parameters
+    ----------
+    reader : SkinReader
+        Of the design.
+    """
+
+    def __init__(self, reader: SkinReader) -> None:
+        self.reader = reader
+
+    @cached_property
+    def _allowing(self) -> list[tuple[SkinDeparture, float, SkinReader]]:
+        """Departures, their standard deviations before a frame, and readers that allow for each."""
+        model = self.reader.model
+        sensor, camera = model.sensor, model.sensor.camera
+        pixel = sensor.transducer.length / camera.pixels
+        # what contacts cannot imitate first: an explanation helps to find the others
+        stds = {"polariscope.visibility": (VISIBILITY, False), "camera.gamma": (GAMMA, False)}
+        stds |= {"camera.blur": (BLUR * pixel, False), "camera.amplitude": (BRIGHTNESS, True)}
+        stds |= {RESIDUAL: (RETARDANCE, False), "camera.scale": (SCALE, False)}
+        stds |= {path: (share, True) for path, share in LAYERS.items()}
+        found = list[tuple[SkinDeparture, float, SkinReader]]()
+        for path, (std, relative) in stds.items():
+            drawn = number_at(sensor, path)
+            wide = std * drawn[0] if relative and drawn is not None else std
+            made = sensor.model_copy(
+                update={"tolerances": Tolerances({**sensor.tolerances, path: wide})}
+            )
+            reader = replace(self.reader, model=replace(model, sensor=made))
+            found.append((SkinDeparture(path, relative), std, reader))
+        return found
+
+    def findings(self, levels: NDArray[Any], used: Mask) -> tuple[str, ...]:
+        """Sentences about a frame: the likeliest departure, or that there is none.
+
+        Parameters
+        ----------
+        levels : ndarray, shape (P,)
+            Grey levels.
+        used : ndarray of bool, shape (P,)
+            Pixels that count.
+        """
+        fits = self.fits(levels, used)
+        if not fits:
+            return (UNEXPLAINED,)
+        named = [fit for fit in fits if fit.evidence > fits[0].evidence - RIVAL]
+        return (sentence(named, self.reader.model),)
+
+    def fits(self, levels: NDArray[Any], used: Mask) -> list[SkinFit]:
+        """Departures that explain a frame, the likeliest first."""
+        found, known = list[SkinFit](), None
+        for departure, std, reader in self._allowing:
+            if known is not None and departure.path in LAYERS:
+                break  # these take seconds to solve, and seldom explain what others do
+            one = reader.likeliest(levels, used, known)
+            if one is not None:
+                known = known or one.contacts
+                found.append(_fit(departure, std, reader, one))
+        return sorted(found, key=lambda fit: -fit.evidence)
+
+
+def _fit(departure: SkinDeparture, std: float, reader: SkinReader, one: Explanation) -> SkinFit:
+    """Size and significance of a departure in an explanation that allows for it."""
+    at, path = one.posterior.model.at, departure.path
+    if path == RESIDUAL:
+        where = np.arange(at.fields + len(one.contacts.forces) * GEOMETRY, at.modes)
+    elif path in (groups := {
+        "polariscope.visibility": at.visibility, "camera.blur": at.blur, "camera.gamma": at.gamma
+    }):  # fmt: skip
+        where = np.array([groups[path]])
+    else:
+        names = [mode.name for mode in reader.uncertain.modes]
+        where = np.array([at.modes + names.index(path)])
+    e = one.top.unknowns[where]
+    spread = one.posterior.spread(one.top)[np.ix_(where, where)]
+    significance = float(np.sqrt(e @ np.linalg.solve(spread, e)))
+    if path == RESIDUAL:
+        profile = e @ one.posterior.model.fields[where - at.fields]
+        return SkinFit(departure, float(np.sqrt(np.mean(profile**2))), significance, one.evidence)
+    return SkinFit(departure, float(e[0]) * std, significance, one.evidence)
