@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import spherical_jn
@@ -87,7 +88,6 @@ def stress_of_loads(
     difference, shear : ndarray, shape (slices, ny, nx)
         sigma_x - sigma_y and tau_xy [Pa].
     """
-    heights, _ = block.depths(slices)
     alpha, beta = _wave_numbers_of(block, digits)
     traction = np.zeros((3, len(alpha), len(beta)))
     for patches, forces in loads:
@@ -95,7 +95,7 @@ def stress_of_loads(
         for component, (load_x, load_y) in enumerate(waves):
             traction[component] += (load_x * forces[:, component]) @ load_y.T
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
-    waves = _stress_waves(block, alpha, beta, heights)
+    waves = _known_waves(block, digits, slices)
     differences, shears = (
         sum(one * load for one, load in zip(part, traction, strict=True))
         for part in zip(*waves, strict=True)
@@ -104,6 +104,12 @@ def stress_of_loads(
         np.asarray(np.cos(at_y) @ np.swapaxes(differences, 1, 2) @ np.cos(at_x).T),
         np.asarray(np.sin(at_y) @ np.swapaxes(shears, 1, 2) @ np.sin(at_x).T),
     )
+
+
+@lru_cache(maxsize=2)
+def _known_waves(block: Block, digits: float, slices: int) -> list[tuple[Array, Array]]:
+    """`_stress_waves` of the last blocks, for frames of the same pad."""
+    return _stress_waves(block, *_wave_numbers_of(block, digits), block.depths(slices)[0])
 
 
 def _stress_waves(
