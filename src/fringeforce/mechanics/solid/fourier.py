@@ -106,6 +106,28 @@ def stress_of_loads(
     )
 
 
+def retardance_waves(block: Block, slices: int, digits: float) -> tuple[Array, Array, Array]:
+    """What light sees of harmonic tractions on the top surface.
+
+    Parameters
+    ----------
+    block : Block
+        Block whose sides are taken to be rollers, whatever it says.
+    slices, digits
+        As of `stress_influence`.
+
+    Returns
+    -------
+    alpha, beta : ndarray, shape (m,), (n,)
+        Wave numbers along x and y [1/m].
+    waves : ndarray, shape (slices, 2, 3, m, n)
+        Harmonics of sigma_x - sigma_y and of 2 tau_xy per unit harmonic of N, T_x and T_y.
+    """
+    alpha, beta = _wave_numbers_of(block, digits)
+    waves = _known_waves(block, digits, slices)
+    return alpha, beta, np.stack([np.stack([d, 2 * s], axis=1) for d, s in waves], axis=2)
+
+
 @lru_cache(maxsize=2)
 def _known_waves(block: Block, digits: float, slices: int) -> list[tuple[Array, Array]]:
     """`_stress_waves` of the last blocks, for frames of the same pad."""
