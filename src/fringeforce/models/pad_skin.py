@@ -31,7 +31,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import eval_jacobi, roots_jacobi
 
-from fringeforce.base.arrays import Array, Single
+from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.fourier import retardance_waves
 from fringeforce.models.pad_slices import block_of
@@ -222,10 +222,17 @@ class PadSkinModel:
                 total[c] += self._harmonics(sums[c], c)
         return total.astype(np.float32)
 
-    def derivatives(self, contact: Array) -> list[tuple[int, Single]]:
-        """Derivatives of `loads` by the unknowns of a contact: component and harmonics of each.
+    def derivatives(self, contact: Array, free: Mask) -> list[tuple[int, Single]]:
+        """Derivatives of `loads` by unknowns of a contact: component and harmonics of each.
 
         Component 3 stands for all three, of the shape (3, m, n).
+
+        Parameters
+        ----------
+        contact : ndarray, shape (SIZE_OF,)
+            The unknowns.
+        free : ndarray of bool, shape (SIZE_OF,)
+            Those that are asked for.
         """
         alpha, beta, *_ = self._waves
         spectra, mixed = self._spectra(contact), self._mixed(contact)
@@ -241,20 +248,29 @@ class PadSkinModel:
         def one(term: int, component: int) -> Single:
             return self._harmonics(spectra[term], component).astype(np.float32)
 
-        found = [(3, all_three(parts)), (1, one(0, 1)), (2, one(0, 2))]
-        signed = np.stack([beta, -beta])[:, None, :]
-        found += [
-            (3, all_three(1j * alpha[:, None] * whole)),
-            (3, all_three(1j * signed * whole)),
-        ]
-        for k in range(SHAPE, FIRST):
+        def reshaped(k: int) -> Single:
             ahead = contact.copy()
             ahead[k] += STEP
-            moved = np.tensordot(mixed, self._spectra(ahead), 1)
-            found.append((3, all_three((moved - whole) / STEP)))
-        normal = np.float32(contact[0])
-        found += [(0, normal * one(term, 0)) for term in PRESSURES]
-        found += [(c, normal * one(term, c)) for c in (1, 2) for term in SHEARS]
+            return all_three((np.tensordot(mixed, self._spectra(ahead), 1) - whole) / STEP)
+
+        signed, normal = np.stack([beta, -beta])[:, None, :], np.float32(contact[0])
+        moved = 1j * alpha[:, None], 1j * signed
+        first = FIRST + len(PRESSURES)
+        found = list[tuple[int, Single]]()
+        for k in np.flatnonzero(free):
+            if k == 0:
+                found.append((3, all_three(parts)))
+            elif k < PLACE:
+                found.append((int(k), one(0, int(k))))
+            elif k < SHAPE:
+                found.append((3, all_three(moved[k - PLACE] * whole)))
+            elif k < FIRST:
+                found.append((3, reshaped(int(k))))
+            elif k < first:
+                found.append((0, normal * one(PRESSURES[k - FIRST], 0)))
+            else:
+                part, term = divmod(int(k) - first, len(SHEARS))
+                found.append((1 + part, normal * one(SHEARS[term], 1 + part)))
         return found
 
     def drawn(self, count: int) -> tuple[Array, Array]:
