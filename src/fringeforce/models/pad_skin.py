@@ -53,7 +53,7 @@ LONG = 0.7
 """Standard deviation of s and u: ellipses are up to 16 times as long as wide at two of them."""
 FORCE = 20.0
 """Standard deviation of the force of a contact [N]."""
-DIGITS = 5.0
+DIGITS = 4.0
 """The series ends where the cover has damped its harmonics by ten to this power."""
 SLICES, KEPT = 16, 2e-5
 """Depths of the layer, and the share of the stresses that depth profiles may leave out."""
@@ -175,17 +175,16 @@ class PadSkinModel:
         ]
         return np.outer(*parts) / 2
 
-    def _spectra(self, contact: Array) -> NDArray[np.complex128]:
-        """Spectra of all polynomials of a contact, shape (terms, 2, m, n): at (alpha, +-beta)."""
+    def _spectra(self, contact: Array, terms: list[int]) -> NDArray[np.complex128]:
+        """Spectra of polynomials of a contact, shape (terms, 2, m, n): at (alpha, +-beta)."""
         alpha, beta, *_ = self._waves
         matrix = matrix_of(contact[SHAPE:FIRST])
-        numbers = np.array([(t.degree, t.waves, t.even) for t in TERMS], dtype=np.int64)
-        found = np.empty((len(TERMS), 2, len(alpha), len(beta)))
-        _bessel(alpha, beta, matrix, numbers, _SCALES, found)
+        found = np.empty((len(terms), 2, len(alpha), len(beta)))
+        _bessel(alpha, beta, matrix, _NUMBERS[terms], _SCALES[terms], found)
         corner = np.array([self.pad.transducer.length, self.pad.transducer.width]) / 2
         x, y = contact[PLACE:SHAPE] + corner
         turned = np.exp(1j * (alpha[:, None] * x + np.outer([1, -1], beta * y)[:, None]))
-        return found * turned * _POWERS[:, None, None, None]
+        return found * turned * _POWERS[terms, None, None, None]
 
     def _harmonics(self, spectra: NDArray[np.complex128], component: int) -> Array:
         """Real harmonics of spectra, shape (..., 2, m, n), as loads of a component."""
@@ -205,6 +204,11 @@ class PadSkinModel:
         mixed[1:, list(SHEARS)] = contact[0] * contact[first:].reshape(2, -1)
         return mixed
 
+    def _sums(self, contact: Array, mixed: Array) -> NDArray[np.complex128]:
+        """Spectra of the tractions of a contact, shape (3, 2, m, n)."""
+        terms = [0, *(np.flatnonzero(mixed[:, 1:].any(axis=0)) + 1)]
+        return np.tensordot(mixed[:, terms], self._spectra(contact, terms), 1)
+
     def loads(self, contacts: Array) -> Single:
         """Harmonics of the tractions of contacts, shape (3, m, n).
 
@@ -216,8 +220,7 @@ class PadSkinModel:
         alpha, beta, *_ = self._waves
         total = np.zeros((3, len(alpha), len(beta)))
         for contact in contacts:
-            spectra, mixed = self._spectra(contact), self._mixed(contact)
-            sums = np.tensordot(mixed, spectra, 1)
+            sums = self._sums(contact, self._mixed(contact))
             for c in range(3):
                 total[c] += self._harmonics(sums[c], c)
         return total.astype(np.float32)
@@ -235,11 +238,12 @@ class PadSkinModel:
             Those that are asked for.
         """
         alpha, beta, *_ = self._waves
-        spectra, mixed = self._spectra(contact), self._mixed(contact)
-        whole = np.tensordot(mixed, spectra, 1)
+        mixed = self._mixed(contact)
+        terms = list(range(len(TERMS))) if free[FIRST:].any() else [0]
+        spectra, whole = self._spectra(contact, terms), self._sums(contact, mixed)
         by_normal = mixed / max(contact[0], 1e-9)
         by_normal[1:, 0] = 0.0
-        parts = np.tensordot(by_normal, spectra, 1)
+        parts = self._sums(contact, by_normal)
 
         def all_three(changes: NDArray[np.complex128]) -> Single:
             three = [self._harmonics(changes[c], c) for c in range(3)]
@@ -251,7 +255,7 @@ class PadSkinModel:
         def reshaped(k: int) -> Single:
             ahead = contact.copy()
             ahead[k] += STEP
-            return all_three((np.tensordot(mixed, self._spectra(ahead), 1) - whole) / STEP)
+            return all_three((self._sums(ahead, mixed) - whole) / STEP)
 
         signed, normal = np.stack([beta, -beta])[:, None, :], np.float32(contact[0])
         moved = 1j * alpha[:, None], 1j * signed
@@ -334,6 +338,7 @@ class Synthesis:
         return np.einsum("fkcmn,fkmn->cmn", self.waves, np.stack(sums))
 
 
+_NUMBERS = np.array([(term.degree, term.waves, term.even) for term in TERMS], dtype=np.int64)
 _SCALES = np.array([term.scale for term in TERMS])
 _POWERS = np.array([1j ** (term.degree % 4) for term in TERMS])
 

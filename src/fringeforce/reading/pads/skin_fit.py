@@ -142,6 +142,13 @@ class SkinFit:
         prior = float(np.square((contacts - mean) / std).sum())
         return SkinPlace(contacts, modes, lights, replace(left, loss=left.loss + prior))
 
+    def below(self, place: SkinPlace, limit: float) -> Mask:
+        """Pixels that count and at which contacts cause less than a retardance [rad]."""
+        whole = 2 * self.skin.profile.sum(axis=0)
+        size = np.hypot(*np.einsum("k,fkrc->frc", whole, place.modes)).ravel()
+        few = np.concatenate([size * p.dispersion < limit for p in self.model.pictures])
+        return few if self.used is None else few & self.used
+
     def gradient(self, place: SkinPlace, columns: Columns, free: Mask) -> Array:
         """Half the derivative of the loss by the free unknowns."""
         scale = np.float32(np.mean(self.response.amplitude) / np.sqrt(self.response.variance))
