@@ -55,14 +55,14 @@ FORCE = 20.0
 """Standard deviation of the force of a contact [N]."""
 DIGITS = 4.0
 """The series ends where the cover has damped its harmonics by ten to this power."""
-SLICES, KEPT = 16, 2e-5
+SLICES, KEPT = 16, 1e-4
 """Depths of the layer, and the share of the stresses that depth profiles may leave out."""
 STEP = 1e-3
 """Change of the logarithm of sizes by which spectra are differentiated."""
 N, PLACE, SHAPE = 0, 3, 5
 FIRST = 8
 """Where force, place, logarithm of the size with s and u, and shapes begin among the unknowns."""
-ORDER = 40
+ORDER = 28
 """Order from which Bessel functions are computed downwards, where their argument is smaller."""
 
 
@@ -166,27 +166,28 @@ class PadSkinModel:
         return Synthesis(waves, (single[0], single[1]), (single[2], single[3]))
 
     @cached_property
-    def _norm(self) -> Array:
+    def _norm(self) -> Single:
         alpha, beta, *_ = self._waves
         t = self.pad.transducer
         parts = [
             np.where(k > 0, 2.0, 1.0) / side
             for k, side in ((alpha, t.length), (beta, t.width))
         ]
-        return np.outer(*parts) / 2
+        return np.outer(*parts).astype(np.float32) / 2
 
-    def _spectra(self, contact: Array, terms: list[int]) -> NDArray[np.complex128]:
+    def _spectra(self, contact: Array, terms: list[int]) -> NDArray[np.complex64]:
         """Spectra of polynomials of a contact, shape (terms, 2, m, n): at (alpha, +-beta)."""
         alpha, beta, *_ = self._waves
         matrix = matrix_of(contact[SHAPE:FIRST])
-        found = np.empty((len(terms), 2, len(alpha), len(beta)))
+        found = np.empty((len(terms), 2, len(alpha), len(beta)), dtype=np.float32)
         _bessel(alpha, beta, matrix, _NUMBERS[terms], _SCALES[terms], found)
         corner = np.array([self.pad.transducer.length, self.pad.transducer.width]) / 2
         x, y = contact[PLACE:SHAPE] + corner
-        turned = np.exp(1j * (alpha[:, None] * x + np.outer([1, -1], beta * y)[:, None]))
-        return found * turned * _POWERS[terms, None, None, None]
+        across = np.exp(1j * beta * y).astype(np.complex64)
+        turned = np.stack([across, across.conj()])[:, None] * np.exp(1j * alpha * x)[:, None]
+        return found * (turned.astype(np.complex64) * _POWERS[terms, None, None, None])
 
-    def _harmonics(self, spectra: NDArray[np.complex128], component: int) -> Array:
+    def _harmonics(self, spectra: NDArray[np.complex64], component: int) -> Single:
         """Real harmonics of spectra, shape (..., 2, m, n), as loads of a component."""
         plus, minus = spectra[..., 0, :, :], spectra[..., 1, :, :]
         if component == 0:
@@ -204,10 +205,10 @@ class PadSkinModel:
         mixed[1:, list(SHEARS)] = contact[0] * contact[first:].reshape(2, -1)
         return mixed
 
-    def _sums(self, contact: Array, mixed: Array) -> NDArray[np.complex128]:
+    def _sums(self, contact: Array, mixed: Array) -> NDArray[np.complex64]:
         """Spectra of the tractions of a contact, shape (3, 2, m, n)."""
         terms = [0, *(np.flatnonzero(mixed[:, 1:].any(axis=0)) + 1)]
-        return np.tensordot(mixed[:, terms], self._spectra(contact, terms), 1)
+        return np.tensordot(mixed[:, terms].astype(np.float32), self._spectra(contact, terms), 1)
 
     def loads(self, contacts: Array) -> Single:
         """Harmonics of the tractions of contacts, shape (3, m, n).
@@ -218,12 +219,12 @@ class PadSkinModel:
             Unknowns of each.
         """
         alpha, beta, *_ = self._waves
-        total = np.zeros((3, len(alpha), len(beta)))
+        total = np.zeros((3, len(alpha), len(beta)), dtype=np.float32)
         for contact in contacts:
             sums = self._sums(contact, self._mixed(contact))
             for c in range(3):
                 total[c] += self._harmonics(sums[c], c)
-        return total.astype(np.float32)
+        return total
 
     def derivatives(self, contact: Array, free: Mask) -> list[tuple[int, Single]]:
         """Derivatives of `loads` by unknowns of a contact: component and harmonics of each.
@@ -245,7 +246,7 @@ class PadSkinModel:
         by_normal[1:, 0] = 0.0
         parts = self._sums(contact, by_normal)
 
-        def all_three(changes: NDArray[np.complex128]) -> Single:
+        def all_three(changes: NDArray[np.complex64]) -> Single:
             three = [self._harmonics(changes[c], c) for c in range(3)]
             return np.stack(three).astype(np.float32)
 
@@ -258,7 +259,7 @@ class PadSkinModel:
             return all_three((self._sums(ahead, mixed) - whole) / STEP)
 
         signed, normal = np.stack([beta, -beta])[:, None, :], np.float32(contact[0])
-        moved = 1j * alpha[:, None], 1j * signed
+        moved = [(1j * part).astype(np.complex64) for part in (alpha[:, None], signed)]
         first = FIRST + len(PRESSURES)
         found = list[tuple[int, Single]]()
         for k in np.flatnonzero(free):
@@ -340,7 +341,7 @@ class Synthesis:
 
 _NUMBERS = np.array([(term.degree, term.waves, term.even) for term in TERMS], dtype=np.int64)
 _SCALES = np.array([term.scale for term in TERMS])
-_POWERS = np.array([1j ** (term.degree % 4) for term in TERMS])
+_POWERS = np.array([1j ** (term.degree % 4) for term in TERMS], dtype=np.complex64)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
