@@ -11,6 +11,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
@@ -142,10 +143,22 @@ class SkinFit:
         prior = float(np.square((contacts - mean) / std).sum())
         return SkinPlace(contacts, modes, lights, replace(left, loss=left.loss + prior))
 
-    def below(self, place: SkinPlace, limit: float) -> Mask:
-        """Pixels that count and at which contacts cause less than a retardance [rad]."""
+    def below(self, place: SkinPlace, limit: float, margin: float = 0.0) -> Mask:
+        """Pixels that count and near which contacts cause less than a retardance [rad].
+
+        Parameters
+        ----------
+        place : SkinPlace
+            The contacts.
+        limit : float
+            The retardance.
+        margin : float
+            How near, along x and along y [m].
+        """
         whole = 2 * self.skin.profile.sum(axis=0)
-        size = np.hypot(*np.einsum("k,fkrc->frc", whole, place.modes)).ravel()
+        size = np.hypot(*np.einsum("k,fkrc->frc", whole, place.modes))
+        pitches = (float(places[1] - places[0]) for places in self.model.pixel_positions[::-1])
+        size = maximum_filter(size, [2 * int(margin / pitch) + 1 for pitch in pitches]).ravel()
         few = np.concatenate([size * p.dispersion < limit for p in self.model.pictures])
         return few if self.used is None else few & self.used
 

@@ -38,9 +38,16 @@ join in."""
 PROMISING = 3.0
 """Mean square that contacts without shapes leave, below which it is worth while to add these: those
 of flat punches and of edges leave up to 2.6."""
-LIMITS, NEARER = (0.7, 1.2, 2.0, 3.5, 6.0), 4
-"""Retardances of the pixels that count at first [rad], and steps with each: what is far from a
-contact is below a quarter wave and tells its force and place, then what is nearer its size."""
+LIMITS = (0.7, 2.0), (0.9, 0.8), (1.4, 0.4), (2.2, 0.0), (3.5, 0.0), (6.0, 0.0)
+"""Retardances of the pixels that count at first [rad], and how far beside them it is as low, in
+thicknesses of the cover: what is far from a contact is below a quarter wave and tells its force and
+place, then what is nearer its size.  Squares tell places to one or two thicknesses."""
+NEARER = 4
+"""Steps with each."""
+SMALLER = 0.0, 0.4, 0.8
+"""By which the logarithm of the sizes of contacts is lessened until what is far is explained."""
+FAR = 1.2
+"""Mean square of what is left there, below which it is: shapes do not show far away."""
 STEPS = 25
 """Steps of a climb at most."""
 FOLLOWED = 6
@@ -186,14 +193,38 @@ class PadSkinReader(FrameReader):
         """Contacts without shapes first, then, if that is promising, with them."""
         free = np.zeros(contacts.shape, dtype=bool)
         free[:, :FIRST] = True
-        pixels, here = len(fit.frame), fit.limited(contacts)
-        for limit in LIMITS:
-            far = replace(fit, used=fit.below(fit.at(here), limit))
-            here = far.climb(here, free, NEARER, stop=Stop(COARSE * pixels, 0.0)).contacts
+        pixels, (here, left) = len(fit.frame), self._far(fit, contacts, free)
+        for limit in LIMITS[1:]:
+            if left > PROMISING:
+                return fit.climb(here, free, 1)
+            here, left = self._below(fit, here, free, limit)
         one = fit.climb(here, free, STEPS, stop=Stop(COARSE * pixels, 0.0))
         if one.loss > PROMISING * pixels:
             return one
         return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
+
+    def _far(self, fit: SkinFit, contacts: Array, free: Mask) -> tuple[Array, float]:
+        """Contacts that explain what is far from them, where nothing is ambiguous, and how well.
+
+        Those that are taken for too large leave too little out, and smaller ones are tried.
+        """
+        tried = list[tuple[Array, float]]()
+        for smaller in SMALLER:
+            start = contacts.copy()
+            start[:, SHAPE] -= smaller
+            tried.append(self._below(fit, fit.limited(start), free, LIMITS[0]))
+            if tried[-1][1] < FAR:
+                break
+        return min(tried, key=lambda one: one[1])
+
+    def _below(
+        self, fit: SkinFit, contacts: Array, free: Mask, limit: tuple[float, float]
+    ) -> tuple[Array, float]:
+        """Contacts after some steps by the pixels below a retardance, and what they leave there."""
+        few = replace(fit, used=fit.below(fit.at(contacts), limit[0], limit[1] * self._cover))
+        count = max(int(np.count_nonzero(few.used)), 1)
+        one = few.climb(contacts, free, NEARER, stop=Stop(COARSE * count, 0.0))
+        return one.contacts, one.loss / count
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
         """Whether contacts leave nothing but noise."""

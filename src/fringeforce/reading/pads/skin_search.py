@@ -17,8 +17,9 @@ SHOWN = 0.05
 finer than the squares leaves beside it is less."""
 WEAK = 0.01
 """Share of all normal forces below which touched squares are none of a contact."""
-SMALLEST = 0.8
-"""Half axes of a contact that is looked for, in thicknesses of the cover, at least."""
+SIZES = 0.8, 2.4
+"""Half axes of a contact that is looked for at first, in thicknesses of the cover: small ones, for
+contacts that are too small leave more out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +85,7 @@ class Patches:
             spread = (weights[:, None] * apart).T @ apart / one[0]
             # squares spread what is finer; contacts that are too small leave more out at first
             size, vectors = np.linalg.eigh(5 * (spread - np.eye(2) * tactels.side**2 / 12))
-            half = np.sqrt(np.maximum(size, (SMALLEST * cover) ** 2))
+            half = np.sqrt(np.clip(size, (SIZES[0] * cover) ** 2, (SIZES[1] * cover) ** 2))
             log = vectors @ np.diag(np.log(half)) @ vectors.T
             one[SHAPE:FIRST] = np.trace(log) / 2, (log[0, 0] - log[1, 1]) / 2, log[0, 1]
         return found
