@@ -25,6 +25,7 @@ import numpy as np
 import fringeforce as ff
 from fringeforce.contacts.elastic_contact import body_forces
 from fringeforce.contacts.press import Tractions
+from fringeforce.design.pad import Pad
 from fringeforce.models import pad_presses
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_presses import grid_of, press_slices, surface_of
@@ -42,7 +43,7 @@ FAR, INTERVAL = 6.0, 1.96
 """Stated standard deviations."""
 
 
-def body(pad: ff.Pad, kind: str, place: np.ndarray, generator: np.random.Generator) -> Tractions:
+def body(pad: Pad, kind: str, place: np.ndarray, generator: np.random.Generator) -> Tractions:
     """Tractions of one body."""
 
     def between(ends: tuple[float, float]) -> float:
@@ -78,7 +79,7 @@ def body(pad: ff.Pad, kind: str, place: np.ndarray, generator: np.random.Generat
     return Tractions(places, forces[touched])
 
 
-def drawn(pad: ff.Pad, kind: str, generator: np.random.Generator) -> list[Tractions]:
+def drawn(pad: Pad, kind: str, generator: np.random.Generator) -> list[Tractions]:
     """The bodies of one frame."""
     count = {"two": 2, "three": 3}.get(kind, 1)
     while True:

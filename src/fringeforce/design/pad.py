@@ -269,8 +269,8 @@ class Pad(Design):
                 "has both tactels and a skin; give tactels for forces at certain places, or a skin "
                 "for contacts anywhere"
             )
-        block = self.transducer
-        for axis, own, side in zip("xy", self.skin.extent, (block.length, block.width), strict=True):
+        block, extent = self.transducer, self.skin.extent
+        for axis, own, side in zip("xy", extent, (block.length, block.width), strict=True):
             if own > side * (1 + 1e-9):
                 raise ValueError(
                     f"skin: an extent of {own * 1e3:g} mm along {axis} reaches beyond the pad's "

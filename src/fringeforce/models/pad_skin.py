@@ -170,10 +170,9 @@ class PadSkinModel:
         alpha, beta, *_ = self._waves
         t = self.pad.transducer
         parts = [
-            np.where(k > 0, 2.0, 1.0) / side
-            for k, side in ((alpha, t.length), (beta, t.width))
+            np.where(k > 0, 2.0, 1.0) / side for k, side in ((alpha, t.length), (beta, t.width))
         ]
-        return np.outer(*parts).astype(np.float32) / 2
+        return np.asarray(np.outer(*parts) / 2, dtype=np.float32)
 
     def _spectra(self, contact: Array, terms: list[int]) -> NDArray[np.complex64]:
         """Spectra of polynomials of a contact, shape (terms, 2, m, n): at (alpha, +-beta)."""
@@ -194,7 +193,7 @@ class PadSkinModel:
             found = (plus + minus).real
         else:
             found = (plus + minus).imag if component == 1 else (plus - minus).imag
-        return np.asarray(found * self._norm)
+        return np.asarray(found * self._norm, dtype=np.float32)
 
     def _mixed(self, contact: Array) -> Array:
         """Coefficients of all polynomials in N, T_x and T_y, shape (3, terms) [N]."""
@@ -208,7 +207,8 @@ class PadSkinModel:
     def _sums(self, contact: Array, mixed: Array) -> NDArray[np.complex64]:
         """Spectra of the tractions of a contact, shape (3, 2, m, n)."""
         terms = [0, *(np.flatnonzero(mixed[:, 1:].any(axis=0)) + 1)]
-        return np.tensordot(mixed[:, terms].astype(np.float32), self._spectra(contact, terms), 1)
+        found = np.tensordot(mixed[:, terms], self._spectra(contact, terms), 1)
+        return found.astype(np.complex64)
 
     def loads(self, contacts: Array) -> Single:
         """Harmonics of the tractions of contacts, shape (3, m, n).
@@ -325,7 +325,7 @@ class Synthesis:
         modes, m, n = sums.shape
         first = sums.reshape(modes * m, n) @ self.across[field].T
         lines = first.reshape(modes, m, -1).transpose(0, 2, 1)
-        return lines @ self.along[field].T
+        return np.asarray(lines @ self.along[field].T, dtype=np.float32)
 
     def adjoint(self, by_modes: Single) -> Single:
         """From derivatives by the modes, shape (2, modes, rows, columns), to those by loads."""

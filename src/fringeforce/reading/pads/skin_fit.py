@@ -17,7 +17,7 @@ from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
+from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, Synthesis, matrix_of
 from fringeforce.reading.pads.sampling import Sampling
 
 CLOSE, NEAR = 0.2, 3.0
@@ -119,7 +119,7 @@ class SkinFit:
         return replace(self.model, influence=influence)
 
     @cached_property
-    def _all(self):
+    def _all(self) -> Synthesis:
         return self.skin.synthesis(*self.model.pixel_positions)
 
     def at(self, contacts: Array) -> SkinPlace:
@@ -190,9 +190,7 @@ class SkinFit:
         sampling = Sampling(self._optics, rows, across, np.empty((0, 0, 0, 0), np.float32))
         total = np.zeros((flat.shape[-1],) * 2)
         pixels = place.lights[0].shape[1]
-        for k, (picture, light) in enumerate(
-            zip(self._optics.pictures, place.lights, strict=True)
-        ):
+        for k, (picture, light) in enumerate(zip(self._optics.pictures, place.lights, strict=True)):
             counts = shares
             if self.used is not None:
                 seen = self.used[k * pixels : (k + 1) * pixels]
@@ -215,9 +213,10 @@ class SkinFit:
         for axis, places in zip((1, 0), self.model.pixel_positions[::-1], strict=True):
             middle = contacts[:, PLACE + axis]
             half = reach[:, axis] + margin
-            near = (np.abs(places[:, None] - middle) < half).any(axis=1)
+            distances = np.abs(places[:, None] - middle) - half
+            near = distances.min(axis=1) < 0
             kept, last = [], -SPARSE
-            for i, close in enumerate(near):
+            for i, close in enumerate(near.tolist()):
                 if i - last >= (DENSE if close else SPARSE):
                     kept.append(i)
                     last = i
@@ -232,7 +231,7 @@ class SkinFit:
         free: Mask,
         steps: int = 20,
         curvature: Curvature | None = None,
-        stop: Stop = Stop(CLOSE, NEAR),
+        stop: Stop | None = None,
     ) -> SkinOptimum:
         """Climb from contacts that are nearly right.
 
@@ -247,8 +246,9 @@ class SkinFit:
         curvature : Curvature, optional
             Of a place near by; computed if not given.
         stop : Stop
-            When a step is the last.
+            When a step is the last; one that promises little beside the noise if not given.
         """
+        stop = stop or Stop(CLOSE, NEAR)
         here = start if isinstance(start, SkinPlace) else self.at(start)
         own = np.flatnonzero(free)
 

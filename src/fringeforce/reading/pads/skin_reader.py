@@ -20,9 +20,10 @@ from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_li
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
+from fringeforce.models.pad_uncertainty import uncertain
 from fringeforce.optics.arrangement import signed
-from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_result import PadSkinResult
@@ -66,11 +67,11 @@ class PadSkinReader(FrameReader):
         super().__post_init__()
         if self.friction is not None:
             raise InputError("The friction of a pad's skin is that of its design; change it there.")
-        if self.model.sensor.tolerances:
-            names = ", ".join(self.model.sensor.tolerances)
+        if uncertain(self.model.sensor):
+            names = ", ".join([*self.model.sensor.tolerances, "camera.drift"])
             raise InputError(
-                f"A pad with a skin is read as drawn, and its design has tolerances of {names}; "
-                "leave them out, or read tactels."
+                f"A pad with a skin is read as drawn, and its design is uncertain ({names}); state "
+                "no tolerances and no drift, or read tactels."
             )
         forms = np.concatenate([picture.forms for picture in self.model.pictures])
         if not signed(forms):
@@ -117,13 +118,13 @@ class PadSkinReader(FrameReader):
             if self.explains(fit, classifier, one):
                 return self._stated(fit, one, probability, tracked=True), one
         nothing = fit.at(np.zeros((0, SIZE_OF)))
+        silent = classifier.noise(nothing.left.slope, 0)
         met = list[SkinOptimum]()
         starts = self._starts(fit, classifier) if start is None else iter([start])
         for forces in starts:
             met += self._pressed(fit, classifier, forces)
-            if any(self.explains(fit, classifier, one) for one in met):
+            if silent or any(self.explains(fit, classifier, one) for one in met):
                 break
-        silent = classifier.noise(nothing.left.slope, 0)
         good = [one for one in met if self.explains(fit, classifier, one)]
         if silent and not any(
             nothing.left.loss - one.loss > square_limit(one.free.sum(), FALSE_CONTACT)
@@ -221,8 +222,8 @@ class PadSkinReader(FrameReader):
         self, fit: SkinFit, contacts: Array, free: Mask, limit: tuple[float, float]
     ) -> tuple[Array, float]:
         """Contacts after some steps by the pixels below a retardance, and what they leave there."""
-        few = replace(fit, used=fit.below(fit.at(contacts), limit[0], limit[1] * self._cover))
-        count = max(int(np.count_nonzero(few.used)), 1)
+        far = fit.below(fit.at(contacts), limit[0], limit[1] * self._cover)
+        few, count = replace(fit, used=far), max(int(far.sum()), 1)
         one = few.climb(contacts, free, NEARER, stop=Stop(COARSE * count, 0.0))
         return one.contacts, one.loss / count
 
@@ -293,13 +294,16 @@ class PadSkinReader(FrameReader):
         return np.einsum("k,fkrc->frc", whole, one.place.modes).astype(float)
 
     def _nothing(self, left: Array) -> Reading:
-        forces = np.zeros(self.forces_shape)
+        forces, none = np.zeros(self.forces_shape), np.zeros((0, SIZE_OF))
+        result = PadSkinResult(self.model.sensor, none, lambda: np.zeros((0, 0)))
         return Reading.of(
             forces=forces,
             covariance=np.zeros((forces.size, forces.size)),
             phase=partial(self.model.retardance, forces),
             chi2=float(np.square(left).mean()),
             status=Status.NO_CONTACT,
+            total=result.total,
+            traction=result.traction,
         )
 
     def _refused(self, fit: SkinFit, best: SkinOptimum | None, status: Status) -> Reading:
@@ -323,8 +327,9 @@ class PadSkinReader(FrameReader):
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
         place = fit.at(contacts)
-        columns = [c for one, f in zip(contacts, free, strict=True) for c in
-                   self.skin.derivatives(one, f)]
+        columns = [
+            c for one, f in zip(contacts, free, strict=True) for c in self.skin.derivatives(one, f)
+        ]
         joint = covariance_of(fit.information(place, columns, free))
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
 
