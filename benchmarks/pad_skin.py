@@ -6,7 +6,7 @@ Spheres of 3 to 10 mm, flat round punches of 1.5 to 5 mm, edges (rounded with 0.
 long, at any angle), and two or three spheres at least 5 mm apart, in turn, press with 0.5 to 8 N on
 the shipped pad, anywhere, and use up to 0.9 of a friction of 0.6.  Pressure and shear come from
 contact mechanics on the layers, on grids of 97 x 97 places; the light of these from the exact
-series through 48 slices.  The reader knows of ellipses with smooth pressures and of 16 slices, and
+series through 64 slices.  The reader knows of ellipses with smooth pressures and of 32 slices, and
 nothing of bodies.  The pixels have a uniform noise of 5 grey levels.
 
 OK, AMBIGUOUS, refused: frames.  wrong OK: read as OK, but a total lies more than six stated
@@ -38,7 +38,7 @@ PUNCHES, EDGES, LENGTHS = (0.75e-3, 2.5e-3), (0.5e-3, 2e-3), (2e-3, 6e-3)
 FRICTION, USED = 0.6, 0.9
 OUTERMOST, APART = 7e-3, 5e-3
 HALF = 48
-SLICES = 48
+SLICES = 64
 FAR, INTERVAL = 6.0, 1.96
 """Stated standard deviations."""
 

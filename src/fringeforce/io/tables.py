@@ -128,10 +128,18 @@ def save_readings(
 
 
 CONTACT = ("x_mm", "width_mm", "normal_N", "tangential_N")
-"""Columns of a contact on a skin, which have deviations too."""
+PAD_CONTACT = (
+    *("x_mm", "y_mm", "long_mm", "short_mm", "orientation_deg"),
+    *("normal_N", "tangential_x_N", "tangential_y_N", "spin_Nmm"),
+)
+"""Columns of a contact on the skin of a strip and of a pad, which have deviations too."""
 
 
-def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
+def save_contacts(
+    path: str | os.PathLike[str],
+    readings: Iterable[Reading],
+    components: tuple[str, ...] = Sensor.components,
+) -> Counter[str]:
     """Write readings of a skin, one row for each contact of each frame, whole or not at all.
 
     Contacts count from 1, the strongest first; 0 is all of them together.
@@ -142,6 +150,8 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
         Path of the CSV file.
     readings : iterable of Reading
         One for each frame.
+    components : tuple of str
+        `components` of the sensor, a strip if not given.
 
     Returns
     -------
@@ -154,18 +164,21 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
         If the file cannot be written.
     """
     statuses: Counter[str] = Counter()
+    columns, cells_of = (
+        (CONTACT, _contact_cells) if len(components) == 2 else (PAD_CONTACT, _pad_contact_cells)
+    )
     with _new_table(path) as file:
         writer = csv.writer(file)
-        std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in CONTACT)
-        writer.writerow(["frame", "contact", *CONTACT, *std, "status"])
+        std = (f"{name.rpartition('_')[0]}_std_{name.rpartition('_')[2]}" for name in columns)
+        writer.writerow(["frame", "contact", *columns, *std, "status"])
         for frame, reading in enumerate(readings):
             statuses[reading.status.name] += 1
             whole = () if reading.total is None else (reading.total,)
             for number, contact in enumerate((*whole, *reading.contacts)):
-                cells = [f"{value:.6g}" for value in _contact_cells(contact)]
+                cells = [f"{value:.6g}" for value in cells_of(contact)]
                 writer.writerow([frame, number, *cells, reading.status.name])
             if not whole:
-                writer.writerow([frame, 0, *["nan"] * 2 * len(CONTACT), reading.status.name])
+                writer.writerow([frame, 0, *["nan"] * 2 * len(columns), reading.status.name])
     return statuses
 
 
@@ -174,6 +187,15 @@ def _contact_cells(contact: Resultant) -> list[float]:
     std = contact.std
     values = [contact.centre[0] * 1e3, (contact.width or 0.0) * 1e3, *contact.force]
     return [*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2]]
+
+
+def _pad_contact_cells(contact: Resultant) -> list[float]:
+    """Numbers of `PAD_CONTACT` and their deviations."""
+    std, turn = contact.std, np.degrees(1.0)
+    values = np.concatenate([contact.values[6:] * 1e3, contact.force, [contact.spin * 1e3]])
+    wide = np.concatenate([std[6:] * 1e3, std[:3], [contact.spin_std * 1e3]])
+    values[4], wide[4] = values[4] / 1e3 * turn, min(wide[4] / 1e3 * turn, 90.0)
+    return [*values, *wide]
 
 
 def _cells(reading: Reading) -> Array:
