@@ -1,5 +1,8 @@
 """Contacts anywhere on a pad: frames of contact mechanics and the exact series, read back."""
 
+import csv
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Tractions
 from fringeforce.design.pad import Pad
+from fringeforce.io.tables import save_contacts
 from fringeforce.models import pad_skin
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_presses import pad_tractions, press_slices
@@ -229,3 +233,22 @@ def test_what_the_skin_of_a_pad_does_not_allow_for_is_told(model: PadModel) -> N
         ff.Reader(model.with_tolerances(**{"camera.amplitude": "240 +/- 2 %"}))
     with pytest.raises(InputError, match="friction of a pad's skin"):
         ff.Reader(model, friction=0.5)
+
+
+def test_contacts_are_written_as_a_table(
+    model: PadModel, reader: ff.Reader, tmp_path: Path
+) -> None:
+    presses = PRESSES["an ellipse"]
+    frames = model.expose([presses, presses], rng=7)
+    readings = [reader.search(frames[0]), reader.search(frames[1][:, :3])]
+    counts = save_contacts(tmp_path / "contacts.csv", readings, model.sensor.components)
+    assert counts == {"OK": 1, "BAD_FRAME": 1}
+    with open(tmp_path / "contacts.csv", newline="", encoding="utf-8") as file:
+        whole, single, bad = csv.DictReader(file)
+    assert [row["contact"] for row in (whole, single, bad)] == ["0", "1", "0"]
+    assert abs(float(single["x_mm"]) - 0.4) < FAR * float(single["x_std_mm"]) < 0.1
+    assert abs(float(single["orientation_deg"]) - 30) < FAR * float(single["orientation_std_deg"])
+    assert abs(float(single["long_mm"]) - 2) < 0.2
+    assert abs(float(whole["normal_N"]) - 2) < 0.05
+    assert abs(float(single["spin_Nmm"])) < FAR * float(single["spin_std_Nmm"])
+    assert bad["x_mm"] == "nan"
