@@ -122,7 +122,7 @@ class PadSkinReader(FrameReader):
         met = list[SkinOptimum]()
         starts = self._starts(fit, classifier) if start is None else iter([start])
         for forces in starts:
-            met += self._pressed(fit, classifier, forces)
+            met += self._pressed(fit, classifier, forces, silent)
             if silent or any(self.explains(fit, classifier, one) for one in met):
                 break
         good = [one for one in met if self.explains(fit, classifier, one)]
@@ -152,12 +152,17 @@ class PadSkinReader(FrameReader):
             yield forces.reshape(-1, 3)
 
     def _pressed(
-        self, fit: SkinFit, classifier: FrameClassifier, forces: Array
+        self, fit: SkinFit, classifier: FrameClassifier, forces: Array, weak: bool
     ) -> list[SkinOptimum]:
-        """What contacts that act about like forces on squares explain, as few as do."""
+        """What contacts that act about like forces on squares explain, as few as do.
+
+        Where nothing may touch, the strongest alone is looked for.
+        """
         patches = Patches.of(self.model.sensor, forces)
         if not patches.members:
             return []
+        if weak:
+            return [self._climbed(fit, patches.strongest.contacts)]
         met = [self._climbed(fit, patches.contacts)]
         while not self._plain(classifier, met[-1]) and len(patches.members) < MOST:
             divided = patches.divided(self._worst(fit, met[-1]))

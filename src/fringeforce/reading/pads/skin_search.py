@@ -52,6 +52,12 @@ class Patches:
         least = WEAK * max(float(normal.sum()), 0.0)
         return cls(pad, forces, tuple(g for g in groups if forces[g, 0].sum() > least))
 
+    @property
+    def strongest(self) -> Patches:
+        """The same with the contact that presses hardest alone."""
+        own = max(self.members, key=lambda group: float(self.forces[group, 0].sum()))
+        return Patches(self.pad, self.forces, (own,))
+
     def divided(self, which: int) -> Patches | None:
         """The same with one contact as two, if it has squares enough."""
         own = self.members[which]
