@@ -25,6 +25,8 @@ CLOSE, NEAR = 0.2, 3.0
 it is the last."""
 DENSE, SPARSE = 2, 7
 """Pixels between those of the matrix, beside contacts and elsewhere."""
+MOST_DENSE = 64
+"""Dense rows or columns at most: contacts that need more are large, and what they do is smooth."""
 BESIDE = 3.0
 """How far beside a contact they are dense, in thicknesses of the cover."""
 WEAKEST = 1e-3
@@ -215,9 +217,10 @@ class SkinFit:
             half = reach[:, axis] + margin
             distances = np.abs(places[:, None] - middle) - half
             near = distances.min(axis=1) < 0
+            dense = max(DENSE, int(near.sum()) // MOST_DENSE)
             kept, last = [], -SPARSE
             for i, close in enumerate(near.tolist()):
-                if i - last >= (DENSE if close else SPARSE):
+                if i - last >= min(dense if close else SPARSE, SPARSE):
                     kept.append(i)
                     last = i
             index = np.array(kept)

@@ -156,13 +156,13 @@ class PadSkinReader(FrameReader):
     ) -> list[SkinOptimum]:
         """What contacts that act about like forces on squares explain, as few as do.
 
-        Where nothing may touch, the strongest alone is looked for.
+        Where nothing may touch, the strongest alone is looked for, whose shape would not show.
         """
-        patches = Patches.of(self.model.sensor, forces)
+        patches = Patches.of(self.model.sensor, forces, self._least)
         if not patches.members:
             return []
         if weak:
-            return [self._climbed(fit, patches.strongest.contacts)]
+            return [self._climbed(fit, patches.strongest.contacts, shapes=False)]
         met = [self._climbed(fit, patches.contacts)]
         while not self._plain(classifier, met[-1]) and len(patches.members) < MOST:
             divided = patches.divided(self._worst(fit, met[-1]))
@@ -173,6 +173,12 @@ class PadSkinReader(FrameReader):
             if met[-1].loss > met[-2].loss:
                 break
         return met
+
+    @cached_property
+    def _least(self) -> float:
+        """Force whose largest retardance is as the noise of one pixel [N]."""
+        noise = np.sqrt(self.response.variance) / np.max(self.response.amplitude)
+        return float(noise / self._search.strongest)
 
     def _worst(self, fit: SkinFit, one: SkinOptimum) -> int:
         """The contact beside which most is left."""
@@ -195,8 +201,8 @@ class PadSkinReader(FrameReader):
     def _cover(self) -> float:
         return self.model.sensor.transducer.compliant.thickness
 
-    def _climbed(self, fit: SkinFit, contacts: Array) -> SkinOptimum:
-        """Contacts without shapes first, then, if that is promising, with them."""
+    def _climbed(self, fit: SkinFit, contacts: Array, shapes: bool = True) -> SkinOptimum:
+        """Contacts without shapes first, then, if that is promising and wanted, with them."""
         free = np.zeros(contacts.shape, dtype=bool)
         free[:, :FIRST] = True
         pixels, (here, left) = len(fit.frame), self._far(fit, contacts, free)
@@ -205,7 +211,7 @@ class PadSkinReader(FrameReader):
                 return fit.climb(here, free, 1)
             here, left = self._below(fit, here, free, limit)
         one = fit.climb(here, free, STEPS, stop=Stop(COARSE * pixels, 0.0))
-        if one.loss > PROMISING * pixels:
+        if not shapes or one.loss > PROMISING * pixels:
             return one
         return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
 

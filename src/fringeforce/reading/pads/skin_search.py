@@ -41,15 +41,15 @@ class Patches:
     members: tuple[Index, ...]
 
     @classmethod
-    def of(cls, pad: Pad, forces: Array) -> Patches:
-        """Touched squares that are neighbours belong together."""
+    def of(cls, pad: Pad, forces: Array, least: float = 0.0) -> Patches:
+        """Touched squares that are neighbours belong together, if they press more than this [N]."""
         count = pad.tactels.count
         normal = forces[:, 0].reshape(count)
         labels = np.empty(count, dtype=int)
         label(normal > SHOWN * normal.max(), structure=np.ones((3, 3)), output=labels)
         flat = labels.ravel()
         groups = [np.flatnonzero(flat == k) for k in range(1, flat.max() + 1)]
-        least = WEAK * max(float(normal.sum()), 0.0)
+        least = max(WEAK * float(normal.sum()), least)
         return cls(pad, forces, tuple(g for g in groups if forces[g, 0].sum() > least))
 
     @property
