@@ -199,7 +199,8 @@ class SkinFit:
                 counts = shares * sampling.shares(seen)
             for slope in sampling.slopes(place.modes, picture, light):
                 by = np.einsum("fp,fpu->pu", slope.reshape(-1, len(shares)), slopes, optimize=True)
-                by *= np.sqrt(counts)[:, None]
+                # in double precision, for shapes are hardly told apart
+                by = by.astype(float) * np.sqrt(counts)[:, None]
                 total += by.T @ by
         total *= float(np.mean(self.response.amplitude)) ** 2 / float(
             np.mean(self.response.variance)

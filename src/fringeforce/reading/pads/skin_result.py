@@ -101,7 +101,8 @@ class PadSkinResult:
     def _resultant(self, which: Index) -> Resultant:
         numbers = (which[:, None] * SIZE_OF + np.arange(SIZE_OF)).ravel()
         covariance = self._covariance[np.ix_(numbers, numbers)]
-        own, std = self.found[which].ravel(), np.sqrt(np.diag(covariance))
+        own = self.found[which].ravel()
+        std = np.sqrt(np.maximum(np.diag(covariance), 0))
         middle = amounts(self.found[which])
         rows = np.empty((len(middle), len(own)))
         for k in range(len(own)):
