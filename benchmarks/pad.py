@@ -25,7 +25,8 @@ from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.mechanics.solid.fourier import stress_influence
-from fringeforce.models.pad import PadModel, block_of, characterize_pad
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_slices import block_of
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reading import Status

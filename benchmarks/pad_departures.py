@@ -31,7 +31,8 @@ import fringeforce as ff
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_as_built import slice_retardance, smooth_image
+from fringeforce.models.pad_as_built import smooth_image
+from fringeforce.models.pad_slices import slice_retardance
 from fringeforce.optics import camera as camera_optics
 
 Array = NDArray[np.float64]

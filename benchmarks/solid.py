@@ -32,7 +32,8 @@ from fringeforce.mechanics.solid.block import Block, Patches, Sides, SolidInflue
 from fringeforce.mechanics.solid.influence import pad_influence
 from fringeforce.mechanics.solid.sides import SideGrading, sided_influence
 from fringeforce.mechanics.solid.strip import STRIP
-from fringeforce.models.pad import PadModel, block_of, characterize_pad
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_slices import block_of
 from fringeforce.models.strip_width import strip_width
 
 Array = NDArray[np.float64]

@@ -8,6 +8,7 @@ from pathlib import Path
 import api_pages
 import conventions_figure
 import design_fields
+import pad_skin_figure
 import skin_figure
 import tolerance_figure
 from sphinx.application import Sphinx
@@ -31,6 +32,7 @@ def make(app: Sphinx) -> None:
     _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
     conventions_figure.save(folder / "conventions.svg")
     skin_figure.save(folder / "skin.svg")
+    pad_skin_figure.save(folder / "pad-skin.svg")
     tolerance_figure.save(folder / "tolerances.svg")
 
 

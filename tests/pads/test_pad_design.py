@@ -60,3 +60,31 @@ def test_what_works_on_strips_only_says_so() -> None:
         load_strip("pad")
     with pytest.raises(ff.FringeforceError, match="no kind of sensor"):
         parse_sensor('kind = "glove"')
+
+
+def test_a_skin_takes_the_place_of_tactels() -> None:
+    skin = ff.load_sensor("pad-skin")
+    assert skin.tactels.count == (11, 11)
+    assert "[tactels]" not in skin.to_toml()
+    assert parse_sensor(skin.to_toml()) == skin
+    assert skin.replace(**{"skin.resolution": "1 mm"}).tactels.count == (22, 22)
+    long = skin.replace(**{"skin.extent": ["20 mm", "10 mm"]})
+    assert (long.tactels.count, long.tactels.pitch) == ((10, 5), 2e-3)
+    pins = skin.replace(tactels={"count": [3, 3], "pitch": "2 mm"})
+    assert pins.skin is None
+    assert pins.replace(skin={"extent": ["22 mm", "22 mm"]}).tactels == skin.tactels
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"skin.extent": ["30 mm", "22 mm"]}, "beyond the pad's 25 mm"),
+        ({"skin.extent": ["22 mm"]}, "must be two lengths"),
+        ({"skin.extent": "22 mm"}, "must be two lengths"),
+        ({"skin.friction": 0.0}, "skin.friction"),
+        ({"transducer.sides": "free"}, 'sides = "roller"'),
+    ],
+)
+def test_a_skin_that_cannot_be_is_told(change: dict, words: str) -> None:
+    with pytest.raises(ff.FringeforceError, match=words):
+        ff.load_sensor("pad-skin").replace(**change)

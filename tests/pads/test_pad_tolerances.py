@@ -11,7 +11,8 @@ from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_as_built import SHAPES, slice_retardance, smooth_image, spreads
+from fringeforce.models.pad_as_built import SHAPES, smooth_image, spreads
+from fringeforce.models.pad_slices import slice_retardance
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics import camera as camera_optics
 from fringeforce.reading.pads.fit import Fit

@@ -74,7 +74,7 @@ def read(
             readings.append(reading)
             advance("Reading", len(readings), len(images))
     if getattr(sensor, "skin", None) is not None:
-        statuses = save_contacts(output, readings)
+        statuses = save_contacts(output, readings, sensor.components)
     else:
         statuses = save_readings(output, readings, sensor.components)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))

@@ -6,13 +6,19 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
+from scipy.special import roots_jacobi
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 
 Profile = Literal["line", "flat", "hertz", "punch"]
+Outline = Literal["ellipse", "rectangle"]
 NODES = 64
 """Small forces that stand for a traction: Gauss's rule, exact for polynomials of degree 127."""
+RINGS, SPOKES = 32, 96
+"""The same over an ellipse: Gauss's rule along the radius, and equal steps around it."""
+PAIRS = "tangential", "width"
+"""Values of which there may be two on a pad."""
 
 
 class Tractions(NamedTuple):
@@ -20,10 +26,10 @@ class Tractions(NamedTuple):
 
     Attributes
     ----------
-    places : ndarray, shape (q,)
-        Along x [m].
-    forces : ndarray, shape (q, 2)
-        Normal and tangential [N].
+    places : ndarray, shape (q,), or (q, 2) of a pad
+        Along x, and y [m].
+    forces : ndarray, shape (q, 2), or (q, 3) of a pad
+        Normal and tangential, of a pad along x and y [N].
     """
 
     places: Array
@@ -58,28 +64,37 @@ class Tractions(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Press:
-    """Something that presses on a strip anywhere.
+    """Something that presses on a strip or a pad anywhere.
 
     Either the width of the contact is given and its profile, or the radius of a rigid cylinder
-    across the strip, from which contact mechanics on the layers tells width and pressure.
+    across a strip, or sphere on a pad, from which contact mechanics on the layers tells width and
+    pressure.
 
     Parameters
     ----------
     x : float
-        Place along the strip [m]; of the middle of the contact, or of the cylinder's axis.
+        Place along the sensor [m]; of the middle of the contact, or of the indenter's axis.
+    y : float, optional
+        Place across a pad [m]; a press with it is one on a pad.
     normal : float
-        Force into the strip, above zero [N].
-    tangential : float
-        Force towards +x [N].
-    width : float, optional
-        Of the contact [m]; a line if neither width nor radius is given.
+        Force into the surface, above zero [N].
+    tangential : float or (float, float)
+        Force towards +x, on a pad towards +x and +y [N].
+    width : float or (float, float), optional
+        Of the contact [m], on a pad along both axes of its outline; a line, or a point of a pad, if
+        neither width nor radius is given.
     profile : {"line", "flat", "hertz", "punch"}, optional
         Of the pressure over the width: uniform, that of Hertz, or that of a rigid flat punch, with
-        its singular edges; "hertz" if not given.  The shear is proportional to it.
+        its singular edges; "hertz" if not given.  The shear is proportional to it.  Over a
+        rectangle the pressure of Hertz is that of a cylinder, uniform along the second width.
+    outline : {"ellipse", "rectangle"}
+        Of a contact on a pad.
+    angle : float
+        Of the first axis of that outline, from x towards y [degrees].
     radius : float, optional
-        Of the cylinder [m].
+        Of the cylinder or sphere [m].
     friction : float
-        Largest shear over pressure at any place; a cylinder slips where it would be exceeded.
+        Largest shear over pressure at any place; an indenter slips where it would be exceeded.
 
     Raises
     ------
@@ -92,28 +107,45 @@ class Press:
     >>> finger = ff.Press(x=0.3e-3, normal=1.0, tangential=0.2, radius=5e-3)
     >>> model.expose([finger], rng=0).shape
     (2048,)
+    >>> ball = ff.Press(x=1e-3, y=-2e-3, normal=4.0, tangential=(1.0, 0.5), radius=5e-3)
+    >>> ball.shear
+    (1.0, 0.5)
     """
 
     x: float
     normal: float
-    tangential: float = 0.0
-    width: float | None = None
+    y: float | None = None
+    tangential: float | tuple[float, float] = 0.0
+    width: float | tuple[float, float] | None = None
     profile: Profile | None = None
+    outline: Outline = "ellipse"
+    angle: float = 0.0
     radius: float | None = None
     friction: float = 0.6
 
     def __post_init__(self) -> None:
-        numbers = {"x": self.x, "tangential": self.tangential}
+        numbers = {"x": self.x, "tangential": self.tangential, "angle": self.angle}
+        numbers |= {} if self.y is None else {"y": self.y}
         above = {"normal": self.normal, "friction": self.friction}
         above |= {k: v for k in ("width", "radius") if (v := getattr(self, k)) is not None}
         for name, value in (numbers | above).items():
-            if not np.isfinite(value) or (name in above and value <= 0):
+            values = np.atleast_1d(value)
+            if not np.isfinite(values).all() or (name in above and (values <= 0).any()):
                 limit = "finite and above zero" if name in above else "finite"
                 raise InputError(f"{name} = {value} of a press must be {limit}.")
-        if self.profile is not None and self.profile not in get_args(Profile):
+            if values.shape not in {(1,)} | ({(2,)} if name in PAIRS else set()):
+                kind = "a number, or two on a pad" if name in PAIRS else "a number"
+                raise InputError(f"{name} = {value} of a press must be {kind}.")
+        for name, known in (("profile", Profile), ("outline", Outline)):
+            value = getattr(self, name)
+            if value is not None and value not in get_args(known):
+                raise InputError(
+                    f"{name} = {value!r} of a press is none; take one of "
+                    f"{', '.join(map(repr, get_args(known)))}."
+                )
+        if self.y is None and any(np.ndim(part) for part in (self.tangential, self.width or 0.0)):
             raise InputError(
-                f"profile = {self.profile!r} of a press is none; take one of "
-                f"{', '.join(map(repr, get_args(Profile)))}."
+                "A press with two tangential forces or widths is one on a pad; give its y as well."
             )
         if self.radius is not None and (self.width is not None or self.profile is not None):
             raise InputError(
@@ -122,20 +154,40 @@ class Press:
             )
         if self.profile not in (None, "line") and self.width is None:
             raise InputError(f"profile = {self.profile!r} of a press needs a width; give it.")
-        if abs(self.tangential) > self.friction * self.normal * (1 + 1e-9):
+        shear = float(np.linalg.norm(self.tangential))
+        if shear > self.friction * self.normal * (1 + 1e-9):
             raise InputError(
-                f"A tangential force of {self.tangential:g} N needs more than the friction of "
+                f"A tangential force of {shear:g} N needs more than the friction of "
                 f"{self.friction:g} under {self.normal:g} N; lower it or raise the friction."
             )
 
+    @property
+    def shear(self) -> tuple[float, float]:
+        """Tangential force along x and y [N]."""
+        x, y = (*np.atleast_1d(self.tangential), 0.0)[:2]
+        return float(x), float(y)
+
     def distributed(self) -> Tractions:
-        """Tractions of a press of known width."""
+        """Tractions of a press of known width on a strip."""
         if self.width is None or self.profile == "line":
             places, shares = np.array([self.x]), np.ones(1)
         else:
             places, shares = _profile(self.profile or "hertz")
-            places = self.x + self.width / 2 * places
-        return Tractions(places, shares[:, None] * [self.normal, self.tangential])
+            places = self.x + np.max(self.width) / 2 * places
+        return Tractions(places, shares[:, None] * [self.normal, self.shear[0]])
+
+    def distributed_on_pad(self) -> Tractions:
+        """Tractions of a press of known widths on a pad."""
+        middle = np.array([self.x, self.y])
+        if self.width is None or self.profile == "line":
+            places, shares = middle[None], np.ones(1)
+        else:
+            kind = self.profile or "hertz"
+            unit, shares = _disc(kind) if self.outline == "ellipse" else _square(kind)
+            turn = np.radians(self.angle)
+            axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+            places = middle + np.broadcast_to(self.width, 2) / 2 * unit @ axes
+        return Tractions(places, shares[:, None] * [self.normal, *self.shear])
 
 
 def _profile(kind: Profile) -> tuple[Array, Array]:
@@ -147,3 +199,21 @@ def _profile(kind: Profile) -> tuple[Array, Array]:
         return np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES), np.full(NODES, 1 / NODES)
     angle = np.pi * np.arange(1, NODES + 1) / (NODES + 1)
     return np.cos(angle), 2 / (NODES + 1) * np.square(np.sin(angle))
+
+
+def _disc(kind: Profile) -> tuple[Array, Array]:
+    """Places on the unit disc, shape (q, 2), and shares of the force."""
+    # with s = r^2 the weights are 1, sqrt(1 - s) and 1 / sqrt(1 - s)
+    power = {"flat": 0.0, "hertz": 0.5, "punch": -0.5}[kind]
+    s, weights = roots_jacobi(RINGS, power, 0.0)
+    turn = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    around = np.column_stack([np.cos(turn), np.sin(turn)])
+    places = np.sqrt((1 + s) / 2)[:, None, None] * around
+    return places.reshape(-1, 2), np.repeat(weights / weights.sum() / SPOKES, SPOKES)
+
+
+def _square(kind: Profile) -> tuple[Array, Array]:
+    """Places on the square from -1 to 1, shape (q, 2), and shares of the force."""
+    first, second = _profile(kind), _profile("flat" if kind == "hertz" else kind)
+    x, y = np.meshgrid(first[0], second[0], indexing="ij")
+    return np.column_stack([x.ravel(), y.ravel()]), np.outer(first[1], second[1]).ravel()

@@ -40,11 +40,18 @@ class Resultant:
     centre : ndarray, shape (dimensions,)
         Centre of pressure along x, and y of a pad [m]; not a number where nothing presses.  A
         single contact on a skin has one however little it presses.
-    covariance : ndarray, shape (m, m), m = components + 3 + dimensions, and 1 with a width
-        Joint covariance of force, moment, centre and width in this order, to first order.
+    covariance : ndarray, shape (m, m), m = components + 3 + dimensions + 1 or 3 of a skin
+        Joint covariance of force, moment, centre and width, or axes and orientation [rad], in this
+        order, to first order.
     width : float or None
         Of a contact on a skin [m]: four standard deviations of its pressure, which is the whole
         width of a Hertz contact; not a number where the centre is none; None of tactels.
+    axes : ndarray, shape (2,), or None
+        Of a contact on a pad's skin [m]: 2 sqrt(5) standard deviations of its pressure along its
+        axes, the longer one first, which are the whole widths of a Hertz contact.
+    orientation : float or None
+        Of the longer axis, from x towards y, -90 to 90 [degrees]; of no meaning where both are
+        alike.
 
     Examples
     --------
@@ -61,12 +68,30 @@ class Resultant:
     centre: Array
     covariance: Array
     width: float | None = None
+    axes: Array | None = None
+    orientation: float | None = None
 
     @property
     def values(self) -> Array:
-        """Force, moment, centre and width, if it is known, in this order, shape (m,)."""
+        """What the covariance is of, in its order, shape (m,)."""
         wide = [] if self.width is None else [self.width]
+        if self.axes is not None and self.orientation is not None:
+            wide = [*self.axes, np.radians(self.orientation)]
         return np.concatenate([self.force, self.moment, self.centre, wide])
+
+    @property
+    def spin(self) -> float:
+        """Moment about z through the centre of pressure, of a pad [N m]."""
+        x, y = self.centre
+        return float(self.moment[2] - x * self.force[2] + y * self.force[1])
+
+    @property
+    def spin_std(self) -> float:
+        """Standard deviation of the spin, to first order [N m]."""
+        x, y = self.centre
+        slope = np.zeros(len(self.covariance))
+        slope[[1, 2, 5, 6, 7]] = y, -x, 1.0, -self.force[2], self.force[1]
+        return float(np.sqrt(slope @ self.covariance @ slope))
 
     @property
     def std(self) -> Array:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from fringeforce.base.arrays import Array
 from fringeforce.design.fields import Angle, Extent, Finite, Length, Place, Visibility
@@ -26,6 +27,16 @@ def _pair(value: Any) -> tuple[int, int]:
 
 
 Pair = Annotated[tuple[int, int], BeforeValidator(_pair)]
+
+
+def _two(value: Any) -> Any:
+    if isinstance(value, str) or np.shape(value) != (2,):
+        raise ValueError('must be two lengths, such as ["22 mm", "22 mm"]')
+    return tuple(value)
+
+
+Sides = Annotated[tuple[Length, Length], BeforeValidator(_two)]
+"""Lengths along x and y [m]."""
 
 
 class PadTransducer(Part):
@@ -88,6 +99,46 @@ class PadTactels(Part):
         x, y = ((np.arange(n) - (n - 1) / 2) * self.pitch for n in self.count)
         grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         return np.asarray(grid.reshape(-1, 2), dtype=np.float64)
+
+
+SQUARES = 4.0
+"""Side of the squares in which forces on a skin are stated, in thicknesses of the cover."""
+
+
+class PadSkin(Part):
+    """Where contacts land anywhere, in the place of tactels."""
+
+    extent: Sides = Field(
+        description="lengths of the skin along x and along y, centred on the pad [m]",
+        json_schema_extra={"unit": "meter"},
+    )
+    friction: Finite = Field(default=1.0, gt=0, description="largest |tangential| / normal force")
+    resolution: Length | None = Field(
+        default=None,
+        description="side of the squares in which forces are stated [m]; four times the cover's "
+        "thickness if not given",
+        json_schema_extra={"unit": "meter"},
+    )
+
+    def squares(self, cover: float) -> PadTactels:
+        """Squares all over it, for a cover of some thickness [m]."""
+        side = SQUARES * cover if self.resolution is None else self.resolution
+        pitch = min(self.extent) / max(round(min(self.extent) / side), 1)
+        x, y = (int(length / pitch * (1 + 1e-9)) for length in self.extent)
+        return PadTactels(count=(x, y), pitch=pitch)
+
+
+def _squares(data: dict[str, Any]) -> PadTactels:
+    """Squares of the skin that a design has."""
+    skin, transducer = data.get("skin"), data.get("transducer")
+    if skin is None and "skin" in data:
+        raise PydanticCustomError(
+            "no_tactels",
+            "say where forces act: give a table of tactels, or a skin for contacts anywhere",
+        )
+    if skin is None or transducer is None:  # has problems of its own
+        return PadTactels(count=(1, 1), pitch=1e-3)
+    return skin.squares(transducer.compliant.thickness)
 
 
 class PadChannel(Part):
@@ -190,11 +241,47 @@ class Pad(Design):
 
     kind: Literal["pad"] = "pad"
     components: ClassVar = ("normal", "tangential_x", "tangential_y")
+    rivals: ClassVar = {"skin": "tactels", "tactels": "skin"}
     name: str
     transducer: PadTransducer
-    tactels: PadTactels
+    skin: PadSkin | None = Field(
+        default=None, description="contacts anywhere, in the place of tactels; none if not given"
+    )
+    tactels: PadTactels = Field(
+        default_factory=_squares,
+        validate_default=True,
+        description="where forces act; of a skin, the squares in which they are stated",
+    )
     polariscope: PadPolariscope
     camera: AreaCamera
+
+    @property
+    def derived(self) -> frozenset[str]:
+        """Tables that follow from others: the squares of a skin."""
+        return frozenset() if self.skin is None else frozenset(["tactels"])
+
+    @model_validator(mode="after")
+    def _tactels_or_skin(self) -> Pad:
+        if self.skin is None:
+            return self
+        if "tactels" in self.model_fields_set:
+            raise ValueError(
+                "has both tactels and a skin; give tactels for forces at certain places, or a skin "
+                "for contacts anywhere"
+            )
+        block, extent = self.transducer, self.skin.extent
+        for axis, own, side in zip("xy", extent, (block.length, block.width), strict=True):
+            if own > side * (1 + 1e-9):
+                raise ValueError(
+                    f"skin: an extent of {own * 1e3:g} mm along {axis} reaches beyond the pad's "
+                    f"{side * 1e3:g} mm; take a smaller skin or a larger pad"
+                )
+        if block.sides != "roller":
+            raise ValueError(
+                f'skin: contacts anywhere need sides = "roller", not "{block.sides}": their light '
+                "is that of the exact series"
+            )
+        return self
 
     @model_validator(mode="after")
     def _fits(self) -> Pad:

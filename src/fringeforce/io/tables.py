@@ -120,23 +120,39 @@ def save_readings(
 
 
 CONTACT = ("x_mm", "width_mm", "normal_N", "tangential_N")
-"""Numbers of a contact on a skin, which have deviations too."""
+PAD_CONTACT = (
+    *("x_mm", "y_mm", "long_mm", "short_mm", "orientation_deg"),
+    *("normal_N", "tangential_x_N", "tangential_y_N", "spin_Nmm"),
+)
+"""Numbers of a contact on the skin of a strip and of a pad, which have deviations too."""
 
 
-def contact_columns() -> tuple[str, ...]:
+def contact_columns(components: tuple[str, ...] = Sensor.components) -> tuple[str, ...]:
     """Names of the numbers of a contact on a skin, and of their deviations."""
-    parts = (name.rpartition("_") for name in CONTACT)
-    return *CONTACT, *(f"{name}_std_{unit}" for name, _, unit in parts)
+    columns = CONTACT if len(components) == 2 else PAD_CONTACT
+    parts = (name.rpartition("_") for name in columns)
+    return *columns, *(f"{name}_std_{unit}" for name, _, unit in parts)
 
 
 def contact_cells(contact: Resultant) -> list[float]:
     """Numbers of `contact_columns`."""
-    std, width = contact.std, contact.width or 0.0
-    values = [contact.centre[0] * 1e3, width * 1e3, *contact.force]
-    return [float(v) for v in (*values, std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2])]
+    std = contact.std
+    if len(contact.force) == 2:
+        values = [contact.centre[0] * 1e3, (contact.width or 0.0) * 1e3, *contact.force]
+        wide = [std[5] * 1e3, (contact.width_std or 0.0) * 1e3, *std[:2]]
+        return [float(value) for value in (*values, *wide)]
+    turn = np.degrees(1.0)
+    found = np.concatenate([contact.values[6:] * 1e3, contact.force, [contact.spin * 1e3]])
+    spread = np.concatenate([std[6:] * 1e3, std[:3], [contact.spin_std * 1e3]])
+    found[4], spread[4] = found[4] / 1e3 * turn, min(spread[4] / 1e3 * turn, 90.0)
+    return [*found.tolist(), *spread.tolist()]
 
 
-def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> Counter[str]:
+def save_contacts(
+    path: str | os.PathLike[str],
+    readings: Iterable[Reading],
+    components: tuple[str, ...] = Sensor.components,
+) -> Counter[str]:
     """Write readings of a skin, one row for each contact of each frame, whole or not at all.
 
     Contacts count from 1, the strongest first; 0 is all of them together.
@@ -147,6 +163,8 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
         Path of the CSV file.
     readings : iterable of Reading
         One for each frame.
+    components : tuple of str
+        `components` of the sensor, a strip if not given.
 
     Returns
     -------
@@ -158,7 +176,14 @@ def save_contacts(path: str | os.PathLike[str], readings: Iterable[Reading]) -> 
     FileFormatError
         If the file cannot be written.
     """
-    return _save(path, ("contact", *contact_columns()), readings, _contact_rows)
+    columns = contact_columns(components)
+
+    def rows(reading: Reading) -> Iterable[tuple[int, Iterable[float]]]:
+        if reading.total is None:
+            return [(0, [np.nan] * len(columns))]
+        return enumerate(map(contact_cells, (reading.total, *reading.contacts)))
+
+    return _save(path, ("contact", *columns), readings, rows)
 
 
 def _save(
@@ -178,13 +203,6 @@ def _save(
             for number, values in rows(reading):
                 writer.writerow([frame, number, *(f"{value:.6g}" for value in values), status])
     return statuses
-
-
-def _contact_rows(reading: Reading) -> Iterable[tuple[int, Iterable[float]]]:
-    """All contacts together, then each; a row of nan if the frame tells nothing."""
-    if reading.total is None:
-        return [(0, [np.nan] * 2 * len(CONTACT))]
-    return enumerate(map(contact_cells, (reading.total, *reading.contacts)))
 
 
 def _cells(reading: Reading) -> Array:

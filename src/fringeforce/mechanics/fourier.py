@@ -119,6 +119,26 @@ def harmonic_displacement(
     return state[:, :, _ALPHA_U] / alpha[:, None, None]
 
 
+def surface_compliance(compliant: Layer, photoelastic: Layer, kappa: Array) -> Array:
+    """Displacement into the top surface per unit harmonic pressure, in plane strain.
+
+    Parameters
+    ----------
+    compliant, photoelastic : Layer
+        The cover, and what it lies on; the bottom is bonded.
+    kappa : ndarray, shape (k,)
+        Wave numbers [1/m].
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        [m/Pa].
+    """
+    layers = _layers(compliant, photoelastic, "strain")
+    state = layers[0].basis(kappa, np.array([0.0]))[:, 0] @ _coefficients(layers, kappa)[:, :4]
+    return np.asarray(-state[:, _ALPHA_W, 0] / kappa)
+
+
 def _harmonics(transducer: Transducer, positions: ArrayLike, terms: int) -> tuple[Array, Array]:
     """Wave numbers, shape (terms,), and line-load amplitudes per newton, shape (terms, n, 2)."""
     length, width = transducer.length, transducer.width

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,9 +22,12 @@ from fringeforce.mechanics.solid.block import Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.models.as_built import changes_influence, drawn, loosened
-from fringeforce.models.pad_as_built import BuiltPad, block_of, built_pad
+from fringeforce.models.pad_as_built import BuiltPad, built_pad
 from fringeforce.models.pad_influence import PadInfluence, Retardance, compressed
+from fringeforce.models.pad_presses import press_slices
+from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
+from fringeforce.models.presses import Presses, are_presses
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, Picture, measure, measure_back, mosaic, pictures
 from fringeforce.optics.integrated import double_pass, turn_modes, turn_modes_back
@@ -144,30 +147,44 @@ class PadModel:
         """
         return np.asarray(np.einsum("sk,fkrc->sfrc", self.profile, self.modes(forces)))
 
-    def retardance(self, forces: ArrayLike) -> Array:
+    def retardance(self, forces: ArrayLike | Presses) -> Array:
         """Depth integral of the retardance over both passes, shape (..., 2, rows, columns) [rad].
 
         Its two parts are those between 0 and 90 degrees and between 45 and 135; the size is the
         number of fringes times 2 pi where the stress does not turn over the depth.
         """
-        loads = self.checked(forces)
+        if are_presses(forces):
+            return self._of_presses(forces, lambda slices: 2 * slices.sum(axis=0))
+        loads = self.checked(cast(ArrayLike, forces))
         flat = loads.reshape(-1, *loads.shape[-2:])
         whole = 2 * self.influence.profile.sum(axis=0)
         found = [np.einsum("k,fkrc->frc", whole, self.modes(load)) for load in flat]
         return np.array(found).reshape(*loads.shape[:-2], 2, *self._image)
 
-    def intensity(self, forces: ArrayLike) -> Array:
+    def intensity(self, forces: ArrayLike | Presses) -> Array:
         """Share of a perfect dark field's light that each pixel gets, shape (..., *frame_shape).
 
         Parameters
         ----------
-        forces : array_like, shape (..., n, 3)
-            N, T_x, T_y of every tactel [N].
+        forces : array_like, shape (..., n, 3), or sequence of Press
+            N, T_x, T_y of every tactel [N]; or what really touches, in one frame or, as a sequence
+            of such sequences, in several.
         """
-        loads = self.checked(forces)
+        if are_presses(forces):
+            return self._of_presses(forces, self._seen)
+        loads = self.checked(cast(ArrayLike, forces))
         flat = loads.reshape(-1, *loads.shape[-2:])
         found = [self._intensity(self.modes(load)) for load in flat]
         return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.frame_shape)
+
+    def _of_presses(self, presses: Sequence[Any], made: Callable[[Array], ArrayLike]) -> Array:
+        """What is made of the slices under presses, of one frame or of several."""
+        if len(presses) and isinstance(presses[0], Sequence):
+            return np.array([self._of_presses(one, made) for one in presses])
+        return np.asarray(made(press_slices(self.sensor, presses, *self.pixel_positions)), float)
+
+    def _seen(self, slices: Array) -> Single:
+        return self.seen(slices).reshape(self.frame_shape)
 
     def _intensity(self, modes: Single) -> Single:
         return np.stack([self.picture(modes, picture)[0] for picture in self.pictures])
@@ -239,7 +256,7 @@ class PadModel:
 
     def expose(
         self,
-        forces: ArrayLike,
+        forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         as_built: camera_optics.Rng = None,
     ) -> NDArray[np.unsignedinteger]:
@@ -247,8 +264,8 @@ class PadModel:
 
         Parameters
         ----------
-        forces : array_like, shape (..., n, 3)
-            N, T_x, T_y of every tactel [N].
+        forces : array_like, shape (..., n, 3), or sequence of Press
+            N, T_x, T_y of every tactel [N], or what really touches, as of `intensity`.
         rng : int, numpy.random.Generator or None
             Source of the noise, and of light that drifts.
         as_built : int or numpy.random.Generator, optional

@@ -13,8 +13,9 @@ standard deviation along an axis), c_5 turns its axes; those of the third order 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,11 +23,12 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.ndimage import convolve1d
 
 from fringeforce.design.pad import Pad
-from fringeforce.mechanics.solid.block import Block, Patches
-from fringeforce.mechanics.solid.fourier import stress_of_loads
+from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models.as_built import FIELD_STEP, PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.pad_presses import press_slices
+from fringeforce.models.pad_slices import block_of, slice_retardance
+from fringeforce.models.presses import Presses, are_presses
 from fringeforce.optics import camera as camera_optics
-from fringeforce.optics.photoelasticity import stress_optic_constant
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -60,42 +62,6 @@ def spreads(pad: Pad) -> Array:
     second = pad.tolerances.get(SIZE, 0.0) / (WIDTH * side)
     higher = [second] * (len(SHAPES) - 5)
     return np.array([first, first, second, second, TURNED * second, *higher])
-
-
-def block_of(pad: Pad) -> Block:
-    """The block of a pad, as mechanics wants it."""
-    t = pad.transducer
-    return Block(t.length, t.width, t.compliant, t.photoelastic, t.sides)
-
-
-def slice_retardance(
-    pad: Pad, loads: list[tuple[Patches, Array]], x: Array, y: Array, slices: int
-) -> Array:
-    """Single-pass retardance of every slice under tractions of any shape, by the exact series.
-
-    Sides are taken to be rollers.
-
-    Parameters
-    ----------
-    pad : Pad
-        The design.
-    loads : list of (Patches, ndarray)
-        Tractions and the forces (n, 3) that they belong to [N].
-    x, y : ndarray, shape (columns,), (rows,)
-        Places [m].
-    slices : int
-        Number of them.
-
-    Returns
-    -------
-    ndarray, shape (slices, 2, rows, columns)
-        (A, B) at the polariscope's wavelength [rad].
-    """
-    block = block_of(pad)
-    constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-    difference, shear = stress_of_loads(block, loads, x, y, slices)
-    depth = constant * block.depths(slices)[1][:, None, None, None]
-    return np.asarray(depth * np.stack([difference, 2 * shear], axis=1))
 
 
 class DrawnModel(Protocol):
@@ -171,17 +137,23 @@ class BuiltPad:
         shape = (*np.atleast_1d(np.asarray(frames, dtype=int)), self.drawing.tactels.total)
         return spreads(self.drawing) * generator.standard_normal((*shape, len(SHAPES)))
 
-    def intensity(self, forces: ArrayLike, contacts: Array | None = None) -> Array:
+    def intensity(self, forces: ArrayLike | Presses, contacts: Array | None = None) -> Array:
         """Share of a perfect dark field's light that each pixel gets, shape (..., *frame_shape).
 
         Parameters
         ----------
-        forces : array_like, shape (..., n, 3)
-            N, T_x, T_y of every tactel [N].
+        forces : array_like, shape (..., n, 3), or sequence of Press
+            N, T_x, T_y of every tactel [N], or what really touches, in one frame or in several.
         contacts : ndarray, shape (..., n, 9), optional
             How the tractions are spread; uniform if not given.
         """
-        loads = self.model.checked(forces)
+        if are_presses(forces):
+            if isinstance(forces[0], Sequence):
+                return np.array([self.intensity(one) for one in forces])
+            pad = self.model.sensor
+            slices = press_slices(pad, forces, *pad.pixel_positions)
+            return self._seen(slices).reshape(self.model.frame_shape).astype(float)
+        loads = self.model.checked(cast(ArrayLike, forces))
         flat = loads.reshape(-1, *loads.shape[-2:])
         spread = (
             [None] * len(flat) if contacts is None else contacts.reshape(len(flat), -1, len(SHAPES))
@@ -191,9 +163,6 @@ class BuiltPad:
 
     def _intensity(self, forces: Array, contact: Array | None) -> Single:
         slices = self.model.slices(forces).astype(float)
-        weights = block_of(self.model.sensor).depths(len(slices))[1]
-        share = weights / (2 * weights.sum())
-        slices += share[:, None, None, None] * self.residual
         if contact is not None and contact.any():
             pad = self.model.sensor
             loads = [
@@ -206,11 +175,17 @@ class BuiltPad:
                 for places, end in zip(pad.pixel_positions, ends, strict=True)
             )
             slices += slice_retardance(pad, loads, x, y, len(slices))
-        return self.model.seen(slices)
+        return self._seen(slices)
+
+    def _seen(self, slices: Array) -> Single:
+        """Intensity of light through slices that have the residual as well."""
+        weights = block_of(self.model.sensor).depths(len(slices))[1]
+        share = weights / (2 * weights.sum())
+        return self.model.seen(slices + share[:, None, None, None] * self.residual)
 
     def expose(
         self,
-        forces: ArrayLike,
+        forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         contacts: Array | None = None,
     ) -> NDArray[np.unsignedinteger]:
@@ -218,16 +193,16 @@ class BuiltPad:
 
         Parameters
         ----------
-        forces : array_like, shape (..., n, 3)
-            N, T_x, T_y of every tactel [N].
+        forces : array_like, shape (..., n, 3), or sequence of Press
+            N, T_x, T_y of every tactel [N], or what really touches, as of `intensity`.
         rng : int, numpy.random.Generator or None
             Source of contacts, light and noise.
         contacts : ndarray, shape (..., n, 9), optional
             How the tractions are spread, if it is known; drawn anew for every frame if not given.
         """
         generator, axes = np.random.default_rng(rng), len(self.model.frame_shape)
-        if contacts is None and spreads(self.drawing).any():
-            contacts = self.contacts(np.shape(forces)[:-2], generator)
+        if contacts is None and not are_presses(forces) and spreads(self.drawing).any():
+            contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
         light = self.intensity(forces, contacts)
         return camera_optics.expose(self.model.sensor.camera, light, generator, frame_axes=axes)
 

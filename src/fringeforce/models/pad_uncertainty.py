@@ -29,8 +29,9 @@ from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.models import splines
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_as_built import SHAPES, block_of, spreads
+from fringeforce.models.pad_as_built import SHAPES, spreads
 from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
+from fringeforce.models.pad_slices import block_of
 from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
 from fringeforce.optics.area_camera import Lens, Picture, pictures
 from fringeforce.optics.photoelasticity import stress_optic_constant

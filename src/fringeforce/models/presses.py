@@ -50,9 +50,14 @@ def tractions(sensor: Sensor, press: Press) -> Tractions:
     Raises
     ------
     InputError
-        If it reaches beyond the strip, or presses with a cylinder in three dimensions.
+        If it reaches beyond the strip, is one on a pad, or presses with a cylinder in three
+        dimensions.
     """
     transducer = sensor.transducer
+    if press.y is not None:
+        raise InputError(
+            f"A press with y = {press.y * 1e3:g} mm is one on a pad; leave it out on a strip."
+        )
     if press.radius is None:
         found = press.distributed()
     else:
@@ -82,7 +87,7 @@ def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Trac
     rung = np.floor(LADDER * np.log2(max(half / STEPS / cover.thickness, FINEST)))
     step = cover.thickness * float(2 ** (rung / LADDER))
     compliance = _compliance(transducer.model_dump_json(), step)
-    forces = cylinder_forces(compliance, radius, press.normal, press.tangential, press.friction)
+    forces = cylinder_forces(compliance, radius, press.normal, press.shear[0], press.friction)
     places = press.x + np.arange(-(len(forces) // 2), len(forces) // 2 + 1, dtype=np.float64) * step
     kept = forces[:, 0] > 0
     return Tractions(places[kept], forces[kept])

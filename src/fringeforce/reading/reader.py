@@ -18,6 +18,7 @@ from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.diagnosis import PadDiagnosis
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.pads.skin_reader import PadSkinFollower, PadSkinReader
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_diagnosis import SkinDiagnosis
 from fringeforce.reading.skin_following import SkinFollower
@@ -57,6 +58,7 @@ _KINDS: dict[
     "strip": (StripFrameReader, StripFollower, _of_strip),
     "skin": (SkinReader, SkinFollower, _of_skin),
     "pad": (PadFrameReader, PadFollower, _of_pad),
+    "pad skin": (PadSkinReader, PadSkinFollower, _of_skin),
 }
 """What reads single frames, what follows them, and what diagnoses them, by the kind of sensor."""
 
@@ -119,8 +121,10 @@ class Reader:
         friction: float | None = None,
         confidence: float = CONFIDENCE,
     ) -> None:
-        skin = isinstance(model, SensorModel) and model.sensor.skin is not None
-        single, self._follow, self._diagnoses = _KINDS["skin" if skin else model.sensor.kind]
+        kind = model.sensor.kind
+        if model.sensor.skin is not None:
+            kind = "skin" if kind == "strip" else "pad skin"
+        single, self._follow, self._diagnoses = _KINDS[kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import spherical_jn
@@ -87,7 +88,6 @@ def stress_of_loads(
     difference, shear : ndarray, shape (slices, ny, nx)
         sigma_x - sigma_y and tau_xy [Pa].
     """
-    heights, _ = block.depths(slices)
     alpha, beta = _wave_numbers_of(block, digits)
     traction = np.zeros((3, len(alpha), len(beta)))
     for patches, forces in loads:
@@ -95,7 +95,7 @@ def stress_of_loads(
         for component, (load_x, load_y) in enumerate(waves):
             traction[component] += (load_x * forces[:, component]) @ load_y.T
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
-    waves = _stress_waves(block, alpha, beta, heights)
+    waves = _known_waves(block, digits, slices)
     differences, shears = (
         sum(one * load for one, load in zip(part, traction, strict=True))
         for part in zip(*waves, strict=True)
@@ -104,6 +104,34 @@ def stress_of_loads(
         np.asarray(np.cos(at_y) @ np.swapaxes(differences, 1, 2) @ np.cos(at_x).T),
         np.asarray(np.sin(at_y) @ np.swapaxes(shears, 1, 2) @ np.sin(at_x).T),
     )
+
+
+def retardance_waves(block: Block, slices: int, digits: float) -> tuple[Array, Array, Array]:
+    """What light sees of harmonic tractions on the top surface.
+
+    Parameters
+    ----------
+    block : Block
+        Block whose sides are taken to be rollers, whatever it says.
+    slices, digits
+        As of `stress_influence`.
+
+    Returns
+    -------
+    alpha, beta : ndarray, shape (m,), (n,)
+        Wave numbers along x and y [1/m].
+    waves : ndarray, shape (slices, 2, 3, m, n)
+        Harmonics of sigma_x - sigma_y and of 2 tau_xy per unit harmonic of N, T_x and T_y.
+    """
+    alpha, beta = _wave_numbers_of(block, digits)
+    waves = _known_waves(block, digits, slices)
+    return alpha, beta, np.stack([np.stack([d, 2 * s], axis=1) for d, s in waves], axis=2)
+
+
+@lru_cache(maxsize=2)
+def _known_waves(block: Block, digits: float, slices: int) -> list[tuple[Array, Array]]:
+    """`_stress_waves` of the last blocks, for frames of the same pad."""
+    return _stress_waves(block, *_wave_numbers_of(block, digits), block.depths(slices)[0])
 
 
 def _stress_waves(

@@ -77,15 +77,15 @@ class Sampling:
             Pixels that count; all if not given.
         """
         size = self.influence.shape[3]
-        shares = np.ones(len(self.pixels), np.float32) if used is None else self._shares(used)
-        stacked = [np.sqrt(shares) * slope for slope in self._slopes(modes, picture, light)]
+        shares = np.ones(len(self.pixels), np.float32) if used is None else self.shares(used)
+        stacked = [np.sqrt(shares) * slope for slope in self.slopes(modes, picture, light)]
         weights = np.stack(stacked).reshape(len(stacked), -1, len(shares))
         rows = np.empty((len(shares), len(stacked), size), dtype=np.float32)
         _combine(self.influence.reshape(-1, len(shares), size), weights, rows)
         flat = rows.reshape(-1, size)
         return (flat.T @ flat).astype(float) / len(shares)
 
-    def _slopes(self, modes: Single, picture: Picture, light: Single) -> list[Single]:
+    def slopes(self, modes: Single, picture: Picture, light: Single) -> list[Single]:
         """Derivatives by the modes whose squares add up to the mean of all kinds of pixels."""
         profile = np.float32(picture.dispersion) * self.model.profile
         flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
@@ -126,7 +126,7 @@ class Sampling:
             root = np.sqrt(
                 np.full(count, 1 / forms, np.float32)
                 if few is None
-                else self._shares(few) / np.float32(forms)
+                else self.shares(few) / np.float32(forms)
             )
             slopes = [root * slope for slope in self._each(state.modes, picture, light, state.lens)]
             weights = np.stack(slopes).reshape(forms, -1, count)
@@ -240,7 +240,7 @@ class Sampling:
             found.append(blurred.reshape(*modes.shape[:2], -1))
         return found
 
-    def _shares(self, used: Mask) -> Single:
+    def shares(self, used: Mask) -> Single:
         """Share of the pixels around each of the lattice that are used, shape (r * c,)."""
         whole = used.reshape(self.model.frame_shape[-2:]).astype(np.float32)
         for axis, places in enumerate((self.rows, self.columns)):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.estimation.residual_test import (
+    FALSE_ALARM,
     FALSE_CONTACT,
     GROUP,
     is_noise,
@@ -61,9 +62,13 @@ class FrameClassifier:
 
     def explained(self, optimum: Optimum) -> bool:
         """Whether forces leave nothing but noise."""
-        residuals, unknowns = optimum.misfit.slope[self._order], len(optimum.forces)
+        return self.noise(optimum.misfit.slope, len(optimum.forces))
+
+    def noise(self, slope: Array, unknowns: int, chance: float = FALSE_ALARM) -> bool:
+        """Whether residuals of all pixels, shape (channels * P,), look like noise."""
+        residuals = slope[self._order]
         # where squares are fewer than loads, these leave nothing of them
-        return is_noise(residuals, unknowns, grouped=len(residuals) // GROUP > unknowns)
+        return is_noise(residuals, unknowns, chance, grouped=len(residuals) // GROUP > unknowns)
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -128,7 +133,7 @@ class FrameClassifier:
         return Reading.of(
             forces=forces,
             chi2=self.chi2(optimum),
-            status=self._unexplained(levels),
+            status=self.refusal(levels),
             covariance=covariance,
             phase=partial(self.model.retardance, forces),
             probability=0.0,
@@ -149,7 +154,7 @@ class FrameClassifier:
         nothing = self.model.intensity(np.zeros((self.model.sensor.tactels.total, 3)))
         return np.asarray(self.response.amplitude * nothing.ravel() + self.response.offset)
 
-    def _unexplained(self, levels: Array) -> Status:
+    def refusal(self, levels: Array) -> Status:
         """Why nothing explains a frame."""
         camera = self.model.sensor.camera
         if (levels >= camera.full_scale).mean() > CLIPPED:

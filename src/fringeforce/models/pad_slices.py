@@ -1,0 +1,51 @@
+"""Retardance of the slices of a pad under any tractions, by the exact series."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.design.pad import Pad, PadTransducer
+from fringeforce.mechanics.solid.block import Block, Patches
+from fringeforce.mechanics.solid.fourier import stress_of_loads
+from fringeforce.optics.photoelasticity import stress_optic_constant
+
+
+def block_of(pad: Pad) -> Block:
+    """The block of a pad, as mechanics wants it."""
+    return block_of_transducer(pad.transducer)
+
+
+def block_of_transducer(t: PadTransducer) -> Block:
+    """The same of its layers and sides alone."""
+    return Block(t.length, t.width, t.compliant, t.photoelastic, t.sides)
+
+
+def slice_retardance(
+    pad: Pad, loads: list[tuple[Patches, Array]], x: Array, y: Array, slices: int
+) -> Array:
+    """Single-pass retardance of every slice under tractions of any shape, by the exact series.
+
+    Sides are taken to be rollers.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    loads : list of (Patches, ndarray)
+        Tractions and the forces (n, 3) that they belong to [N].
+    x, y : ndarray, shape (columns,), (rows,)
+        Places [m].
+    slices : int
+        Number of them.
+
+    Returns
+    -------
+    ndarray, shape (slices, 2, rows, columns)
+        (A, B) at the polariscope's wavelength [rad].
+    """
+    block = block_of(pad)
+    constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+    difference, shear = stress_of_loads(block, loads, x, y, slices)
+    depth = constant * block.depths(slices)[1][:, None, None, None]
+    return np.asarray(depth * np.stack([difference, 2 * shear], axis=1))

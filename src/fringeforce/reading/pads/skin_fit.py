@@ -1,0 +1,299 @@
+"""Contacts that explain a frame of a pad: damped least squares over grey levels.
+
+The gradient is exact and takes all pixels, by the adjoint of light and of the series; its matrix
+takes some thousands of pixels, dense beside the contacts and sparse elsewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from fringeforce.base.arrays import Array, Mask, Single
+from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
+from fringeforce.estimation.likelihood import Misfit, Response, misfit
+from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, Synthesis, matrix_of
+from fringeforce.reading.pads.sampling import Sampling
+
+CLOSE, NEAR = 0.2, 3.0
+"""Gains of the loss that a step promises, below which it is not evaluated any more, and below which
+it is the last."""
+DENSE, SPARSE = 2, 7
+"""Pixels between those of the matrix, beside contacts and elsewhere."""
+MOST_DENSE = 64
+"""Dense rows or columns at most: contacts that need more are large, and what they do is smooth."""
+BESIDE = 3.0
+"""How far beside a contact they are dense, in thicknesses of the cover."""
+WEAKEST = 1e-3
+"""Normal force below which a contact is none [N]."""
+SMALLEST, LARGEST = 0.1, 12.0
+"""Limits of half axes, in thicknesses of the cover."""
+
+
+Columns = list[tuple[int, Single]]
+"""Derivatives of loads, as of `PadSkinModel.derivatives`."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinPlace:
+    """Contacts, and the light that they cause.
+
+    Attributes
+    ----------
+    contacts : ndarray, shape (k, SIZE_OF)
+        Their unknowns, as of `PadSkinModel`.
+    modes : ndarray, shape (2, modes, rows, columns)
+        Retardance [rad].
+    lights : list of ndarray, shape (3, P)
+        Light of every channel.
+    left : Misfit
+        What is left of the frame; its loss has the prior as well.
+    """
+
+    contacts: Array
+    modes: Single
+    lights: list[Single]
+    left: Misfit
+
+
+@dataclass(frozen=True, eq=False)
+class SkinOptimum:
+    """Contacts that explain a frame, as far as they do.
+
+    Attributes
+    ----------
+    place : SkinPlace
+        Where all was evaluated last.
+    curvature : Curvature
+        Used last, of the unknowns that were fitted.
+    free : ndarray of bool, shape (k, SIZE_OF)
+        Those.
+    """
+
+    place: SkinPlace
+    curvature: Curvature
+    free: Mask
+
+    @property
+    def contacts(self) -> Array:
+        """Unknowns of the contacts, shape (k, SIZE_OF)."""
+        return self.place.contacts
+
+    @property
+    def loss(self) -> float:
+        """Twice the negative logarithm of the posterior, less a constant."""
+        return self.place.left.loss
+
+
+@dataclass(frozen=True, eq=False)
+class SkinFit:
+    """The posterior of contacts given one frame.
+
+    Attributes
+    ----------
+    model : PadModel
+        Of the pad.
+    skin : PadSkinModel
+        What contacts do.
+    response : Response
+        Of the camera.
+    frame : ndarray, shape (channels * P,)
+        Grey levels.
+    used : ndarray of bool, shape (channels * P,), optional
+        Pixels that count; all if not given.
+    """
+
+    model: PadModel
+    skin: PadSkinModel
+    response: Response
+    frame: Array
+    used: Mask | None = None
+
+    @cached_property
+    def _optics(self) -> PadModel:
+        """The model with the depth profiles of the skin."""
+        influence = replace(self.model.influence, profile=self.skin.profile.astype(float))
+        return replace(self.model, influence=influence)
+
+    @cached_property
+    def _all(self) -> Synthesis:
+        return self.skin.synthesis(*self.model.pixel_positions)
+
+    def at(self, contacts: Array) -> SkinPlace:
+        """Evaluate contacts."""
+        modes = self._all.modes(self.skin.loads(contacts))
+        optics = self._optics
+        lights = [optics.light(modes, picture) for picture in optics.pictures]
+        seen = [
+            optics.measured(light, picture, optics.lens)
+            for light, picture in zip(lights, optics.pictures, strict=True)
+        ]
+        level = self.response.amplitude * np.concatenate(seen).astype(float) + self.response.offset
+        if self.used is None:
+            left = misfit(self.frame, level, self.response)
+        else:
+            few = misfit(self.frame[self.used], level[self.used], self.response)
+            slope, weight = np.zeros((2, len(self.frame)))
+            slope[self.used], weight[self.used] = few.slope, few.weight
+            left = Misfit(few.loss, slope, weight)
+        mean, std = self.skin.drawn(len(contacts))
+        prior = float(np.square((contacts - mean) / std).sum())
+        return SkinPlace(contacts, modes, lights, replace(left, loss=left.loss + prior))
+
+    def below(self, place: SkinPlace, limit: float, margin: float = 0.0) -> Mask:
+        """Pixels that count and near which contacts cause less than a retardance [rad].
+
+        Parameters
+        ----------
+        place : SkinPlace
+            The contacts.
+        limit : float
+            The retardance.
+        margin : float
+            How near, along x and along y [m].
+        """
+        whole = 2 * self.skin.profile.sum(axis=0)
+        size = np.hypot(*np.einsum("k,fkrc->frc", whole, place.modes))
+        pitches = (float(places[1] - places[0]) for places in self.model.pixel_positions[::-1])
+        size = maximum_filter(size, [2 * int(margin / pitch) + 1 for pitch in pitches]).ravel()
+        few = np.concatenate([size * p.dispersion < limit for p in self.model.pictures])
+        return few if self.used is None else few & self.used
+
+    def gradient(self, place: SkinPlace, columns: Columns, free: Mask) -> Array:
+        """Half the derivative of the loss by the free unknowns."""
+        scale = np.float32(np.mean(self.response.amplitude) / np.sqrt(self.response.variance))
+        pulls = (scale * place.left.slope.astype(np.float32)).reshape(len(place.lights), -1)
+        optics = self._optics
+        by_modes = reduce(
+            np.add,
+            (
+                optics.picture_adjoint(place.modes, picture, light, pull, optics.lens)
+                for picture, light, pull in zip(optics.pictures, place.lights, pulls, strict=True)
+            ),
+        )
+        by_loads = self._all.adjoint(by_modes)
+        found = [np.vdot(by_loads if c == 3 else by_loads[c], wave) for c, wave in columns]
+        mean, std = self.skin.drawn(len(free))
+        return np.array(found, dtype=float) + ((place.contacts - mean) / np.square(std))[free]
+
+    def information(self, place: SkinPlace, columns: Columns, free: Mask) -> Array:
+        """Half the expected second derivative of the loss by the free unknowns."""
+        (rows, tall), (across, wide) = self._lattice(place.contacts)
+        x, y = self.model.pixel_positions
+        synthesis = self.skin.synthesis(x[across], y[rows])
+        flat = np.stack([synthesis.column(*one) for one in columns], axis=-1)
+        slopes = flat.reshape(-1, len(rows) * len(across), flat.shape[-1])
+        shares = np.outer(tall, wide).ravel().astype(np.float32)
+        sampling = Sampling(self._optics, rows, across, np.empty((0, 0, 0, 0), np.float32))
+        total = np.zeros((flat.shape[-1],) * 2)
+        pixels = place.lights[0].shape[1]
+        for k, (picture, light) in enumerate(zip(self._optics.pictures, place.lights, strict=True)):
+            counts = shares
+            if self.used is not None:
+                seen = self.used[k * pixels : (k + 1) * pixels]
+                counts = shares * sampling.shares(seen)
+            for slope in sampling.slopes(place.modes, picture, light):
+                by = np.einsum("fp,fpu->pu", slope.reshape(-1, len(shares)), slopes, optimize=True)
+                # in double precision, for shapes are hardly told apart
+                by = by.astype(float) * np.sqrt(counts)[:, None]
+                total += by.T @ by
+        total *= float(np.mean(self.response.amplitude)) ** 2 / float(
+            np.mean(self.response.variance)
+        )
+        _, std = self.skin.drawn(len(free))
+        total[np.diag_indices(len(total))] += 1 / np.square(std[free])
+        return total
+
+    def _lattice(self, contacts: Array) -> list[tuple[NDArray[np.intp], Array]]:
+        """Rows and columns of the matrix, and how many each stands for."""
+        found, margin = [], BESIDE * self.model.sensor.transducer.compliant.thickness
+        reach = np.array([np.linalg.norm(matrix_of(one[SHAPE:FIRST]), axis=1) for one in contacts])
+        for axis, places in zip((1, 0), self.model.pixel_positions[::-1], strict=True):
+            middle = contacts[:, PLACE + axis]
+            half = reach[:, axis] + margin
+            distances = np.abs(places[:, None] - middle) - half
+            near = distances.min(axis=1) < 0
+            dense = max(DENSE, int(near.sum()) // MOST_DENSE)
+            kept, last = [], -SPARSE
+            for i, close in enumerate(near.tolist()):
+                if i - last >= min(dense if close else SPARSE, SPARSE):
+                    kept.append(i)
+                    last = i
+            index = np.array(kept)
+            ends = np.concatenate([[0], (index[1:] + index[:-1] + 1) / 2, [len(places)]])
+            found.append((index, np.diff(ends)))
+        return found
+
+    def climb(
+        self,
+        start: Array | SkinPlace,
+        free: Mask,
+        steps: int = 20,
+        curvature: Curvature | None = None,
+        stop: Stop | None = None,
+    ) -> SkinOptimum:
+        """Climb from contacts that are nearly right.
+
+        Parameters
+        ----------
+        start : ndarray, shape (k, SIZE_OF), or SkinPlace
+            Their unknowns.
+        free : ndarray of bool, shape (k, SIZE_OF)
+            Which of them are fitted; the others stay.
+        steps : int
+            Largest number of steps.
+        curvature : Curvature, optional
+            Of a place near by; computed if not given.
+        stop : Stop
+            When a step is the last; one that promises little beside the noise if not given.
+        """
+        stop = stop or Stop(CLOSE, NEAR)
+        here = start if isinstance(start, SkinPlace) else self.at(start)
+        own = np.flatnonzero(free)
+
+        def expanded(place: SkinPlace) -> Expansion[SkinPlace]:
+            columns = [
+                one
+                for each, which in zip(place.contacts, free, strict=True)
+                for one in self.skin.derivatives(each, which)
+            ]
+
+            def ahead(step: Array) -> tuple[SkinPlace, float]:
+                moved = place.contacts.copy().ravel()
+                moved[own] += step
+                there = self.at(self.limited(moved.reshape(free.shape)))
+                return there, there.left.loss
+
+            return Expansion(
+                place.left.loss,
+                self.gradient(place, columns, free),
+                lambda: self.information(place, columns, free),
+                ahead,
+            )
+
+        found = minimise(here, expanded, steps, stop, damping=0.0, reuse=True, curvature=curvature)
+        place = found.place
+        matrix = found.curvature
+        assert matrix is not None
+        return SkinOptimum(place, matrix, free)
+
+    def limited(self, contacts: Array) -> Array:
+        """Contacts that push, are on the pad, and have sizes that make sense."""
+        found, cover = contacts.copy(), self.model.sensor.transducer.compliant.thickness
+        found[:, 0] = np.maximum(found[:, 0], WEAKEST)
+        pad = self.model.sensor.transducer
+        ends = np.array([pad.length, pad.width]) / 2
+        found[:, PLACE:SHAPE] = np.clip(found[:, PLACE:SHAPE], -ends, ends)
+        low, high = np.log(SMALLEST * cover), np.log(LARGEST * cover)
+        stretch = np.hypot(found[:, SHAPE + 1], found[:, SHAPE + 2])
+        most = (high - low) / 2
+        found[:, SHAPE + 1 : FIRST] *= (np.minimum(stretch, most) / np.maximum(stretch, 1e-12))[
+            :, None
+        ]
+        found[:, SHAPE] = np.clip(found[:, SHAPE], low, high)
+        return found

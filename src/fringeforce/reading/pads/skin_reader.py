@@ -1,0 +1,405 @@
+"""Frames of a pad's skin to readings: contacts anywhere, as many as there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
+from fringeforce.estimation.covariance import covariance_of
+from fringeforce.estimation.hypotheses import posterior_weights
+from fringeforce.estimation.levenberg_marquardt import Stop
+from fringeforce.estimation.likelihood import Response
+from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
+from fringeforce.models.imaging import camera_response
+from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
+from fringeforce.models.pad_uncertainty import uncertain
+from fringeforce.optics.arrangement import signed
+from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.search import Search
+from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum
+from fringeforce.reading.pads.skin_result import PadSkinResult
+from fringeforce.reading.pads.skin_search import Patches
+from fringeforce.reading.pads.verdict import FrameClassifier
+from fringeforce.reading.reading import Reading, Status
+
+MOST = 6
+"""Contacts that are looked for at most."""
+COARSE = 1e-3
+"""Gain of the loss for a pixel that a step of contacts without shapes promises, below which shapes
+join in."""
+PROMISING = 3.0
+"""Mean square that contacts without shapes leave, below which it is worth while to add these: those
+of flat punches and of edges leave up to 2.6."""
+LIMITS = (0.7, 2.0), (0.9, 0.8), (1.4, 0.4), (2.2, 0.0), (3.5, 0.0), (6.0, 0.0)
+"""Retardances of the pixels that count at first [rad], and how far beside them it is as low, in
+thicknesses of the cover: what is far from a contact is below a quarter wave and tells its force and
+place, then what is nearer its size.  Squares tell places to one or two thicknesses."""
+NEARER = 4
+"""Steps with each."""
+SMALLER = 0.0, 0.4, 0.8
+"""By which the logarithm of the sizes of contacts is lessened until what is far is explained."""
+FAR = 1.2
+"""Mean square of what is left there, below which it is: shapes do not show far away."""
+STEPS = 25
+"""Steps of a climb at most."""
+FOLLOWED = 6
+"""Steps of a climb from the last frame at most."""
+SAME = 5.0
+"""Standard deviations of total force and centre up to which two explanations are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class PadSkinReader(FrameReader):
+    """Reads frames of one pad's skin, each for itself."""
+
+    model: PadModel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.friction is not None:
+            raise InputError("The friction of a pad's skin is that of its design; change it there.")
+        if uncertain(self.model.sensor):
+            names = ", ".join([*self.model.sensor.tolerances, "camera.drift"])
+            raise InputError(
+                f"A pad with a skin is read as drawn, and its design is uncertain ({names}); state "
+                "no tolerances and no drift, or read tactels."
+            )
+        forms = np.concatenate([picture.forms for picture in self.model.pictures])
+        if not signed(forms):
+            raise InputError(
+                "Frames of this polariscope are the same for a force and its negative, so that "
+                "nothing can be read without an earlier state; take a polarisation camera, or "
+                'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
+            )
+
+    @cached_property
+    def skin(self) -> PadSkinModel:
+        """What contacts do."""
+        return PadSkinModel(self.model.sensor)
+
+    @cached_property
+    def response(self) -> Response:
+        """What the camera makes of light."""
+        return camera_response(self.model.sensor.camera)
+
+    @cached_property
+    def _search(self) -> Search:
+        return Search(self.model, self.response)
+
+    def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
+        """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
+        return self.found(levels, used, None, 1.0, start)[0]
+
+    def found(
+        self,
+        levels: NDArray[Any],
+        used: Mask,
+        last: SkinOptimum | None,
+        probability: float,
+        start: Array | None = None,
+    ) -> tuple[Reading, SkinOptimum | None]:
+        """Reading of a frame, from contacts of the last one if they are known, and its contacts."""
+        classifier = self._classifier(used)
+        fit = SkinFit(
+            self.model, self.skin, self.response, classifier.filled(levels), classifier.used
+        )
+        if last is not None:
+            curvature = last.curvature
+            one = fit.climb(last.contacts, last.free, FOLLOWED, curvature)
+            if self.explains(fit, classifier, one):
+                return self._stated(fit, one, probability, tracked=True), one
+        nothing = fit.at(np.zeros((0, SIZE_OF)))
+        silent = classifier.noise(nothing.left.slope, 0)
+        met = list[SkinOptimum]()
+        starts = self._starts(fit, classifier) if start is None else iter([start])
+        for forces in starts:
+            met += self._pressed(fit, classifier, forces, silent)
+            if silent or any(self.explains(fit, classifier, one) for one in met):
+                break
+        good = [one for one in met if self.explains(fit, classifier, one)]
+        if silent and not any(
+            nothing.left.loss - one.loss > square_limit(one.free.sum(), FALSE_CONTACT)
+            for one in good
+        ):
+            return self._nothing(nothing.left.slope), None
+        if not good:
+            best = min(met, key=lambda one: one.loss, default=None)
+            status = classifier.refusal(fit.frame)
+            return self._refused(fit, best, status), None
+        good.sort(key=lambda one: -self._mass(one))
+        weights = posterior_weights(np.array([self._mass(one) for one in good]))
+        best = good[0]
+        own = np.array([self._same(best, one) for one in good])
+        reading = self._stated(
+            fit,
+            best,
+            float(weights[own].sum()),
+            others=[one for one, mine in zip(good, own, strict=True) if not mine],
+        )
+        return reading, best if reading.ok else None
+
+    def _starts(self, fit: SkinFit, classifier: FrameClassifier) -> Iterator[Array]:
+        for forces, _ in self._search.attempts(fit.frame, classifier.used):
+            yield forces.reshape(-1, 3)
+
+    def _pressed(
+        self, fit: SkinFit, classifier: FrameClassifier, forces: Array, weak: bool
+    ) -> list[SkinOptimum]:
+        """What contacts that act about like forces on squares explain, as few as do.
+
+        Where nothing may touch, the strongest alone is looked for, whose shape would not show.
+        """
+        patches = Patches.of(self.model.sensor, forces, self._least)
+        if not patches.members:
+            return []
+        if weak:
+            return [self._climbed(fit, patches.strongest.contacts, shapes=False)]
+        met = [self._climbed(fit, patches.contacts)]
+        while not self._plain(classifier, met[-1]) and len(patches.members) < MOST:
+            divided = patches.divided(self._worst(fit, met[-1]))
+            if divided is None:
+                break
+            patches = divided
+            met.append(self._climbed(fit, patches.contacts))
+            if met[-1].loss > met[-2].loss:
+                break
+        return met
+
+    @cached_property
+    def _least(self) -> float:
+        """Force whose largest retardance is as the noise of one pixel [N]."""
+        noise = np.sqrt(self.response.variance) / np.max(self.response.amplitude)
+        return float(noise / self._search.strongest)
+
+    def _worst(self, fit: SkinFit, one: SkinOptimum) -> int:
+        """The contact beside which most is left."""
+        x, y = self.model.pixel_positions
+        left = np.square(one.place.left.slope).reshape(-1, len(y), len(x)).sum(axis=0)
+        left -= left.mean()
+        sums = []
+        for contact in one.contacts:
+            matrix = matrix_of(contact[SHAPE:FIRST]) + BESIDE * self._cover * np.eye(2)
+            t = np.stack(np.meshgrid(x - contact[PLACE], y - contact[PLACE + 1]), axis=-1)
+            inside = np.square(t @ np.linalg.inv(matrix)).sum(axis=-1) < 1
+            sums.append(float(left[inside].sum()))
+        return int(np.argmax(sums))
+
+    def _plain(self, classifier: FrameClassifier, one: SkinOptimum) -> bool:
+        """Whether contacts leave plainly nothing but noise."""
+        return classifier.noise(one.place.left.slope, self._taken(one), PLAIN)
+
+    @property
+    def _cover(self) -> float:
+        return self.model.sensor.transducer.compliant.thickness
+
+    def _climbed(self, fit: SkinFit, contacts: Array, shapes: bool = True) -> SkinOptimum:
+        """Contacts without shapes first, then, if that is promising and wanted, with them."""
+        free = np.zeros(contacts.shape, dtype=bool)
+        free[:, :FIRST] = True
+        pixels, (here, left) = len(fit.frame), self._far(fit, contacts, free)
+        for limit in LIMITS[1:]:
+            if left > PROMISING:
+                return fit.climb(here, free, 1)
+            here, left = self._below(fit, here, free, limit)
+        one = fit.climb(here, free, STEPS, stop=Stop(COARSE * pixels, 0.0))
+        if not shapes or one.loss > PROMISING * pixels:
+            return one
+        return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
+
+    def _far(self, fit: SkinFit, contacts: Array, free: Mask) -> tuple[Array, float]:
+        """Contacts that explain what is far from them, where nothing is ambiguous, and how well.
+
+        Those that are taken for too large leave too little out, and smaller ones are tried.
+        """
+        tried = list[tuple[Array, float]]()
+        for smaller in SMALLER:
+            start = contacts.copy()
+            start[:, SHAPE] -= smaller
+            tried.append(self._below(fit, fit.limited(start), free, LIMITS[0]))
+            if tried[-1][1] < FAR:
+                break
+        return min(tried, key=lambda one: one[1])
+
+    def _below(
+        self, fit: SkinFit, contacts: Array, free: Mask, limit: tuple[float, float]
+    ) -> tuple[Array, float]:
+        """Contacts after some steps by the pixels below a retardance, and what they leave there."""
+        far = fit.below(fit.at(contacts), limit[0], limit[1] * self._cover)
+        few, count = replace(fit, used=far), max(int(far.sum()), 1)
+        one = few.climb(contacts, free, NEARER, stop=Stop(COARSE * count, 0.0))
+        return one.contacts, one.loss / count
+
+    def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
+        """Whether contacts leave nothing but noise."""
+        return classifier.noise(one.place.left.slope, self._taken(one))
+
+    def _taken(self, one: SkinOptimum) -> int:
+        """Degrees of freedom that the contacts take: those that the prior does not hold."""
+        _, std = self.skin.drawn(len(one.contacts))
+        held = np.diag(one.curvature.covariance) / np.square(std[one.free])
+        return int(np.clip(len(held) - held.sum(), 0, len(held)))
+
+    def _mass(self, one: SkinOptimum) -> float:
+        """Logarithm of the posterior mass about an explanation, by Laplace's approximation."""
+        _, std = self.skin.drawn(len(one.contacts))
+        _, size = np.linalg.slogdet(one.curvature.information)
+        return -(one.loss + float(size)) / 2 - float(np.log(std[one.free]).sum())
+
+    def _same(self, one: SkinOptimum, other: SkinOptimum) -> bool:
+        """Whether two explanations have the same total, as far as deviations tell."""
+        totals = [self._result(each).total() for each in (one, other)]
+        std = np.maximum(totals[0].std, totals[1].std)[[0, 1, 2, 6, 7]]
+        first, second = (np.concatenate([total.force, total.centre]) for total in totals)
+        return bool((np.abs(first - second) < SAME * std).all())
+
+    def _result(self, one: SkinOptimum) -> PadSkinResult:
+        def joint() -> Array:
+            whole = np.zeros((one.free.size,) * 2)
+            own = np.flatnonzero(one.free)
+            whole[np.ix_(own, own)] = one.curvature.covariance
+            return whole
+
+        return PadSkinResult(self.model.sensor, one.contacts, joint)
+
+    def _stated(
+        self,
+        fit: SkinFit,
+        one: SkinOptimum,
+        probability: float,
+        status: Status | None = None,
+        tracked: bool = False,
+        others: list[SkinOptimum] | None = None,
+    ) -> Reading:
+        if status is None:
+            status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
+        result = self._result(one)
+        left = one.place.left.slope
+        count = len(left) if fit.used is None else int(fit.used.sum())
+        rivals = np.array([self._result(other).forces for other in others or []])
+        return Reading.of(
+            forces=result.forces,
+            covariance=result.covariance,
+            phase=partial(self._retardance, fit, one),
+            chi2=float(left @ left) / max(count - self._taken(one), 1),
+            status=status,
+            probability=probability,
+            alternatives=rivals.reshape(-1, *result.forces.shape),
+            tracked=tracked,
+            contacts=result.contacts,
+            total=result.total,
+            traction=result.traction,
+            std=result.std,
+        )
+
+    def _retardance(self, fit: SkinFit, one: SkinOptimum) -> Array:
+        whole = 2 * self.skin.profile.sum(axis=0)
+        return np.einsum("k,fkrc->frc", whole, one.place.modes).astype(float)
+
+    def _nothing(self, left: Array) -> Reading:
+        forces, none = np.zeros(self.forces_shape), np.zeros((0, SIZE_OF))
+        result = PadSkinResult(self.model.sensor, none, lambda: np.zeros((0, 0)))
+        return Reading.of(
+            forces=forces,
+            covariance=np.zeros((forces.size, forces.size)),
+            phase=partial(self.model.retardance, forces),
+            chi2=float(np.square(left).mean()),
+            status=Status.NO_CONTACT,
+            total=result.total,
+            traction=result.traction,
+        )
+
+    def _refused(self, fit: SkinFit, best: SkinOptimum | None, status: Status) -> Reading:
+        if best is not None:
+            return self._stated(fit, best, 0.0, status)
+        forces = np.zeros(self.forces_shape)
+        return Reading.of(
+            forces=forces,
+            covariance=np.diag(np.full(forces.size, np.inf)),
+            phase=partial(self.model.retardance, forces),
+            chi2=np.inf,
+            status=status,
+            probability=0.0,
+        )
+
+    def bound(self, forces: ArrayLike) -> Array:
+        """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N]."""
+        loads = self.model.checked(forces, single=True)
+        patches = Patches.of(self.model.sensor, loads)
+        fit = SkinFit(self.model, self.skin, self.response, np.zeros(self.pixels))
+        contacts = patches.contacts
+        free = np.ones(contacts.shape, dtype=bool)
+        place = fit.at(contacts)
+        columns = [
+            c for one, f in zip(contacts, free, strict=True) for c in self.skin.derivatives(one, f)
+        ]
+        joint = covariance_of(fit.information(place, columns, free))
+        return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
+
+    def phase(self, forces: Array) -> Array:
+        """Retardance over both passes, shape (2, rows, columns) [rad]."""
+        return self.model.retardance(forces)
+
+    def trial_forces(self) -> Array:
+        """A newton on the square in the middle, shape (n, 3) [N]."""
+        forces = np.zeros(self.forces_shape)
+        forces[len(forces) // 2, 0] = 1.0
+        return forces
+
+    @property
+    def pixels(self) -> int:
+        """Of a frame, all channels together."""
+        return int(np.prod(self.model.frame_shape))
+
+    def _classifier(self, used: Mask) -> FrameClassifier:
+        if self.complete(used):
+            return self._unmasked
+        return FrameClassifier(self.model, self.response, used, self.confidence)
+
+    @cached_property
+    def _unmasked(self) -> FrameClassifier:
+        return FrameClassifier(self.model, self.response, confidence=self.confidence)
+
+
+class PadSkinFollower(Follower):
+    """Reads the frames of a pad's skin in the order in which they were taken.
+
+    Parameters
+    ----------
+    single : PadSkinReader
+        What searches.
+    """
+
+    def __init__(self, single: PadSkinReader) -> None:
+        self._single = single
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last reading: the next frame is searched."""
+        self._last: SkinOptimum | None = None
+        self._probability = 1.0
+
+    def read(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read the next frame, which was checked, shape (P,)."""
+        reading, self._last = self._single.found(levels, used, self._last, self._probability)
+        self._probability = reading.probability
+        return reading
+
+    def read_on(
+        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
+    ) -> None:
+        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
+        for row, image in enumerate(levels):
+            checked = self._single.checked(image.reshape(self._single.model.frame_shape), used)
+            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
+            batch.store(row, reading)
+            if progress is not None:
+                progress(1)
