@@ -214,15 +214,14 @@ def test_clipped_broken_and_masked_pixels_take_no_harm(everything: ff.SensorMode
     mask[900:930] = True
     scratched = frame.copy()
     scratched[mask] = 255
-    # without the masked pixels a bend of the phase may be mirrored, and the reading says so
-    for reading, likely in ((reader.search(broken), 0.999), (reader.search(scratched, mask), 0.95)):
-        assert reading.probability > likely
-        assert (np.abs(reading.forces - sound.forces) < 4 * sound.std).all()
+    for reading in (reader.search(broken), reader.search(scratched, mask)):
+        assert reading.probability == pytest.approx(sound.probability, abs=0.005)
+        assert (np.abs(reading.forces - sound.forces) < sound.std).all()
     bright = everything.with_tolerances(**{"camera.amplitude": "237 +/- 10 %"})
     clipped = np.clip(np.rint(1.08 * frame.astype(float)), 0, 255)
     assert (clipped == 255).mean() > 0.01
     reading = ff.Reader(bright).search(clipped)
-    assert reading.ok
+    assert reading.probability > 0.9
     assert (np.abs(reading.forces - forces[0]) < 6 * reading.std).all()
 
 
