@@ -90,8 +90,9 @@ def _take_compiled(packages: Path) -> None:
         os.utime(own, ns=(times.st_atime_ns, times.st_mtime_ns))
     for path in (sources / "fringeforce").rglob("__pycache__/*.nb[ci]"):
         copy = packages / path.relative_to(sources)
-        copy.parent.mkdir(exist_ok=True)
-        shutil.copy(path, copy)
+        if copy.parent.parent.is_dir():  # a checkout may have caches of rooms that are gone
+            copy.parent.mkdir(exist_ok=True)
+            shutil.copy(path, copy)
 
 
 def _clean() -> dict[str, str]:

@@ -109,7 +109,7 @@ def test_presses_keep_their_distance_and_their_ranges() -> None:
         assert np.abs(places).max() < 6.5e-3
         for press in presses:
             assert ranges.normal[0] <= press.normal <= ranges.normal[1]
-            assert 0.2 * 0.5 <= abs(press.tangential) / press.normal <= 0.4 * 0.6
+            assert 0.2 * 0.5 <= np.abs(press.tangential) / press.normal <= 0.4 * 0.6
     with pytest.raises(InputError, match="find no room"):
         random_presses(6e-3, 0, ranges)
 

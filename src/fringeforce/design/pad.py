@@ -245,7 +245,9 @@ class Pad(Design):
     name: str
     transducer: PadTransducer
     skin: PadSkin | None = Field(
-        default=None, description="contacts anywhere, in the place of tactels; none if not given"
+        default=None,
+        description="contacts anywhere, in the place of tactels; none if not given",
+        json_schema_extra={"ideal": True},
     )
     tactels: PadTactels = Field(
         default_factory=_squares,

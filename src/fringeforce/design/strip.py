@@ -152,7 +152,9 @@ class Sensor(Design):
     name: str = Field(description="what to call the sensor")
     transducer: Transducer
     skin: Skin | None = Field(
-        default=None, description="contacts anywhere, in the place of tactels; none if not given"
+        default=None,
+        description="contacts anywhere, in the place of tactels; none if not given",
+        json_schema_extra={"ideal": True},
     )
     tactels: Tactels = Field(
         default_factory=_lines,

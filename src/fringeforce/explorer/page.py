@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
@@ -103,16 +103,15 @@ def _strip_warm(solved: tasks.Solved) -> Sequence[AboutDesign]:
     )
 
 
-@lru_cache(maxsize=2)
-def _shipped_strips(skin: bool) -> tuple[str, ...]:
-    """Names of the shipped strips with a skin, or with tactels."""
-    names = shipped_designs()
-    return tuple(name for name in names if (load_sensor(name).skin is not None) == skin)
+@lru_cache(maxsize=3)
+def _shipped(listed: Callable[[], Iterable[str]], skin: bool) -> tuple[str, ...]:
+    """Names of the shipped strips or pads with a skin, or with tactels."""
+    return tuple(name for name in listed() if (load_sensor(name).skin is not None) == skin)
 
 
 STRIP_PAGE = Page(
     file="index.html",
-    shipped=partial(_shipped_strips, skin=False),
+    shipped=partial(_shipped, shipped_designs, skin=False),
     understood=STRIP,
     questions={
         InsideRequest: DesignQuestion("inside", tasks.inside, Process.DESIGNS),
@@ -126,7 +125,7 @@ STRIP_PAGE = Page(
 )
 PAD_PAGE = Page(
     file="pad.html",
-    shipped=shipped_pads,
+    shipped=partial(_shipped, shipped_pads, skin=False),
     understood=pads.PAD,
     questions={
         pads.PressRequest: DesignQuestion("picture", pad_tasks.press),
@@ -143,7 +142,7 @@ PAD_PAGE = Page(
 )
 SKIN_PAGE = Page(
     file="skin.html",
-    shipped=partial(_shipped_strips, skin=True),
+    shipped=partial(_shipped, shipped_designs, skin=True),
     understood=skins.SKIN,
     questions={
         skins.SkinReadRequest: DesignQuestion("reading", skin_tasks.read),
