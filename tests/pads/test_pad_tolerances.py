@@ -1,5 +1,6 @@
 """Pads that are not as drawn: what tolerances allow for, and what a finding names."""
 
+import gc
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +16,10 @@ from fringeforce.models.pad_as_built import SHAPES, smooth_image, spreads
 from fringeforce.models.pad_slices import slice_retardance
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics import camera as camera_optics
+from fringeforce.reading.pads.diagnosis import PadDiagnosis
 from fringeforce.reading.pads.fit import Fit
-from fringeforce.reading.pads.sampling import lattice
+from fringeforce.reading.pads.sampling import Sampling, lattice
+from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.reading import Status
 
 Array = np.ndarray
@@ -165,6 +168,56 @@ def test_a_finding_names_what_departs(roller: PadModel, stated, words: str) -> N
     assert words in finding
     assert "standard deviations" in finding
     assert next(iter(stated)) in finding
+
+
+def test_narrower_squares_are_read_with_a_tolerance_of_their_size(roller: PadModel) -> None:
+    rng, pad = np.random.default_rng(2), roller.sensor
+    reader = ff.Reader(loosened(roller, **{"tactels.size": "2 +/- 0.2 mm"}))
+    distances = []
+    for _ in range(2):
+        forces = touch(roller, rng)
+        narrow = [(Patches(pad.tactels.places, 1.8e-3), forces)]
+        light = roller.seen(slice_retardance(pad, narrow, *pad.pixel_positions, 16))
+        frame = camera_optics.expose(pad.camera, light.reshape(roller.frame_shape), rng)
+        reading = reader.search(frame)
+        assert reading.status is Status.OK
+        apart = (reading.forces - forces).ravel()
+        distances.append(apart @ np.linalg.solve(reading.covariance, apart))
+    low, high = stats.chi2(2 * 60).ppf([RARE, 1 - RARE])
+    assert low < np.sum(distances) < high
+
+
+def test_a_search_ends_where_a_climb_from_the_truth_does(roller: PadModel) -> None:
+    model = loosened(roller, **{"tactels.placement": "0 +/- 0.1 mm"})
+    reader, rng = PadFrameReader(model), np.random.default_rng(3)
+    # a fingertip on all tactels, whose shear turns over it
+    apart = np.hypot(*model.sensor.tactels.places.T) / 8e-3
+    push = np.sqrt(np.clip(1 - apart**2, 0, None))
+    angle = 2 * np.pi * np.arange(len(push)) / len(push)
+    shear = 0.4 * np.stack([np.cos(angle), np.sin(angle)])
+    forces = (push * [np.ones_like(push), *shear]).T
+    # at most 3 rad over both passes, as in the benchmark
+    forces *= 3 / np.hypot(*model.retardance(forces)).max()
+    frame = model.as_built(rng).expose(forces, rng)
+    used = reader.usable(None)
+    found = reader.search(frame.ravel(), used)
+    near = reader.search(frame.ravel(), used, forces)
+    assert near.status is Status.OK
+    assert found.status is Status.OK
+    assert found.chi2 == pytest.approx(near.chi2, abs=1e-3)
+
+
+def test_findings_of_more_frames_keep_no_more_matrices(roller: PadModel) -> None:
+    reader, rng = PadFrameReader(roller), np.random.default_rng(5)
+    diagnosis, used, counts = PadDiagnosis(reader), reader.usable(None), []
+    one = {"camera.amplitude": 232.0}
+    # the second is explained by no single departure, so that combinations are tried
+    for departing in (one, {**one, "camera.shift_x": 0.06e-3}):
+        frame = loosened(roller, **departing).expose(touch(roller, rng), rng)
+        assert diagnosis.findings(frame.ravel(), used)
+        gc.collect()
+        counts.append(sum(isinstance(held, Sampling) for held in gc.get_objects()))
+    assert counts[1] == counts[0]
 
 
 def test_frames_that_follow_are_read_whatever_the_tractions(roller: PadModel) -> None:

@@ -327,7 +327,7 @@ class PadUncertainty:
 
     @cached_property
     def _spread(self) -> Array:
-        """Standard deviations of the polynomials of a traction, shape (9,)."""
+        """Standard deviations of the polynomials of a traction, shape (14,)."""
         return spreads(self.model.sensor)
 
     @cached_property

@@ -247,8 +247,14 @@ class PadDiagnosis:
         return Candidate(departures, fit, fit.climb(fit.at(forces, extra), BEGUN))
 
     def _sampling(self, departures: tuple[PadDeparture, ...]) -> Sampling:
-        if departures not in self._samplings:
-            model = departing(self.reader.model, departures)
-            known = PadUncertainty.of(model, self._first)
-            self._samplings[departures] = lattice(known.model, SIDE, known)
-        return self._samplings[departures]
+        """What a fit needs of departures; kept of single ones, for all combinations are too many.
+
+        Every frame tries all single departures, and each combination once at most.
+        """
+        if departures in self._samplings:
+            return self._samplings[departures]
+        known = PadUncertainty.of(departing(self.reader.model, departures), self._first)
+        found = lattice(known.model, SIDE, known)
+        if len(departures) == 1:
+            self._samplings[departures] = found
+        return found

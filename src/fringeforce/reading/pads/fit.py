@@ -204,6 +204,11 @@ class Fit:
         return self.sampling.uncertain
 
     @property
+    def as_drawn(self) -> Fit:
+        """The likelihood of the same frame where all unknowns of tolerances are at their means."""
+        return replace(self, sampling=replace(self.sampling, uncertain=None))
+
+    @property
     def _prior(self) -> Prior:
         assert self.uncertain is not None
         return self.prior or Prior.stated(self.uncertain.size)

@@ -29,9 +29,9 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-ATTEMPTS = ((7.2, True), (2.4, True), (7.2, False))
-"""Retardance that the prior's deviation of a normal force causes beside its tactel [rad], and
-whether forces are those of a contact."""
+ATTEMPTS = ((7.2, True), (4.2, True), (2.4, True), (7.2, False))
+"""Retardance that the prior's deviation of a normal force causes beside its tactel [rad], in steps
+of the root of three, and whether forces are those of a contact."""
 SIDE = 40
 """Rows and columns of places."""
 START = 0.4

@@ -190,6 +190,9 @@ class PadFrameReader(FrameReader):
         optima: list[Optimum] = []
         sure = False
         for forces, whole in self._search.attempts(fit.frame, classifier.used):
+            if fit.uncertain is not None:
+                # far from the top, tolerances would take over what forces must explain
+                forces = fit.as_drawn.climb(forces).forces
             optima.append(fit.climb(forces))
             plain = classifier.plain(optima[-1], silence)
             sure |= whole or plain
