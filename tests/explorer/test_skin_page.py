@@ -66,9 +66,11 @@ def test_a_press_beside_a_finger_is_a_second_contact(page: Page, skin_server: Lo
     page.mouse.move(box["x"] + 0.62 * box["width"], box["y"] + 45, steps=4)
     page.mouse.up()
     expect(page.locator("#strip [data-finger]")).to_have_count(2)
-    second = contacts(page, 2)[1]
-    # 25 pixels down are half a newton more than it begins with
+    # 25 pixels down are half a newton more than it begins with; readings come while it is drawn
     assert page.locator("#finger-normal").input_value() == "2"
+    force = page.locator("#sums tr").nth(3).locator("td span").nth(2)
+    expect(force).to_have_text(re.compile("(1[.]9[5-9]|2[.]0[0-4])"), timeout=WAIT)
+    second = contacts(page, 2)[1]
     assert number(second[2]) == pytest.approx(2.0, abs=0.05)
     place = float(page.locator("#finger-x").input_value())
     assert 1 < place < 5
