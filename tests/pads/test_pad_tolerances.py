@@ -10,6 +10,7 @@ from scipy import stats
 import fringeforce as ff
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
+from fringeforce.models import splines
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_as_built import SHAPES, smooth_image, spreads
@@ -82,7 +83,7 @@ def test_slopes_and_curvature_are_those_of_differences(roller: PadModel) -> None
         step = 0.02 * np.eye(len(point))[number]
         ends = [fit.at((point + s)[:loads], (point + s)[loads:]) for s in (step, -step)]
         rise = (fit.misfit(ends[0]).loss - fit.misfit(ends[1]).loss) / 0.08
-        # shifts are by differences of pixels, and the frame is nothing but noise
+        # the frame is nothing but noise
         assert slope[number] == pytest.approx(
             rise, rel=0.05, abs=3e-3 * np.sqrt(single[number]) * 60
         ), path
@@ -90,6 +91,14 @@ def test_slopes_and_curvature_are_those_of_differences(roller: PadModel) -> None
         expected = change @ change / fit.response.variance + (number >= loads)
         # the blur acts on one factor of a product alone
         assert single[number] == pytest.approx(expected, rel=0.1), path
+
+
+def test_slopes_of_splines_are_those_of_a_sine() -> None:
+    x = np.linspace(-6, 6, 96)
+    # as fine as tractions of the fourth order behind half a millimetre, in 1/mm
+    expected = 4.5 * np.cos(4.5 * x)
+    found = splines.slopes(x) @ np.sin(4.5 * x)
+    assert np.abs(found - expected)[3:-3].max() < 1e-3 * 4.5
 
 
 @pytest.mark.parametrize(

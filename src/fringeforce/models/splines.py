@@ -28,6 +28,13 @@ def basis(samples: Array, points: Array) -> Array:
     return BSpline.design_matrix(inside, knots, DEGREE).toarray()
 
 
+def slopes(samples: Array) -> Array:
+    """From values at the samples to the spline's derivatives there, shape (n, n)."""
+    knots = make_interp_spline(samples, np.zeros(len(samples)), DEGREE).t
+    derivatives = BSpline(knots, np.eye(len(samples)), DEGREE).derivative()(samples)
+    return np.asarray(derivatives @ coefficients(samples), dtype=np.float64)
+
+
 @dataclass(frozen=True, eq=False)
 class Band(LinearMap):
     """A matrix from coefficients to values, of which each row has few neighbours that are not zero.
