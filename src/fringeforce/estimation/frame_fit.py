@@ -589,6 +589,18 @@ def linearise(model, prior, frame, unknowns):
 
 
 @sums_entry
+def loss_at(model, prior, frame, unknowns):
+    """Twice the negative logarithm of the posterior, less a constant, and the sum of the squared
+    residuals and of the weights of the pixels; parameters as of `linearise`.
+    """
+    work = workspace(model)
+    fill_exposure(model, unknowns, work)
+    loss = frame_loss(model, prior, frame, unknowns, work[4], np.sqrt(model.variance), 1.0)
+    square, count = weighed_squares(model, frame, work[4])
+    return loss, square, count
+
+
+@sums_entry
 def information(model, frame, unknowns, more):
     """Information of the sound pixels about the unknowns: an exact sum over all of them.
 

@@ -1,0 +1,436 @@
+"""From a bench to its most probable sensor: in stages, with what scatters found on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.progress import Progress
+from fringeforce.calibration.bench_fit import (
+    GROUPS,
+    Bench,
+    BenchPosterior,
+    Expected,
+    FrameModels,
+    State,
+    parts,
+)
+from fringeforce.calibration.checks import misfitting_pixels
+from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
+from fringeforce.calibration.design_entries import entries, prior
+from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Tolerances
+from fringeforce.estimation.bad_pixels import stuck_pixels
+from fringeforce.estimation.frame_exposure import expose, node_phase
+from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
+from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.shared_fit import Eliminated
+from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
+from fringeforce.models.strip import characterize
+from fringeforce.models.uncertainty import FAR, NARROW, random_field, uncertainty
+
+STAGES = (3.0, 10.0, np.inf)
+"""Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
+HEATS = (100.0, 10.0, 1.0)
+"""Factors on the variance of the noise in the first stage: valleys of a rough model are no valleys
+there."""
+SHIFTS = np.arange(-2.0, 2.1, 0.25)
+"""Shifts of the camera that are tried first [mm]."""
+STEPS, SETTLING, ROUNDS = 12, 3, 10
+"""Most steps of a descent, of the contacts after each, and most rounds of the last stage."""
+CLOSE = 0.1
+"""Fall of the loss below which a step is the last."""
+SUSPECT = 3.0
+"""Times the usual misfit beyond which a frame loses weight."""
+ENTRY_STEP = 0.1, 0.03
+"""Steps of an entry to both sides of the first design and of later ones."""
+SETTLED = 0.1
+"""Change of an unknown, in its standard deviations, below which a solution is near enough."""
+CHANGED = 0.1
+"""Relative change of a size below which it is found."""
+DOUBT = {
+    "place": 0.1e-3,
+    "width": 0.3e-3,
+    "normal": 0.01,
+    "tangential": 0.01,
+    "gain": 0.02,
+    "offset": 0.01,
+}
+"""How much scatters at first if nobody states it: places and widths [m], forces over the whole force
+of a contact, gain of the lamp, and offset over the amplitude.  The frames tell."""
+FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
+"""The same of the residual [rad], the unevenness of the light and that of the offset, over the
+amplitude."""
+LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
+"""Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
+NEGLIGIBLE = 1e-2
+"""Share of its first value below which a size is as good as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class BenchFit:
+    """The most probable sensor of a bench.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The drawing.
+    paths : tuple of str
+        Values of the design that were unknown.
+    posterior : BenchPosterior
+        With what scatters, and the frames' weights.
+    state : State
+        Where it is largest.
+    information : ndarray, shape (S, S)
+        Of the shared unknowns, the prior included.
+    sound : ndarray of bool, shape (P,)
+        Pixels that follow the light.
+    kept : ndarray of bool, shape (F,)
+        Frames that do not contradict the others.
+    chi2 : float
+        Reduced chi-square of these.
+    """
+
+    sensor: Sensor
+    paths: tuple[str, ...]
+    posterior: BenchPosterior
+    state: State
+    information: Array
+    sound: Mask
+    kept: Mask
+    chi2: float
+
+    @property
+    def covariance(self) -> Array:
+        """Of the shared unknowns, shape (S, S)."""
+        return np.asarray(np.linalg.inv(self.information), dtype=float)
+
+    @property
+    def models(self) -> FrameModels:
+        """Models of the frames at the solution."""
+        return self.posterior.models(self.state.shared)
+
+
+def fitted(
+    sensor: Sensor, levels: Array, loads: KnownLoads, paths: tuple[str, ...], report: Progress
+) -> BenchFit:
+    """Fit all that is unknown of a bench.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    levels : ndarray, shape (F, P)
+        Grey levels.
+    loads : KnownLoads
+        What is written down for each frame.
+    paths : tuple of str
+        Values of the design to estimate.
+    report : callable
+        Told what is done.
+    """
+    search = _Search(sensor, levels, loads, paths)
+    total = len(STAGES) + ROUNDS + 1
+    report("Finding the strip", 0, total)
+    search.find_shift()
+    for number, limit in enumerate(STAGES):
+        few = search.calm(limit)
+        report(f"Fitting {few.sum()} frames", 1 + number, total)
+        for heat in HEATS if number == 0 else HEATS[-1:]:
+            search.descend(few, heat)
+    for number in range(ROUNDS):
+        report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
+        if search.improve():
+            break
+    report("Done", total, total)
+    return search.found()
+
+
+class _Search:
+    """Where the search for the most probable sensor is."""
+
+    def __init__(
+        self, sensor: Sensor, levels: Array, loads: KnownLoads, paths: tuple[str, ...]
+    ) -> None:
+        self.sensor, self.levels, self.loads, self.paths = sensor, levels, loads, paths
+        self.stated = sensor.tolerances
+        self.sound = ~stuck_pixels(levels, sensor.camera.noise)
+        self.kept = np.ones(len(levels), dtype=bool)
+        self.sizes = {name: 1.0 for name in (*GROUPS, *FIELDS)}
+        self.centre = np.zeros(len(entries(sensor, paths)))
+        self.size = self._contact_size()
+        self.places, self.which = distinct(loads.places)
+        self.bench = self._bench()
+        shared = np.zeros(self.bench.at.size)
+        self.state = self._posterior(np.ones(len(levels)), 1.0).start(shared)
+        self.told: list[Eliminated] = []
+        self.information = np.eye(len(shared))
+
+    def _contact_size(self) -> ContactSize:
+        stated, tactels = self.stated, self.sensor.tactels
+        place = stated.get(PLACEMENT, DOUBT["place"])
+        wide = stated.get(WIDTH, DOUBT["width"])
+        width = float(tactels.contact_width)
+        reach = FAR * place + (width + FAR * wide) / 2
+        return ContactSize(place, width, wide, reach)
+
+    def _bench(self) -> Bench:
+        sensor, loads = self.sensor, self.loads
+        contacts = contact_phases(
+            sensor, self.paths, self.centre, self.places, self.size, ENTRY_STEP[0]
+        )
+        plain = sensor.model_copy(update={"tolerances": Tolerances()})
+        found = uncertainty(replace(characterize(plain), sensor=plain))
+        x, frame = found.places, found.frame
+        nodes, seen = len(frame.fixed), frame.visibility
+        per_pixel = sensor.camera.pixels / sensor.transducer.length
+        residual = random_field(x, sensor.polariscope.residual_length, nodes)
+        uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
+        even = np.ones((1, nodes))
+        bright = np.concatenate([LAMP * even, FIELDS["bright"] * uneven])
+        grey = float(np.mean(frame.amplitude))
+        dark = FIELDS["dark"] * grey * np.concatenate([even, uneven])
+        lamp = np.zeros((2, 2, nodes))
+        lamp[0, 0], lamp[1, 1] = DOUBT["gain"], DOUBT["offset"] * grey
+        size = self.size
+        template = frame._replace(
+            mixing=contacts.mixing,
+            table=contacts.table,
+            reach=size.reach,
+            place=size.place,
+            width=size.width,
+            width_std=size.width_std,
+            narrow=NARROW * max(size.width, size.width_std),
+            fields=np.ascontiguousarray(FIELDS["residual"] * residual),
+            brightness=np.concatenate([bright, np.zeros_like(dark)]),
+            darkness=np.concatenate([np.zeros_like(bright), dark]),
+            amplitude=frame.amplitude * seen,
+            offset=frame.offset + frame.amplitude * (1 - seen) / 2,
+            visibility=1.0,
+            visibility_std=0.0,
+            blur=max(frame.blur, 1.0),
+            blur_std=BLUR,
+            gamma_std=GAMMA,
+            floor=0.0,
+            ceiling=frame.full_scale,
+        )
+        at = parts(len(self.centre), len(residual), len(bright), len(dark), 0)
+        count = len(self.levels)
+        moves = tuple(np.zeros((4 * k + 2, 0)) for k in (self.which >= 0).sum(axis=1))
+        self.per_pixel = per_pixel
+        return Bench(
+            self.levels,
+            self.which,
+            loads.forces,
+            contacts,
+            template,
+            x,
+            at,
+            lamp,
+            np.ones(count),
+            np.zeros(count),
+            moves,
+        )
+
+    def _expected(self) -> Expected:
+        at, sizes = self.bench.at, self.sizes
+        deviations = np.ones(at.size)
+        deviations[at.own("design")] = prior(self.sensor, self.paths)
+        deviations[at.own("camera")] = SHIFT, SCALE
+        for name in FIELDS:
+            own = at.own(name)
+            begin = own.start + (name != "residual")  # the mean of the light is free
+            deviations[begin : own.stop] = sizes[name]
+        scatter = {name: sizes[name] for name in GROUPS}
+        scatter["normal"] *= DOUBT["normal"]
+        scatter["tangential"] *= DOUBT["tangential"]
+        return Expected(np.zeros(at.size), 1 / np.square(deviations), scatter)
+
+    def _posterior(self, shares: Array, heat: float) -> BenchPosterior:
+        return BenchPosterior(self.bench, self._expected(), shares, heat)
+
+    def _mask(self) -> None:
+        """Leave out pixels that do not see the strip, or do not follow the light."""
+        sensor, shared = self.sensor, self.state.shared
+        positions = self.bench.positions(shared, sensor.pixel_positions)
+        margin = 2 * sensor.transducer.length / sensor.camera.pixels
+        self.seen = np.abs(positions) < sensor.transducer.length / 2 - margin
+        frames = np.where(self.sound & self.seen, self.levels, np.nan)
+        self.bench = replace(self.bench, frames=frames)
+
+    def _peaks(self) -> Array:
+        """Largest phase of every frame [rad]."""
+        models = self._posterior(np.ones(len(self.levels)), 1.0).models(self.state.shared)
+        return np.array(
+            [
+                np.abs(
+                    node_phase(models.of_frame(f), models.unknowns(f, own, self.state.shared))
+                ).max()
+                for f, own in enumerate(self.state.own)
+            ]
+        )
+
+    def calm(self, limit: float) -> Mask:
+        """Frames of small phases, but never less than the calmest quarter."""
+        peaks = self._peaks()
+        return self.kept & (peaks <= max(limit, float(np.quantile(peaks, 0.25))))
+
+    def find_shift(self) -> None:
+        """The shift of the camera under which calm frames fit best."""
+        self._mask()
+        posterior = self._posterior(self.calm(STAGES[0]).astype(float), HEATS[0])
+        camera, losses, trials = self.bench.at.own("camera").start, [], []
+        for shift in SHIFTS:
+            shared = self.state.shared.copy()
+            shared[camera] = shift
+            trials.append(replace(self.state, shared=shared))
+            losses.append(posterior.loss(trials[-1], posterior.models(shared))[0])
+        self.state = trials[int(np.argmin(losses))]
+
+    def descend(self, few: Mask, heat: float) -> None:
+        """Minimise the loss of some frames; those that fit badly lose weight."""
+        self._mask()
+        before = np.inf
+        for _ in range(3):
+            posterior = self._posterior(few.astype(float), heat)
+            models = posterior.models(self.state.shared)
+            loss, squares, counts = posterior.loss(self.state, models)
+            misfit = squares / np.maximum(counts, 1.0)
+            usual = float(np.median(misfit[few]))
+            shares = few * np.minimum(1.0, SUSPECT * usual / np.maximum(misfit, 1e-9))
+            posterior = replace(posterior, shares=shares)
+            self.state = self._climbed(posterior)
+            if before - loss < CLOSE:
+                break
+            before = loss
+
+    def _climbed(self, posterior: BenchPosterior) -> State:
+        def expand(state: State) -> Expansion[State]:
+            models = posterior.models(state.shared)
+            self.told = posterior.eliminated(state, models)
+            told = self.told
+            gradient, self.information = posterior.normal(state, told)
+            information = self.information
+
+            def ahead(step: Array) -> tuple[State, float]:
+                shared = state.shared + step
+                own = [
+                    value + one.step + one.response @ step
+                    for value, one in zip(state.own, told, strict=True)
+                ]
+                there = posterior.models(shared)
+                reached = posterior.settled(State(shared, own), there, SETTLING)
+                return reached, posterior.loss(reached, there)[0]
+
+            loss = posterior.loss(state, models)[0]
+            return Expansion(loss, gradient, lambda: information, ahead)
+
+        return minimise(self.state, expand, STEPS, Stop(near=CLOSE)).place
+
+    def improve(self) -> bool:
+        """One round of the last stage; whether nothing changed any more."""
+        kept, sizes, sound = self.kept.copy(), dict(self.sizes), self.sound.copy()
+        moved = self._recentred()
+        self.descend(self.kept, 1.0)
+        self._resize()
+        self._leave_out()
+        same = np.array_equal(kept, self.kept) and np.array_equal(sound, self.sound)
+        still = all(
+            abs(np.log(self.sizes[name] / sizes[name])) < CHANGED or self.sizes[name] <= NEGLIGIBLE
+            for name in sizes
+        )
+        return same and still and not moved
+
+    def _recentred(self) -> bool:
+        """Solve the mechanics about the design that was found, if that is not near enough."""
+        at = self.bench.at
+        design = self.state.shared[at.own("design")]
+        unsure = np.sqrt(np.diag(np.linalg.inv(self.information))[at.own("design")])
+        if (np.abs(design - self.centre) <= np.maximum(SETTLED * unsure, 1e-3)).all():
+            return False
+        self.centre = design.copy()
+        contacts = contact_phases(
+            self.sensor, self.paths, design, self.places, self.size, ENTRY_STEP[1]
+        )
+        template = self.bench.template._replace(mixing=contacts.mixing)
+        self.bench = replace(self.bench, contacts=contacts, template=template)
+        return True
+
+    def _resize(self) -> None:
+        """The sizes under which the frames are most probable, of what nobody states."""
+        covariance, at = np.linalg.inv(self.information), self.bench.at
+        posterior = self._posterior(self.kept.astype(float), 1.0)
+        for name in GROUPS:
+            if name in ("place", "width") and self._stated(name):
+                continue
+            square = freedom = 0.0
+            for f in np.flatnonzero(self.kept):
+                own = posterior.group(name, f)
+                off = (self.state.own[f] - posterior.mean(f, self.state.shared))[own]
+                precision = posterior.precision(f)[own]
+                variances = self.told[f].variances(covariance)[own]
+                square += precision @ np.square(off)
+                freedom += float((1 - precision * variances).sum())
+            self._scale(name, square, freedom)
+        precision = self._expected().precision
+        for name in FIELDS:
+            own = slice(at.own(name).start + (name != "residual"), at.own(name).stop)
+            square = float(precision[own] @ np.square(self.state.shared[own]))
+            freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
+            self._scale(name, square, freedom)
+
+    def _stated(self, name: str) -> bool:
+        return {"place": PLACEMENT, "width": WIDTH}[name] in self.stated
+
+    def _scale(self, name: str, square: float, freedom: float) -> None:
+        if freedom > 1e-6:
+            factor = np.sqrt(square / freedom)
+            self.sizes[name] = float(max(self.sizes[name] * factor, NEGLIGIBLE / 2))
+
+    def _leave_out(self) -> None:
+        """Leave out frames and pixels that contradict the others."""
+        posterior = self._posterior(self.kept.astype(float), 1.0)
+        models = posterior.models(self.state.shared)
+        _, squares, counts = posterior.loss(self.state, models)
+        excess = squares - counts
+        usual = max(float(np.median(np.abs(excess) / np.sqrt(2 * counts))), 1.0)
+        limits = np.array([square_limit(count) for count in counts])
+        self.kept = excess <= (limits - counts) * usual
+        left = self.residuals(models)[self.kept]
+        bad = np.zeros_like(self.sound)
+        used = self.sound & self.seen
+        bad[used] = misfitting_pixels(left[:, used])
+        self.sound &= ~bad
+
+    def residuals(self, models: FrameModels) -> Array:
+        """Grey levels less those expected, in units of the noise, shape (F, P)."""
+        found = []
+        for f, own in enumerate(self.state.own):
+            model = models.of_frame(f)
+            level = expose(model, models.unknowns(f, own, self.state.shared))[0]
+            found.append((self.levels[f] - level) / np.sqrt(model.variance))
+        return np.array(found)
+
+    def found(self) -> BenchFit:
+        """The fit."""
+        posterior = self._posterior(self.kept.astype(float), 1.0)
+        models = posterior.models(self.state.shared)
+        told = posterior.eliminated(self.state, models)
+        _, information = posterior.normal(self.state, told)
+        _, squares, counts = posterior.loss(self.state, models)
+        free = len(information)
+        chi2 = float(squares[self.kept].sum() / (counts[self.kept].sum() - free))
+        return BenchFit(
+            self.sensor,
+            self.paths,
+            posterior,
+            self.state,
+            information,
+            self.sound,
+            self.kept,
+            chi2,
+        )
+
