@@ -22,6 +22,8 @@ ARRAYS = {
     "amplitude_modes": "grey levels",
     "offset_modes": "grey levels",
 }
+FIELDS = {"residual": "rad", "phase_modes": "rad"}
+"""Arrays that an imaging may lack."""
 NUMBERS = ("drawing", "values", "covariance")
 WORDS = ("names", "unidentified", "outliers", "dead", "findings")
 
@@ -29,8 +31,10 @@ WORDS = ("names", "unidentified", "outliers", "dead", "findings")
 def write_imaging(file: h5py.File, imaging: Imaging) -> None:
     """Write registration and lighting with their modes."""
     group = file.create_group("imaging")
-    for name, unit in ARRAYS.items():
+    for name, unit in (ARRAYS | FIELDS).items():
         data = getattr(imaging, name)
+        if data is None:
+            continue
         dataset = group.create_dataset(name, data=data, compression="gzip" if data.size else None)
         dataset.attrs["units"] = unit
     group.attrs["light_variance"] = imaging.light_variance
@@ -54,6 +58,7 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         **{name: read_as.get(name, read)(file, f"imaging/{name}") for name in ARRAYS},
         light_variance=float(np.asarray(attributes["light_variance"])),
         drift=(gain, offset),
+        **{name: read(file, f"imaging/{name}") for name in FIELDS if name in file["imaging"]},
     )
     pixels = len(imaging.positions)
     lengths = (
@@ -63,6 +68,7 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         imaging.influence_modes.shape[1],
         imaging.amplitude_modes.shape[1],
         imaging.offset_modes.shape[1],
+        *(len(field.T) for field in (imaging.residual, imaging.phase_modes) if field is not None),
     )
     if any(length != pixels for length in lengths):
         raise ValueError(f"imaging of {pixels} pixels holds arrays of {lengths}")

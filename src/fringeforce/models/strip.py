@@ -212,6 +212,8 @@ class SensorModel:
         return self._light(self._with_residual(self.phase(forces)))
 
     def _with_residual(self, phase: Array) -> Array:
+        if self.imaging is not None and self.imaging.residual is not None:
+            return phase + self.imaging.residual
         residual = self.sensor.polariscope.residual
         return phase + residual if residual else phase
 

@@ -176,7 +176,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
-    residual = std.get(RESIDUAL, 0.0)
+    fixed, residual = np.full(nodes, light.residual), std.get(RESIDUAL, 0.0)
+    if imaging is not None and imaging.residual is not None:  # it has no tolerance any more
+        fixed, residual = at_nodes(model, imaging.residual), 0.0
     fields = (
         residual * random_field(x, light.residual_length, nodes)
         if residual
@@ -236,7 +238,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         width_std=widths,
         narrow=NARROW * max(width, widths),
         fields=np.ascontiguousarray(fields),
-        fixed=np.full(nodes, light.residual),
+        fixed=fixed,
         influence=coefficients(_powers(turning, psi), nodes),
         brightness=_profiles([mode.brightness for mode in modes], nodes),
         darkness=_profiles([mode.darkness for mode in modes], nodes),
@@ -292,6 +294,16 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     count = steps + 3
     first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
     return first, weights, np.arange(SAMPLES * steps + 1) / SAMPLES * pixels / steps - 0.5
+
+
+def at_nodes(model: SensorModel, values: Array) -> Array:
+    """Coefficients at the nodes of values at the pixels of one row, shape (..., P) to (..., m)."""
+    _, _, positions = _nodes(model)
+    nodes = (len(positions) - 1) // SAMPLES + 3
+    places = np.clip(positions, 0, values.shape[-1] - 1)
+    left = np.minimum(places.astype(np.int64), values.shape[-1] - 2)
+    share = places - left
+    return coefficients((1 - share) * values[..., left] + share * values[..., left + 1], nodes)
 
 
 def coefficients(values: Array, count: int) -> Array:

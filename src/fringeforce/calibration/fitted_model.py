@@ -1,0 +1,141 @@
+"""From a fit to a calibrated model: its covariance as modes, and what is to be said of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_fit import SCALE, SHIFT
+from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
+from fringeforce.calibration.design_jacobian import design_jacobian
+from fringeforce.calibration.findings import unidentified
+from fringeforce.calibration.fit import BenchFit
+from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Tolerances, with_values
+from fringeforce.estimation.frame_exposure import NARROWEST, positive
+from fringeforce.models.as_built import PLACEMENT, WIDTH
+from fringeforce.models.imaging import Calibration, Imaging
+from fringeforce.models.strip import SensorModel, characterize
+
+
+def calibrated_model(fit: BenchFit) -> SensorModel:
+    """The calibrated model with its covariance.
+
+    Parameters
+    ----------
+    fit : BenchFit
+        The fit.
+    """
+    sensor, paths, at = fit.sensor, fit.paths, fit.posterior.bench.at
+    shared = fit.state.shared
+    covariance = fit.covariance * max(fit.chi2, 1.0)
+    design, (shift, scale) = shared[at.own("design")], shared[at.own("camera")]
+    made = _made(fit, covariance)
+    model = characterize(made)
+    whole = names(sensor, paths)
+    single = np.array([path != POSITIONS for path in entries(sensor, paths)], dtype=bool)
+    count = at.residual
+    unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
+    own = fit.covariance[: len(whole), : len(whole)][np.ix_(single, single)]
+    calibration = Calibration(
+        names=(*whole, "camera shift", "camera scale"),
+        drawing=np.append(values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0]),
+        values=np.append(values(sensor, paths, design), [shift * SHIFT, 1 + scale * SCALE]),
+        covariance=covariance[:count, :count] * np.outer(unit, unit),
+        unidentified=unidentified(tuple(np.array(whole)[single].tolist()), own),
+        outliers=tuple(np.flatnonzero(~fit.kept).tolist()),
+        dead=tuple(np.flatnonzero(~fit.sound).tolist()),
+        chi2=fit.chi2,
+        findings=(),
+    )
+    return replace(
+        model,
+        imaging=_imaging(fit, covariance),
+        calibration=calibration,
+        provenance={
+            **model.provenance,
+            "method": "finite elements, calibrated",
+            "calibration frames": int(fit.kept.sum()),
+        },
+    )
+
+
+def _made(fit: BenchFit, covariance: Array) -> Sensor:
+    """The design as found; contacts keep their tolerances, blur and gamma have those of the fit."""
+    template, at = fit.posterior.bench.template, fit.posterior.bench.at
+    pixel = fit.sensor.transducer.length / fit.sensor.camera.pixels
+    wide = template.blur + template.blur_std * fit.state.shared[at.blur]
+    blur, slope = positive(wide, NARROWEST)
+    gamma = template.gamma + template.gamma_std * fit.state.shared[at.gamma]
+    std = np.sqrt(np.diag(covariance))
+    stated = {path: std for path, std in fit.sensor.tolerances.items() if path in (PLACEMENT, WIDTH)}
+    stated |= {
+        "camera.blur": float(slope * template.blur_std * std[at.blur] * pixel),
+        "camera.gamma": float(template.gamma_std * std[at.gamma]),
+    }
+    found = varied(fit.sensor, fit.paths, fit.state.shared[at.own("design")])
+    return with_values(
+        found,
+        {
+            "camera.blur": float(blur * pixel),
+            "camera.gamma": float(gamma / _response_power(fit)),
+            "tolerances": Tolerances(stated),
+        },
+    )
+
+
+def _response_power(fit: BenchFit) -> float:
+    response = fit.sensor.camera.response
+    return 1.0 if response in ("linear", "sRGB") else float(response)
+
+
+def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
+    """Registration, light and residual, with their modes."""
+    bench, shared = fit.posterior.bench, fit.state.shared
+    sensor, at, template = fit.sensor, bench.at, bench.template
+    positions = bench.positions(shared, sensor.pixel_positions)
+    margin = 2 * sensor.transducer.length / sensor.camera.pixels
+    seen = np.abs(positions) < sensor.transducer.length / 2 - margin
+    design = shared[at.own("design")]
+    jacobian = design_jacobian(sensor, fit.paths, design)
+    slope = jacobian.matrix(design, positions, slope=True)
+    changes = np.concatenate(
+        [
+            jacobian.at(positions)[1:],
+            [slope * SHIFT, slope * (sensor.pixel_positions * SCALE)[:, None]],
+        ]
+    )  # (d + 2, P, 2n)
+    order = np.arange(at.blur)
+    root = np.linalg.cholesky(covariance[np.ix_(order, order)])
+    moving = root[: at.residual, : at.residual]
+    influence = np.tensordot(moving.T, changes, 1)
+
+    def pixels(rows: Array) -> Array:
+        values = np.zeros((len(rows), len(positions)))
+        first, weights = template.first[: len(positions)], template.weights[: len(positions)]
+        for k in range(4):
+            values += rows[:, first + k] * weights[:, k]
+        return values
+
+    fields = pixels(template.fields)
+    bright, dark = pixels(template.brightness), pixels(template.darkness)
+    light = shared[at.bright : at.blur]
+    amplitude = template.amplitude[: len(positions)]
+    modes = root[at.bright : at.blur].T
+    expected, sizes = fit.posterior.expected, bench.lamp
+    gain = expected.sizes["gain"] * float(sizes[0, 0, 0])
+    offset = expected.sizes["offset"] * float(sizes[1, 1, 0])
+    return Imaging(
+        positions=positions,
+        amplitude=amplitude * (1 + light @ bright),
+        offset=template.offset[: len(positions)] + light @ dark,
+        usable=fit.sound & seen,
+        influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
+        amplitude_modes=amplitude * (modes @ bright),
+        offset_modes=modes @ dark,
+        drift=(gain, offset),
+        residual=shared[at.own("residual")] @ fields,
+        phase_modes=root[at.own("residual")].T @ fields,
+    )
