@@ -19,8 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Index
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.contact_phase import ContactPhases
+from fringeforce.calibration.known_loads import KnownLoads
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import (
     Prior,
@@ -42,6 +43,10 @@ GROUPS = "normal", "tangential", "place", "width", "gain", "offset"
 """What scatters from frame to frame."""
 LAMP = 2
 """Unknowns of the lamp of one frame: gain and offset."""
+LIGHTEST = 1e-3
+"""Force of a contact at least that its error is a share of [N]."""
+EXACT = 1e-6
+"""Standard deviation of what is stated as exact, in its unit."""
 
 
 class Parts(NamedTuple):
@@ -78,8 +83,8 @@ class Bench:
         Grey levels; not finite where a pixel is not used.
     which : ndarray of int, shape (F, k)
         Which of the places of `contacts` each contact has; -1 where there is none.
-    forces : ndarray, shape (F, k, 2)
-        As written down [N].
+    loads : KnownLoads
+        As written down.
     contacts : ContactPhases
         Phase of contacts at these places.
     template : FrameModel
@@ -101,7 +106,7 @@ class Bench:
 
     frames: Array
     which: Index
-    forces: Array
+    loads: KnownLoads
     contacts: ContactPhases
     template: FrameModel
     places: Array
@@ -123,6 +128,14 @@ class State:
 
     shared: Array
     own: list[Array]
+
+    def moved(self, step: Array, told: list[Eliminated]) -> State:
+        """A step (S,) of the shared unknowns away, which the others follow."""
+        own = [
+            value + one.step + one.response @ step
+            for value, one in zip(self.own, told, strict=True)
+        ]
+        return State(self.shared + step, own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,18 +187,40 @@ class BenchPosterior:
 
     def mean(self, f: int, shared: Array) -> Array:
         """What is expected of the own unknowns of a frame."""
-        own = self._contacts(f)
-        forces = self.bench.forces[f, own].ravel()
-        found = np.concatenate([forces, np.zeros(2 * len(own) + LAMP)])
+        own, loads = self._contacts(f), self.bench.loads
+        size = self.bench.contacts.size
+        stated = loads.widths[f, own]
+        widths = np.where(np.isfinite(stated), (stated - size.width) / size.width_std, 0.0)
+        forces, places = loads.forces[f, own].ravel(), np.zeros(len(own) )
+        found = np.concatenate([forces, places, widths, np.zeros(LAMP)])
         return found + self.bench.moves[f] @ shared[self.bench.at.own("written")]
 
     def precision(self, f: int) -> Array:
         """Inverse variances of the own unknowns of a frame before it is seen."""
-        sizes, own = self.expected.sizes, self._contacts(f)
-        whole = np.maximum(np.linalg.norm(self.bench.forces[f, own], axis=1), 1e-3)
-        forces = np.outer(whole, [sizes["normal"], sizes["tangential"]]).ravel()
-        rest = np.repeat([sizes["place"], sizes["width"]], len(own))
-        return 1 / np.square(np.concatenate([forces, rest, [sizes["gain"], sizes["offset"]]]))
+        sizes, own, loads = self.expected.sizes, self._contacts(f), self.bench.loads
+        size = self.bench.contacts.size
+        forces = np.outer(self.unit("normal", f), [sizes["normal"], sizes["tangential"]])
+        places, widths = loads.place_std[f, own], loads.width_std[f, own]
+        found = np.concatenate(
+            [
+                _stated(loads.force_std[f, own], forces).ravel(),
+                _stated(places / size.place, sizes["place"]),
+                _stated(widths / size.width_std, sizes["width"]),
+                [sizes["gain"], sizes["offset"]],
+            ]
+        )
+        return 1 / np.square(found)
+
+    def free(self, name: str, f: int) -> Mask:
+        """Which of one of GROUPS of a frame have no standard deviation that somebody states."""
+        own, loads = self._contacts(f), self.bench.loads
+        stated = {
+            "normal": loads.force_std[f, own, 0],
+            "tangential": loads.force_std[f, own, 1],
+            "place": loads.place_std[f, own],
+            "width": loads.width_std[f, own],
+        }
+        return ~np.isfinite(stated[name]) if name in stated else np.ones(1, dtype=bool)
 
     def group(self, name: str, f: int) -> Index:
         """Which own unknowns of a frame belong to one of GROUPS."""
@@ -200,7 +235,8 @@ class BenchPosterior:
         """What one of GROUPS is measured in, for each of its unknowns of a frame."""
         own = self._contacts(f)
         if name in ("normal", "tangential"):
-            return np.maximum(np.linalg.norm(self.bench.forces[f, own], axis=1), 1e-3)
+            whole = np.linalg.norm(self.bench.loads.forces[f, own], axis=1)
+            return np.maximum(whole, LIGHTEST)
         return np.ones(len(self.group(name, f)))
 
     def models(self, shared: Array) -> FrameModels:
@@ -415,3 +451,8 @@ class FrameModels:
             [node_phase(self.of_frame(f, one)._replace(fixed=still), alone) for one in slopes]
         )
 
+
+
+def _stated(std: Array, else_: Array | float) -> Array:
+    """What is stated, and something else where nothing is."""
+    return np.where(np.isfinite(std), np.maximum(std, EXACT), else_)

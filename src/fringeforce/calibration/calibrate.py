@@ -16,7 +16,10 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.columns.fit import fit_columns
-from fringeforce.calibration.design_entries import checked_paths, entries
+from fringeforce.calibration.design_entries import POSITIONS, checked_paths, entries
+from fringeforce.calibration.fit import fitted
+from fringeforce.calibration.fitted_model import calibrated_model
+from fringeforce.calibration.known_loads import KnownLoads
 from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
@@ -122,6 +125,10 @@ def calibrate(
     lights = (references or References()).checked(sensor)
     measured = Measurements(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
     report = progress or (lambda title, done, expected: None)
+    if not columns and POSITIONS not in paths:
+        known = KnownLoads.at_tactels(sensor, loads.reshape(len(levels), -1, 2))
+        fit = fitted(sensor, levels, known, paths, report, lights)
+        return calibrated_model(fit, levels, known)
     found = _fitted(with_references(measured, lights), paths, lights, report)
     if columns:
         report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))

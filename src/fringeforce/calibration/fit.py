@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import entries, prior
 from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.bad_pixels import stuck_pixels
@@ -28,6 +30,7 @@ from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.shared_fit import Eliminated
+from fringeforce.optics.camera import noise_variance
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
 from fringeforce.models.uncertainty import FAR, NARROW, random_field, uncertainty
@@ -41,10 +44,12 @@ SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts of the camera that are tried first [mm]."""
 STEPS, SETTLING, ROUNDS = 12, 3, 10
 """Most steps of a descent, of the contacts after each, and most rounds of the last stage."""
-CLOSE = 0.1
-"""Fall of the loss below which a step is the last."""
-SUSPECT = 3.0
-"""Times the usual misfit beyond which a frame loses weight."""
+CLOSE, NEAR = 0.5, 5.0
+"""Falls of the loss that a step promises below which it need not be evaluated, and below which it
+is the last: twice the logarithm of a probability, in a space of some thirty unknowns."""
+SUSPECT, WEIGHINGS, REWEIGHED = 3.0, 3, 0.1
+"""Times the usual misfit beyond which a frame loses weight, how often frames are weighed, and the
+change of a weight that is worth another time."""
 ENTRY_STEP = 0.1, 0.03
 """Steps of an entry to both sides of the first design and of later ones."""
 SETTLED = 0.1
@@ -66,6 +71,14 @@ FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
 amplitude."""
 LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
 """Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
+LOST = 0.05
+"""Share that a frame tells of its own lamp below which there is no drift: its noise hides it."""
+STEADY = 0.05
+"""Root-mean-square change of a pattern, in its own deviations, below which it stays."""
+SMOOTH_DARK = 5
+"""Degree of the polynomial along the frame that is not pattern but uneven darkness."""
+THINNED = 2
+"""Every so many samples between the nodes are enough for what is smooth over the cover."""
 NEGLIGIBLE = 1e-2
 """Share of its first value below which a size is as good as none."""
 
@@ -92,6 +105,10 @@ class BenchFit:
         Frames that do not contradict the others.
     chi2 : float
         Reduced chi-square of these.
+    told : mapping
+        Share of what scatters, by GROUPS, that a frame tells rather than what is expected of it.
+    pattern : Pattern, optional
+        What single pixels add to the smooth light.
     """
 
     sensor: Sensor
@@ -102,6 +119,12 @@ class BenchFit:
     sound: Mask
     kept: Mask
     chi2: float
+    told: Mapping[str, float]
+    pattern: Pattern | None = None
+
+    def shown(self, name: str) -> bool:
+        """Whether frames show that something scatters, or it is lost in their noise."""
+        return self.told[name] > LOST
 
     @property
     def covariance(self) -> Array:
@@ -115,7 +138,12 @@ class BenchFit:
 
 
 def fitted(
-    sensor: Sensor, levels: Array, loads: KnownLoads, paths: tuple[str, ...], report: Progress
+    sensor: Sensor,
+    levels: Array,
+    loads: KnownLoads,
+    paths: tuple[str, ...],
+    report: Progress,
+    references: Mapping[str, Array] | None = None,
 ) -> BenchFit:
     """Fit all that is unknown of a bench.
 
@@ -131,8 +159,10 @@ def fitted(
         Values of the design to estimate.
     report : callable
         Told what is done.
+    references : mapping, optional
+        Frames that show the light alone, by kind, as checked.
     """
-    search = _Search(sensor, levels, loads, paths)
+    search = _Search(sensor, levels, loads, paths, references or {})
     total = len(STAGES) + ROUNDS + 1
     report("Finding the strip", 0, total)
     search.find_shift()
@@ -153,17 +183,32 @@ class _Search:
     """Where the search for the most probable sensor is."""
 
     def __init__(
-        self, sensor: Sensor, levels: Array, loads: KnownLoads, paths: tuple[str, ...]
+        self,
+        sensor: Sensor,
+        levels: Array,
+        loads: KnownLoads,
+        paths: tuple[str, ...],
+        references: Mapping[str, Array],
     ) -> None:
-        self.sensor, self.levels, self.loads, self.paths = sensor, levels, loads, paths
+        lit = {kind: references[kind] for kind in ("unloaded", "bright") if kind in references}
+        self.levels = np.concatenate([levels, *[rows.mean(axis=0)[None] for rows in lit.values()]])
+        self.averaged = np.append(np.ones(len(levels)), [len(rows) for rows in lit.values()])
+        self.turned = np.append(np.zeros(len(levels)), [np.pi * (k == "bright") for k in lit])
+        self.sensor, self.paths = sensor, paths
+        self.loads = loads.with_unloaded(len(lit))
+        levels = self.levels
         self.stated = sensor.tolerances
-        self.sound = ~stuck_pixels(levels, sensor.camera.noise)
+        self.alive = ~stuck_pixels(levels, sensor.camera.noise)
+        self.sound = self.alive.copy()
         self.kept = np.ones(len(levels), dtype=bool)
         self.sizes = {name: 1.0 for name in (*GROUPS, *FIELDS)}
         self.centre = np.zeros(len(entries(sensor, paths)))
         self.size = self._contact_size()
         self.places, self.which = distinct(loads.places)
+        self.which = np.concatenate([self.which, np.full((len(lit), self.which.shape[1]), -1)])
         self.bench = self._bench()
+        self.light = self.bench.template
+        self.pattern = self._first_pattern(references) if references else None
         shared = np.zeros(self.bench.at.size)
         self.state = self._posterior(np.ones(len(levels)), 1.0).start(shared)
         self.told: list[Eliminated] = []
@@ -218,22 +263,32 @@ class _Search:
             ceiling=frame.full_scale,
         )
         at = parts(len(self.centre), len(residual), len(bright), len(dark), 0)
-        count = len(self.levels)
         moves = tuple(np.zeros((4 * k + 2, 0)) for k in (self.which >= 0).sum(axis=1))
         self.per_pixel = per_pixel
         return Bench(
             self.levels,
             self.which,
-            loads.forces,
+            loads,
             contacts,
             template,
-            x,
+            x[::THINNED],
             at,
             lamp,
-            np.ones(count),
-            np.zeros(count),
+            self.averaged,
+            self.turned,
             moves,
         )
+
+    def _first_pattern(self, references: Mapping[str, Array]) -> Pattern:
+        dark, variance, template = None, 1.0, self.bench.template
+        if "dark" in references:
+            mean = references["dark"].mean(axis=0)
+            along = np.linspace(-1, 1, len(mean))
+            smooth = np.polynomial.Polynomial.fit(along[self.sound], mean[self.sound], SMOOTH_DARK)
+            dark = np.where(self.sound, mean - smooth(along), 0.0)
+            variance = noise_variance(self.sensor.camera) / len(references["dark"])
+        amplitude = float(np.mean(template.amplitude))
+        return Pattern.first(self.levels.shape[1], amplitude, dark, variance)
 
     def _expected(self) -> Expected:
         at, sizes = self.bench.at, self.sizes
@@ -293,19 +348,18 @@ class _Search:
     def descend(self, few: Mask, heat: float) -> None:
         """Minimise the loss of some frames; those that fit badly lose weight."""
         self._mask()
-        before = np.inf
-        for _ in range(3):
+        before = np.full(len(few), np.inf)
+        for _ in range(WEIGHINGS):
             posterior = self._posterior(few.astype(float), heat)
             models = posterior.models(self.state.shared)
-            loss, squares, counts = posterior.loss(self.state, models)
+            _, squares, counts = posterior.loss(self.state, models)
             misfit = squares / np.maximum(counts, 1.0)
             usual = float(np.median(misfit[few]))
             shares = few * np.minimum(1.0, SUSPECT * usual / np.maximum(misfit, 1e-9))
-            posterior = replace(posterior, shares=shares)
-            self.state = self._climbed(posterior)
-            if before - loss < CLOSE:
+            if np.abs(shares - before).max() < REWEIGHED:
                 break
-            before = loss
+            self.state = self._climbed(replace(posterior, shares=shares))
+            before = shares
 
     def _climbed(self, posterior: BenchPosterior) -> State:
         def expand(state: State) -> Expansion[State]:
@@ -316,19 +370,15 @@ class _Search:
             information = self.information
 
             def ahead(step: Array) -> tuple[State, float]:
-                shared = state.shared + step
-                own = [
-                    value + one.step + one.response @ step
-                    for value, one in zip(state.own, told, strict=True)
-                ]
-                there = posterior.models(shared)
-                reached = posterior.settled(State(shared, own), there, SETTLING)
+                there = posterior.models(state.shared + step)
+                reached = posterior.settled(state.moved(step, told), there, SETTLING)
                 return reached, posterior.loss(reached, there)[0]
 
             loss = posterior.loss(state, models)[0]
             return Expansion(loss, gradient, lambda: information, ahead)
 
-        return minimise(self.state, expand, STEPS, Stop(near=CLOSE)).place
+        found = minimise(self.state, expand, STEPS, Stop(close=CLOSE, near=NEAR))
+        return found.place.moved(found.step, self.told)
 
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""
@@ -336,6 +386,7 @@ class _Search:
         moved = self._recentred()
         self.descend(self.kept, 1.0)
         self._resize()
+        moved |= self._repattern()
         self._leave_out()
         same = np.array_equal(kept, self.kept) and np.array_equal(sound, self.sound)
         still = all(
@@ -359,21 +410,26 @@ class _Search:
         self.bench = replace(self.bench, contacts=contacts, template=template)
         return True
 
+    def _repattern(self) -> bool:
+        """The likeliest pattern of the pixels; whether it changed."""
+        if self.pattern is None:
+            return False
+        before = self.pattern
+        models = self._posterior(self.kept.astype(float), 1.0).models(self.state.shared)
+        used = self.sound & self.seen
+        self.pattern = before.improved(models, self.state, self.levels, self.kept, used)
+        amplitude, offset = self.pattern.noise.levels
+        light = self.light
+        template = self.bench.template._replace(
+            amplitude=light.amplitude + amplitude, offset=light.offset + offset
+        )
+        self.bench = replace(self.bench, template=template)
+        return self.pattern.moved(before) > STEADY
+
     def _resize(self) -> None:
         """The sizes under which the frames are most probable, of what nobody states."""
         covariance, at = np.linalg.inv(self.information), self.bench.at
-        posterior = self._posterior(self.kept.astype(float), 1.0)
-        for name in GROUPS:
-            if name in ("place", "width") and self._stated(name):
-                continue
-            square = freedom = 0.0
-            for f in np.flatnonzero(self.kept):
-                own = posterior.group(name, f)
-                off = (self.state.own[f] - posterior.mean(f, self.state.shared))[own]
-                precision = posterior.precision(f)[own]
-                variances = self.told[f].variances(covariance)[own]
-                square += precision @ np.square(off)
-                freedom += float((1 - precision * variances).sum())
+        for name, (square, freedom, _) in self._scatter(self.told, covariance).items():
             self._scale(name, square, freedom)
         precision = self._expected().precision
         for name in FIELDS:
@@ -382,8 +438,26 @@ class _Search:
             freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
             self._scale(name, square, freedom)
 
-    def _stated(self, name: str) -> bool:
-        return {"place": PLACEMENT, "width": WIDTH}[name] in self.stated
+    def _scatter(
+        self, told: list[Eliminated], covariance: Array
+    ) -> dict[str, tuple[float, float, float]]:
+        """What scatters and is stated nowhere: sum of squares, and what frames tell of how many."""
+        posterior = self._posterior(self.kept.astype(float), 1.0)
+        found = dict.fromkeys(GROUPS, (0.0, 0.0, 0.0))
+        for f in np.flatnonzero(self.kept):
+            off = self.state.own[f] - posterior.mean(f, self.state.shared)
+            precision, variances = posterior.precision(f), told[f].variances(covariance)
+            for name in GROUPS:
+                if {"place": PLACEMENT, "width": WIDTH}.get(name) in self.stated:
+                    continue
+                own = posterior.group(name, f)[posterior.free(name, f)]
+                square, freedom, count = found[name]
+                found[name] = (
+                    square + float(precision[own] @ np.square(off[own])),
+                    freedom + float((1 - precision[own] * variances[own]).sum()),
+                    count + len(own),
+                )
+        return found
 
     def _scale(self, name: str, square: float, freedom: float) -> None:
         if freedom > 1e-6:
@@ -400,10 +474,9 @@ class _Search:
         limits = np.array([square_limit(count) for count in counts])
         self.kept = excess <= (limits - counts) * usual
         left = self.residuals(models)[self.kept]
-        bad = np.zeros_like(self.sound)
-        used = self.sound & self.seen
-        bad[used] = misfitting_pixels(left[:, used])
-        self.sound &= ~bad
+        used = self.alive & self.seen
+        self.sound = self.alive.copy()
+        self.sound[used] = ~misfitting_pixels(left[:, used])
 
     def residuals(self, models: FrameModels) -> Array:
         """Grey levels less those expected, in units of the noise, shape (F, P)."""
@@ -421,7 +494,10 @@ class _Search:
         told = posterior.eliminated(self.state, models)
         _, information = posterior.normal(self.state, told)
         _, squares, counts = posterior.loss(self.state, models)
+        scatter = self._scatter(told, np.asarray(np.linalg.inv(information)))
         free = len(information)
+        if self.pattern is not None:
+            free += self.pattern.freedom(self.sound & self.seen)
         chi2 = float(squares[self.kept].sum() / (counts[self.kept].sum() - free))
         return BenchFit(
             self.sensor,
@@ -432,5 +508,7 @@ class _Search:
             self.sound,
             self.kept,
             chi2,
+            {name: freedom / max(count, 1.0) for name, (_, freedom, count) in scatter.items()},
+            self.pattern,
         )
 

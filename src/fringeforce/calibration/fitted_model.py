@@ -10,8 +10,9 @@ from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_fit import SCALE, SHIFT
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.findings import unidentified
+from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.fit import BenchFit
+from fringeforce.calibration.known_loads import KnownLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST, positive
@@ -20,13 +21,17 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel, characterize
 
 
-def calibrated_model(fit: BenchFit) -> SensorModel:
+def calibrated_model(fit: BenchFit, levels: Array, loads: KnownLoads) -> SensorModel:
     """The calibrated model with its covariance.
 
     Parameters
     ----------
     fit : BenchFit
         The fit.
+    levels : ndarray, shape (F, P)
+        Frames with loads.
+    loads : KnownLoads
+        What was written down for them.
     """
     sensor, paths, at = fit.sensor, fit.paths, fit.posterior.bench.at
     shared = fit.state.shared
@@ -45,21 +50,23 @@ def calibrated_model(fit: BenchFit) -> SensorModel:
         values=np.append(values(sensor, paths, design), [shift * SHIFT, 1 + scale * SCALE]),
         covariance=covariance[:count, :count] * np.outer(unit, unit),
         unidentified=unidentified(tuple(np.array(whole)[single].tolist()), own),
-        outliers=tuple(np.flatnonzero(~fit.kept).tolist()),
+        outliers=tuple(np.flatnonzero(~fit.kept[: len(levels)]).tolist()),
         dead=tuple(np.flatnonzero(~fit.sound).tolist()),
         chi2=fit.chi2,
         findings=(),
     )
-    return replace(
+    model = replace(
         model,
         imaging=_imaging(fit, covariance),
         calibration=calibration,
         provenance={
             **model.provenance,
             "method": "finite elements, calibrated",
-            "calibration frames": int(fit.kept.sum()),
+            "calibration frames": int(fit.kept[: len(levels)].sum()),
         },
     )
+    said = findings(model, levels, loads, fit.kept[len(levels) :])
+    return replace(model, calibration=replace(calibration, findings=said))
 
 
 def _made(fit: BenchFit, covariance: Array) -> Sensor:
@@ -125,8 +132,8 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
     amplitude = template.amplitude[: len(positions)]
     modes = root[at.bright : at.blur].T
     expected, sizes = fit.posterior.expected, bench.lamp
-    gain = expected.sizes["gain"] * float(sizes[0, 0, 0])
-    offset = expected.sizes["offset"] * float(sizes[1, 1, 0])
+    gain = expected.sizes["gain"] * float(sizes[0, 0, 0]) * fit.shown("gain")
+    offset = expected.sizes["offset"] * float(sizes[1, 1, 0]) * fit.shown("offset")
     return Imaging(
         positions=positions,
         amplitude=amplitude * (1 + light @ bright),
@@ -135,6 +142,7 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
         influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
         amplitude_modes=amplitude * (modes @ bright),
         offset_modes=modes @ dark,
+        light_variance=0.0 if fit.pattern is None else fit.pattern.variance_of(fit.sound & seen),
         drift=(gain, offset),
         residual=shared[at.own("residual")] @ fields,
         phase_modes=root[at.own("residual")].T @ fields,

@@ -11,6 +11,7 @@ from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.frame_fit import CalibrationFit
+from fringeforce.calibration.known_loads import KnownLoads
 from fringeforce.calibration.light.modes import fitted_imaging
 from fringeforce.calibration.light.references import pattern_freedom
 from fringeforce.calibration.measurements import SHIFT
@@ -75,5 +76,7 @@ def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorM
         calibration=calibration,
         provenance={**model.provenance, **origin},
     )
-    said = findings(measured, model, kept[frames:])
+    loads = measured.loads[:frames].reshape(frames, -1, 2)
+    known = KnownLoads.at_tactels(sensor, loads)
+    said = findings(model, measured.levels[:frames], known, kept[frames:])
     return replace(model, calibration=replace(calibration, findings=said))
