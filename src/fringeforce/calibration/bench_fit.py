@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -21,7 +22,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.contact_phase import ContactPhases
-from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import (
     Prior,
@@ -43,8 +44,8 @@ GROUPS = "normal", "tangential", "place", "width", "gain", "offset"
 """What scatters from frame to frame."""
 LAMP = 2
 """Unknowns of the lamp of one frame: gain and offset."""
-LIGHTEST = 1e-3
-"""Force of a contact at least that its error is a share of [N]."""
+FULL_SCALE = 0.05
+"""Share of the largest force whose error every force has: load cells err by their full scale too."""
 EXACT = 1e-6
 """Standard deviation of what is stated as exact, in its unit."""
 
@@ -83,7 +84,7 @@ class Bench:
         Grey levels; not finite where a pixel is not used.
     which : ndarray of int, shape (F, k)
         Which of the places of `contacts` each contact has; -1 where there is none.
-    loads : KnownLoads
+    loads : BenchLoads
         As written down.
     contacts : ContactPhases
         Phase of contacts at these places.
@@ -106,7 +107,7 @@ class Bench:
 
     frames: Array
     which: Index
-    loads: KnownLoads
+    loads: BenchLoads
     contacts: ContactPhases
     template: FrameModel
     places: Array
@@ -115,6 +116,11 @@ class Bench:
     averaged: Array
     turned: Array
     moves: tuple[Array, ...]
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest force of a contact [N]."""
+        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
 
     def positions(self, shared: Array, drawn: Array) -> Array:
         """Where pixels or samples look that look at `drawn` as designed [m]."""
@@ -182,8 +188,7 @@ class BenchPosterior:
         return State(shared, [self.mean(f, shared) for f in range(len(self.bench.frames))])
 
     def _contacts(self, f: int) -> Index:
-        which = self.bench.which[f]
-        return np.flatnonzero(which >= 0)
+        return np.flatnonzero(self.bench.which[f] >= 0)
 
     def mean(self, f: int, shared: Array) -> Array:
         """What is expected of the own unknowns of a frame."""
@@ -199,7 +204,8 @@ class BenchPosterior:
         """Inverse variances of the own unknowns of a frame before it is seen."""
         sizes, own, loads = self.expected.sizes, self._contacts(f), self.bench.loads
         size = self.bench.contacts.size
-        forces = np.outer(self.unit("normal", f), [sizes["normal"], sizes["tangential"]])
+        unit = self.unit("normal", f)
+        forces = np.stack([sizes["normal"] * unit, sizes["tangential"] * unit], axis=1)
         places, widths = loads.place_std[f, own], loads.width_std[f, own]
         found = np.concatenate(
             [
@@ -236,7 +242,7 @@ class BenchPosterior:
         own = self._contacts(f)
         if name in ("normal", "tangential"):
             whole = np.linalg.norm(self.bench.loads.forces[f, own], axis=1)
-            return np.maximum(whole, LIGHTEST)
+            return np.hypot(whole, FULL_SCALE * self.bench.largest)
         return np.ones(len(self.group(name, f)))
 
     def models(self, shared: Array) -> FrameModels:

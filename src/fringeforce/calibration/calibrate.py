@@ -19,7 +19,7 @@ from fringeforce.calibration.columns.fit import fit_columns
 from fringeforce.calibration.design_entries import POSITIONS, checked_paths, entries
 from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.fitted_model import calibrated_model
-from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
@@ -126,7 +126,7 @@ def calibrate(
     measured = Measurements(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
     report = progress or (lambda title, done, expected: None)
     if not columns and POSITIONS not in paths:
-        known = KnownLoads.at_tactels(sensor, loads.reshape(len(levels), -1, 2))
+        known = loads_on_tactels(loads.reshape(len(levels), -1, 2), sensor.tactels.positions)
         fit = fitted(sensor, levels, known, paths, report, lights)
         return calibrated_model(fit, levels, known)
     found = _fitted(with_references(measured, lights), paths, lights, report)

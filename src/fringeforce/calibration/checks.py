@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
-from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.residual_test import group_sums, square_limit
@@ -93,12 +93,13 @@ def checked_measurements(
     return levels, loads.reshape(len(loads), -1)
 
 
-def remarks(levels: Array, loads: KnownLoads, sensor: Sensor) -> list[str]:
+def remarks(levels: Array, loads: BenchLoads, sensor: Sensor) -> list[str]:
     """What a person should know of frames that can be used all the same."""
     found, camera = [], sensor.camera
-    tactels = np.arange(sensor.tactels.count) if (loads.tactels >= 0).any() else []
+    numbers = np.full(loads.present.shape, -1) if loads.tactels is None else loads.tactels
+    tactels = np.arange(sensor.tactels.count) if (numbers >= 0).any() else []
     for number, kind in enumerate(("normally", "tangentially")):
-        pressed = loads.tactels[loads.forces[..., number] != 0]
+        pressed = numbers[loads.present & (loads.forces[..., number] != 0)]
         if never := ", ".join(str(j + 1) for j in np.setdiff1d(tactels, pressed)):
             found.append(
                 f"Never loaded {kind}: tactel {never}; what is said of it rests on the elements."

@@ -7,7 +7,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
-from fringeforce.calibration.known_loads import KnownLoads, described
+from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
@@ -50,7 +50,7 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
 
 
 def findings(
-    model: SensorModel, levels: Array, loads: KnownLoads, references: Mask
+    model: SensorModel, levels: Array, loads: BenchLoads, references: Mask
 ) -> tuple[str, ...]:
     """Sentences on a calibrated model and the frames behind it.
 
@@ -60,7 +60,7 @@ def findings(
         Calibrated.
     levels : ndarray, shape (F, P)
         All frames with loads, those left out included.
-    loads : KnownLoads
+    loads : BenchLoads
         What was written down for them.
     references : ndarray of bool, shape (r,)
         Whether each of the references agrees with the frames.
@@ -142,14 +142,35 @@ def _light(model: SensorModel, references: Mask) -> list[str]:
     return said
 
 
-def _wrong_load(model: SensorModel, levels: Array, loads: KnownLoads, row: int) -> str:
+def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
-    recorded = loads.described(row)
+    recorded = described(loads.rows([row]))
     said = f"Frame {row}, recorded as {recorded}, contradicts the others and was left out"
     reading = Reader(model).search(levels)
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
-        tactels = [f"tactel {j + 1}" for j in range(len(clear))]
-        return f"{said}; it looks like {described(clear, tactels)}{unsure}."
+        seen = loads_on_tactels(clear[None], model.sensor.tactels.positions)
+        return f"{said}; it looks like {described(seen)}{unsure}."
     return f"{said}; no load explains it: the contact may have slipped."
+
+
+def described(loads: BenchLoads) -> str:
+    """The largest forces of one frame in words."""
+    own = np.flatnonzero(loads.present[0])
+    forces = loads.forces[0, own]
+    largest = np.abs(forces).max(initial=0.0)
+    if largest == 0:
+        return "no load"
+    numbers = np.full(len(own), -1) if loads.tactels is None else loads.tactels[0, own]
+    places = [
+        f"on tactel {number + 1}" if number >= 0 else f"at {place * 1e3:.3g} mm"
+        for number, place in zip(numbers, loads.places[0, own], strict=True)
+    ]
+    order = np.unravel_index(np.argsort(-np.abs(forces), axis=None), forces.shape)
+    words = [
+        f"{forces[j, kind]:.3g} N {('normal', 'tangential')[kind]} {places[j]}"
+        for j, kind in zip(*order, strict=True)
+        if abs(forces[j, kind]) > NAMED * largest
+    ]
+    return ", ".join(words[:3]) + (" and more" if words[3:] else "")

@@ -21,7 +21,7 @@ from fringeforce.calibration.bench_fit import (
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import entries, prior
-from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
@@ -72,15 +72,13 @@ amplitude."""
 LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
 """Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
 LOST = 0.05
-"""Share that a frame tells of its own lamp below which there is no drift: its noise hides it."""
+"""Share that frames tell of what scatters below which noise hides it: it is as good as none."""
 STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
 """Degree of the polynomial along the frame that is not pattern but uneven darkness."""
 THINNED = 2
 """Every so many samples between the nodes are enough for what is smooth over the cover."""
-NEGLIGIBLE = 1e-2
-"""Share of its first value below which a size is as good as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +138,7 @@ class BenchFit:
 def fitted(
     sensor: Sensor,
     levels: Array,
-    loads: KnownLoads,
+    loads: BenchLoads,
     paths: tuple[str, ...],
     report: Progress,
     references: Mapping[str, Array] | None = None,
@@ -153,7 +151,7 @@ def fitted(
         The drawing.
     levels : ndarray, shape (F, P)
         Grey levels.
-    loads : KnownLoads
+    loads : BenchLoads
         What is written down for each frame.
     paths : tuple of str
         Values of the design to estimate.
@@ -186,7 +184,7 @@ class _Search:
         self,
         sensor: Sensor,
         levels: Array,
-        loads: KnownLoads,
+        loads: BenchLoads,
         paths: tuple[str, ...],
         references: Mapping[str, Array],
     ) -> None:
@@ -195,17 +193,18 @@ class _Search:
         self.averaged = np.append(np.ones(len(levels)), [len(rows) for rows in lit.values()])
         self.turned = np.append(np.zeros(len(levels)), [np.pi * (k == "bright") for k in lit])
         self.sensor, self.paths = sensor, paths
-        self.loads = loads.with_unloaded(len(lit))
+        self.loads = loads.rows(np.append(np.arange(len(loads)), np.zeros(len(lit), dtype=int)))
         levels = self.levels
         self.stated = sensor.tolerances
         self.alive = ~stuck_pixels(levels, sensor.camera.noise)
         self.sound = self.alive.copy()
         self.kept = np.ones(len(levels), dtype=bool)
-        self.sizes = {name: 1.0 for name in (*GROUPS, *FIELDS)}
+        self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0)
+        self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(entries(sensor, paths)))
         self.size = self._contact_size()
-        self.places, self.which = distinct(loads.places)
-        self.which = np.concatenate([self.which, np.full((len(lit), self.which.shape[1]), -1)])
+        self.places, which = distinct(np.where(loads.present, loads.places, np.nan))
+        self.which = np.concatenate([which, np.full((len(lit), which.shape[1]), -1)])
         self.bench = self._bench()
         self.light = self.bench.template
         self.pattern = self._first_pattern(references) if references else None
@@ -390,7 +389,7 @@ class _Search:
         self._leave_out()
         same = np.array_equal(kept, self.kept) and np.array_equal(sound, self.sound)
         still = all(
-            abs(np.log(self.sizes[name] / sizes[name])) < CHANGED or self.sizes[name] <= NEGLIGIBLE
+            self.lost[name] or abs(np.log(self.sizes[name] / sizes[name])) < CHANGED
             for name in sizes
         )
         return same and still and not moved
@@ -429,14 +428,14 @@ class _Search:
     def _resize(self) -> None:
         """The sizes under which the frames are most probable, of what nobody states."""
         covariance, at = np.linalg.inv(self.information), self.bench.at
-        for name, (square, freedom, _) in self._scatter(self.told, covariance).items():
-            self._scale(name, square, freedom)
+        for name, (square, freedom, count) in self._scatter(self.told, covariance).items():
+            self._scale(name, square, freedom, count)
         precision = self._expected().precision
         for name in FIELDS:
             own = slice(at.own(name).start + (name != "residual"), at.own(name).stop)
             square = float(precision[own] @ np.square(self.state.shared[own]))
             freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
-            self._scale(name, square, freedom)
+            self._scale(name, square, freedom, own.stop - own.start)
 
     def _scatter(
         self, told: list[Eliminated], covariance: Array
@@ -459,10 +458,11 @@ class _Search:
                 )
         return found
 
-    def _scale(self, name: str, square: float, freedom: float) -> None:
+    def _scale(self, name: str, square: float, freedom: float, count: float) -> None:
+        """Give one size its likeliest value, unless nothing tells of it."""
+        self.lost[name] = freedom <= LOST * count
         if freedom > 1e-6:
-            factor = np.sqrt(square / freedom)
-            self.sizes[name] = float(max(self.sizes[name] * factor, NEGLIGIBLE / 2))
+            self.sizes[name] *= float(np.sqrt(square / freedom))
 
     def _leave_out(self) -> None:
         """Leave out frames and pixels that contradict the others."""

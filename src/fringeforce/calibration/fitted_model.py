@@ -12,7 +12,7 @@ from fringeforce.calibration.design_entries import POSITIONS, entries, names, un
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.fit import BenchFit
-from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST, positive
@@ -21,7 +21,7 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel, characterize
 
 
-def calibrated_model(fit: BenchFit, levels: Array, loads: KnownLoads) -> SensorModel:
+def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorModel:
     """The calibrated model with its covariance.
 
     Parameters
@@ -30,7 +30,7 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: KnownLoads) -> SensorM
         The fit.
     levels : ndarray, shape (F, P)
         Frames with loads.
-    loads : KnownLoads
+    loads : BenchLoads
         What was written down for them.
     """
     sensor, paths, at = fit.sensor, fit.paths, fit.posterior.bench.at

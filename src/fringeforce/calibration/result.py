@@ -11,7 +11,7 @@ from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.frame_fit import CalibrationFit
-from fringeforce.calibration.known_loads import KnownLoads
+from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.light.modes import fitted_imaging
 from fringeforce.calibration.light.references import pattern_freedom
 from fringeforce.calibration.measurements import SHIFT
@@ -77,6 +77,6 @@ def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorM
         provenance={**model.provenance, **origin},
     )
     loads = measured.loads[:frames].reshape(frames, -1, 2)
-    known = KnownLoads.at_tactels(sensor, loads)
+    known = loads_on_tactels(loads, sensor.tactels.positions)
     said = findings(model, measured.levels[:frames], known, kept[frames:])
     return replace(model, calibration=replace(calibration, findings=said))
