@@ -16,7 +16,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.columns.fit import fit_columns
-from fringeforce.calibration.design_entries import POSITIONS, checked_paths, entries
+from fringeforce.calibration.design_entries import checked_paths, entries
 from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.fitted_model import calibrated_model
 from fringeforce.calibration.bench_loads import loads_on_tactels
@@ -125,7 +125,7 @@ def calibrate(
     lights = (references or References()).checked(sensor)
     measured = Measurements(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
     report = progress or (lambda title, done, expected: None)
-    if not columns and POSITIONS not in paths:
+    if not columns:
         known = loads_on_tactels(loads.reshape(len(levels), -1, 2), sensor.tactels.positions)
         fit = fitted(sensor, levels, known, paths, report, lights)
         return calibrated_model(fit, levels, known)

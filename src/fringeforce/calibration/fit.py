@@ -20,8 +20,8 @@ from fringeforce.calibration.bench_fit import (
 )
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
-from fringeforce.calibration.design_entries import entries, prior
-from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior
+from fringeforce.calibration.bench_loads import BenchLoads, LoadLog
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
@@ -71,6 +71,8 @@ FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
 amplitude."""
 LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
 """Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
+DELAY = 1e-3
+"""Unit of a delay, over which loads are differentiated [s]."""
 LOST = 0.05
 """Share that frames tell of what scatters below which noise hides it: it is as good as none."""
 STEADY = 0.05
@@ -79,6 +81,30 @@ SMOOTH_DARK = 5
 """Degree of the polynomial along the frame that is not pattern but uneven darkness."""
 THINNED = 2
 """Every so many samples between the nodes are enough for what is smooth over the cover."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedLoads:
+    """A log of loads by time, and when the frames were taken.
+
+    Attributes
+    ----------
+    log : LoadLog
+        The log.
+    times : ndarray, shape (F,)
+        Of the frames [s].
+    delay, unsure : float
+        By how much the log is behind, at first, and how far that may be wrong [s].
+    """
+
+    log: LoadLog
+    times: Array
+    delay: float
+    unsure: float
+
+    def at(self, delay: float) -> BenchLoads:
+        """Loads of the frames for one delay of the log [s]."""
+        return self.log.at(self.times, delay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +129,8 @@ class BenchFit:
         Frames that do not contradict the others.
     chi2 : float
         Reduced chi-square of these.
+    delay : float
+        By which the log of the loads is behind the frames, if there is one [s].
     told : mapping
         Share of what scatters, by GROUPS, that a frame tells rather than what is expected of it.
     pattern : Pattern, optional
@@ -117,6 +145,7 @@ class BenchFit:
     sound: Mask
     kept: Mask
     chi2: float
+    delay: float
     told: Mapping[str, float]
     pattern: Pattern | None = None
 
@@ -138,7 +167,7 @@ class BenchFit:
 def fitted(
     sensor: Sensor,
     levels: Array,
-    loads: BenchLoads,
+    loads: BenchLoads | TimedLoads,
     paths: tuple[str, ...],
     report: Progress,
     references: Mapping[str, Array] | None = None,
@@ -151,8 +180,8 @@ def fitted(
         The drawing.
     levels : ndarray, shape (F, P)
         Grey levels.
-    loads : BenchLoads
-        What is written down for each frame.
+    loads : BenchLoads or TimedLoads
+        What is written down for each frame, or by time.
     paths : tuple of str
         Values of the design to estimate.
     report : callable
@@ -184,7 +213,7 @@ class _Search:
         self,
         sensor: Sensor,
         levels: Array,
-        loads: BenchLoads,
+        loads: BenchLoads | TimedLoads,
         paths: tuple[str, ...],
         references: Mapping[str, Array],
     ) -> None:
@@ -193,7 +222,10 @@ class _Search:
         self.averaged = np.append(np.ones(len(levels)), [len(rows) for rows in lit.values()])
         self.turned = np.append(np.zeros(len(levels)), [np.pi * (k == "bright") for k in lit])
         self.sensor, self.paths = sensor, paths
-        self.loads = loads.rows(np.append(np.arange(len(loads)), np.zeros(len(lit), dtype=int)))
+        self.mechanical = tuple(path for path in paths if path != POSITIONS)
+        self.timed = loads if isinstance(loads, TimedLoads) else None
+        self.delay = 0.0 if self.timed is None else self.timed.delay
+        self.lit = len(lit)
         levels = self.levels
         self.stated = sensor.tolerances
         self.alive = ~stuck_pixels(levels, sensor.camera.noise)
@@ -201,10 +233,9 @@ class _Search:
         self.kept = np.ones(len(levels), dtype=bool)
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0)
         self.lost = dict.fromkeys(self.sizes, False)
-        self.centre = np.zeros(len(entries(sensor, paths)))
+        self.centre = np.zeros(len(self.mechanical))
         self.size = self._contact_size()
-        self.places, which = distinct(np.where(loads.present, loads.places, np.nan))
-        self.which = np.concatenate([which, np.full((len(lit), which.shape[1]), -1)])
+        self._load(loads if isinstance(loads, BenchLoads) else loads.at(self.delay))
         self.bench = self._bench()
         self.light = self.bench.template
         self.pattern = self._first_pattern(references) if references else None
@@ -212,6 +243,47 @@ class _Search:
         self.state = self._posterior(np.ones(len(levels)), 1.0).start(shared)
         self.told: list[Eliminated] = []
         self.information = np.eye(len(shared))
+
+    def _load(self, loads: BenchLoads) -> None:
+        """Take the loads of all frames; references have none."""
+        lit = np.zeros(self.lit, dtype=int)
+        self.loads = loads.rows(np.append(np.arange(len(loads)), lit))
+        self.places, which = distinct(np.where(loads.present, loads.places, np.nan))
+        self.which = np.concatenate([which, np.full((self.lit, which.shape[1]), -1)])
+
+    def _moves(self) -> tuple[tuple[Array, ...], Array]:
+        """What unknowns of the list of loads change in every frame, and their deviations."""
+        columns, deviations = [], []
+        present, size = self.which >= 0, self.size
+        if POSITIONS in self.paths:
+            tactels = self.sensor.tactels
+            numbers = np.full(present.shape, -1) if self.loads.tactels is None else self.loads.tactels
+            for number in range(tactels.count):
+                places = np.where(numbers == number, tactels.pitch / size.place, 0.0)
+                columns.append((np.zeros((*present.shape, 2)), places))
+                deviations.append(DEVIATION["position"])
+        if self.timed is not None:
+            ahead, behind = (self.timed.at(self.delay + step) for step in (DELAY, -DELAY))
+            both = ahead.present & behind.present
+            moved = (np.where(both, ahead.places - behind.places, 0.0) / 2 / size.place)
+            forces = np.where(both[..., None], ahead.forces - behind.forces, 0.0) / 2
+            more = np.zeros((self.lit, present.shape[1]))
+            columns.append(
+                (
+                    np.concatenate([forces, more[..., None] * [0.0, 0.0]]),
+                    np.concatenate([moved, more]),
+                )
+            )
+            deviations.append(self.timed.unsure / DELAY)
+        found = []
+        for f, own in enumerate(present):
+            k = int(own.sum())
+            moves = np.zeros((4 * k + 2, len(columns)))
+            for column, (forces, places) in enumerate(columns):
+                moves[: 2 * k, column] = forces[f, own].ravel()
+                moves[2 * k : 3 * k, column] = places[f, own]
+            found.append(moves)
+        return tuple(found), np.array(deviations)
 
     def _contact_size(self) -> ContactSize:
         stated, tactels = self.stated, self.sensor.tactels
@@ -224,13 +296,12 @@ class _Search:
     def _bench(self) -> Bench:
         sensor, loads = self.sensor, self.loads
         contacts = contact_phases(
-            sensor, self.paths, self.centre, self.places, self.size, ENTRY_STEP[0]
+            sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[0]
         )
         plain = sensor.model_copy(update={"tolerances": Tolerances()})
         found = uncertainty(replace(characterize(plain), sensor=plain))
         x, frame = found.places, found.frame
         nodes, seen = len(frame.fixed), frame.visibility
-        per_pixel = sensor.camera.pixels / sensor.transducer.length
         residual = random_field(x, sensor.polariscope.residual_length, nodes)
         uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
         even = np.ones((1, nodes))
@@ -261,9 +332,8 @@ class _Search:
             floor=0.0,
             ceiling=frame.full_scale,
         )
-        at = parts(len(self.centre), len(residual), len(bright), len(dark), 0)
-        moves = tuple(np.zeros((4 * k + 2, 0)) for k in (self.which >= 0).sum(axis=1))
-        self.per_pixel = per_pixel
+        moves, self.written = self._moves()
+        at = parts(len(self.centre), len(residual), len(bright), len(dark), len(self.written))
         return Bench(
             self.levels,
             self.which,
@@ -292,7 +362,8 @@ class _Search:
     def _expected(self) -> Expected:
         at, sizes = self.bench.at, self.sizes
         deviations = np.ones(at.size)
-        deviations[at.own("design")] = prior(self.sensor, self.paths)
+        deviations[at.own("design")] = prior(self.sensor, self.mechanical)
+        deviations[at.own("written")] = self.written
         deviations[at.own("camera")] = SHIFT, SCALE
         for name in FIELDS:
             own = at.own(name)
@@ -382,7 +453,7 @@ class _Search:
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""
         kept, sizes, sound = self.kept.copy(), dict(self.sizes), self.sound.copy()
-        moved = self._recentred()
+        moved = self._delayed() | self._recentred()
         self.descend(self.kept, 1.0)
         self._resize()
         moved |= self._repattern()
@@ -403,10 +474,47 @@ class _Search:
             return False
         self.centre = design.copy()
         contacts = contact_phases(
-            self.sensor, self.paths, design, self.places, self.size, ENTRY_STEP[1]
+            self.sensor, self.mechanical, design, self.places, self.size, ENTRY_STEP[1]
         )
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(self.bench, contacts=contacts, template=template)
+        return True
+
+    def _delayed(self) -> bool:
+        """Take the loads at the delay that was found, if it is another one."""
+        if self.timed is None:
+            return False
+        own = self.bench.at.own("written").stop - 1
+        step = float(self.state.shared[own]) * DELAY
+        unsure = float(np.sqrt(np.linalg.inv(self.information)[own, own])) * DELAY
+        self.delay_std = unsure
+        if abs(step) < SETTLED * unsure:
+            return False
+        self.delay += step
+        before = self.which
+        self._load(self.timed.at(self.delay))
+        contacts = contact_phases(
+            self.sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[1]
+        )
+        moves, _ = self._moves()
+        template = self.bench.template._replace(mixing=contacts.mixing)
+        self.bench = replace(
+            self.bench,
+            which=self.which,
+            loads=self.loads,
+            contacts=contacts,
+            template=template,
+            moves=moves,
+        )
+        shared = self.state.shared.copy()
+        shared[own] = 0.0
+        fresh = self._posterior(np.ones(len(self.levels)), 1.0).start(shared)
+        same = (before >= 0).sum(axis=1) == (self.which >= 0).sum(axis=1)
+        own_unknowns = [
+            old if alike else new
+            for old, new, alike in zip(self.state.own, fresh.own, same, strict=True)
+        ]
+        self.state = State(shared, own_unknowns)
         return True
 
     def _repattern(self) -> bool:
@@ -508,6 +616,7 @@ class _Search:
             self.sound,
             self.kept,
             chi2,
+            self.delay,
             {name: freedom / max(count, 1.0) for name, (_, freedom, count) in scatter.items()},
             self.pattern,
         )

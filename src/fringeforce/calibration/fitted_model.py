@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.bench_fit import SCALE, SHIFT
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
@@ -36,19 +36,20 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorM
     sensor, paths, at = fit.sensor, fit.paths, fit.posterior.bench.at
     shared = fit.state.shared
     covariance = fit.covariance * max(fit.chi2, 1.0)
-    design, (shift, scale) = shared[at.own("design")], shared[at.own("camera")]
+    order = _entry_order(fit)
+    design, (shift, scale) = shared[order], shared[at.own("camera")]
     made = _made(fit, covariance)
     model = characterize(made)
     whole = names(sensor, paths)
     single = np.array([path != POSITIONS for path in entries(sensor, paths)], dtype=bool)
-    count = at.residual
+    named = np.append(order, np.arange(at.camera, at.residual))
     unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
-    own = fit.covariance[: len(whole), : len(whole)][np.ix_(single, single)]
+    own = fit.covariance[np.ix_(order[single], order[single])]
     calibration = Calibration(
         names=(*whole, "camera shift", "camera scale"),
         drawing=np.append(values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0]),
         values=np.append(values(sensor, paths, design), [shift * SHIFT, 1 + scale * SCALE]),
-        covariance=covariance[:count, :count] * np.outer(unit, unit),
+        covariance=covariance[np.ix_(named, named)] * np.outer(unit, unit),
         unidentified=unidentified(tuple(np.array(whole)[single].tolist()), own),
         outliers=tuple(np.flatnonzero(~fit.kept[: len(levels)]).tolist()),
         dead=tuple(np.flatnonzero(~fit.sound).tolist()),
@@ -82,7 +83,7 @@ def _made(fit: BenchFit, covariance: Array) -> Sensor:
         "camera.blur": float(slope * template.blur_std * std[at.blur] * pixel),
         "camera.gamma": float(template.gamma_std * std[at.gamma]),
     }
-    found = varied(fit.sensor, fit.paths, fit.state.shared[at.own("design")])
+    found = varied(fit.sensor, fit.paths, fit.state.shared[_entry_order(fit)])
     return with_values(
         found,
         {
@@ -91,6 +92,17 @@ def _made(fit: BenchFit, covariance: Array) -> Sensor:
             "tolerances": Tolerances(stated),
         },
     )
+
+
+def _entry_order(fit: BenchFit) -> Index:
+    """Where the entries of the design, places of tactels included, stand among the unknowns."""
+    at = fit.posterior.bench.at
+    owners = np.array(entries(fit.sensor, fit.paths))
+    order = np.empty(len(owners), dtype=int)
+    places = owners == POSITIONS
+    order[~places] = np.arange(at.design, at.camera)
+    order[places] = at.written + np.arange(places.sum())
+    return order
 
 
 def _response_power(fit: BenchFit) -> float:
@@ -105,7 +117,8 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
     positions = bench.positions(shared, sensor.pixel_positions)
     margin = 2 * sensor.transducer.length / sensor.camera.pixels
     seen = np.abs(positions) < sensor.transducer.length / 2 - margin
-    design = shared[at.own("design")]
+    entries_at = _entry_order(fit)
+    design = shared[entries_at]
     jacobian = design_jacobian(sensor, fit.paths, design)
     slope = jacobian.matrix(design, positions, slope=True)
     changes = np.concatenate(
@@ -114,9 +127,10 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
             [slope * SHIFT, slope * (sensor.pixel_positions * SCALE)[:, None]],
         ]
     )  # (d + 2, P, 2n)
-    order = np.arange(at.blur)
+    order = np.concatenate([entries_at, np.arange(at.camera, at.blur)])
     root = np.linalg.cholesky(covariance[np.ix_(order, order)])
-    moving = root[: at.residual, : at.residual]
+    first = len(changes)
+    moving = root[:first, :first]
     influence = np.tensordot(moving.T, changes, 1)
 
     def pixels(rows: Array) -> Array:
@@ -130,7 +144,8 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
     bright, dark = pixels(template.brightness), pixels(template.darkness)
     light = shared[at.bright : at.blur]
     amplitude = template.amplitude[: len(positions)]
-    modes = root[at.bright : at.blur].T
+    begin = first + at.bright - at.residual
+    modes = root[begin:].T
     expected, sizes = fit.posterior.expected, bench.lamp
     gain = expected.sizes["gain"] * float(sizes[0, 0, 0]) * fit.shown("gain")
     offset = expected.sizes["offset"] * float(sizes[1, 1, 0]) * fit.shown("offset")
@@ -145,5 +160,5 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
         light_variance=0.0 if fit.pattern is None else fit.pattern.variance_of(fit.sound & seen),
         drift=(gain, offset),
         residual=shared[at.own("residual")] @ fields,
-        phase_modes=root[at.own("residual")].T @ fields,
+        phase_modes=root[first:begin].T @ fields,
     )
