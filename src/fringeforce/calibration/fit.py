@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -71,6 +72,11 @@ FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
 amplitude."""
 LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
 """Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
+FEWEST_ASIDE, REFITS = 4, 3
+"""Frames to put aside at least, for fewer tell nothing of a share, and rounds with them."""
+UNSTATED, INTERVAL = 300.0, 1.96
+"""Times the usual error of forces that stands for forces nobody states, and standard deviations of
+a 95 % interval."""
 DELAY = 1e-3
 """Unit of a delay, over which loads are differentiated [s]."""
 LOST = 0.05
@@ -81,6 +87,23 @@ SMOOTH_DARK = 5
 """Degree of the polynomial along the frame that is not pattern but uneven darkness."""
 THINNED = 2
 """Every so many samples between the nodes are enough for what is smooth over the cover."""
+
+
+class Check(NamedTuple):
+    """How frames that were put aside compare with what is written down.
+
+    Attributes
+    ----------
+    frames, explained : int
+        How many there were, and how many of them the model explains under any forces.
+    inside, forces : int
+        Forces of these that lie within their 95 % intervals, and all.
+    """
+
+    frames: int
+    explained: int
+    inside: int
+    forces: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +154,8 @@ class BenchFit:
         Reduced chi-square of these.
     delay : float
         By which the log of the loads is behind the frames, if there is one [s].
+    checked : Check
+        How frames that were put aside compare with their loads.
     told : mapping
         Share of what scatters, by GROUPS, that a frame tells rather than what is expected of it.
     pattern : Pattern, optional
@@ -146,6 +171,7 @@ class BenchFit:
     kept: Mask
     chi2: float
     delay: float
+    checked: Check
     told: Mapping[str, float]
     pattern: Pattern | None = None
 
@@ -171,6 +197,7 @@ def fitted(
     paths: tuple[str, ...],
     report: Progress,
     references: Mapping[str, Array] | None = None,
+    aside: int = 0,
 ) -> BenchFit:
     """Fit all that is unknown of a bench.
 
@@ -188,9 +215,12 @@ def fitted(
         Told what is done.
     references : mapping, optional
         Frames that show the light alone, by kind, as checked.
+    aside : int
+        Every so many frames one is put aside at first and checked; none if zero.
     """
     search = _Search(sensor, levels, loads, paths, references or {})
-    total = len(STAGES) + ROUNDS + 1
+    search.put_aside(aside)
+    total = len(STAGES) + ROUNDS + 2
     report("Finding the strip", 0, total)
     search.find_shift()
     for number, limit in enumerate(STAGES):
@@ -202,6 +232,12 @@ def fitted(
         report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
         if search.improve():
             break
+    if aside:
+        report("Checking frames that were put aside", total - 1, total)
+        search.check()
+        for _ in range(REFITS):
+            if search.improve():
+                break
     report("Done", total, total)
     return search.found()
 
@@ -230,7 +266,9 @@ class _Search:
         self.stated = sensor.tolerances
         self.alive = ~stuck_pixels(levels, sensor.camera.noise)
         self.sound = self.alive.copy()
-        self.kept = np.ones(len(levels), dtype=bool)
+        self.wanted = np.ones(len(levels), dtype=bool)
+        self.kept = self.wanted.copy()
+        self.checked = Check(0, 0, 0, 0)
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0)
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
@@ -243,6 +281,43 @@ class _Search:
         self.state = self._posterior(np.ones(len(levels)), 1.0).start(shared)
         self.told: list[Eliminated] = []
         self.information = np.eye(len(shared))
+
+    def put_aside(self, every: int) -> None:
+        """Put every so many loaded frames aside, if enough are left."""
+        loaded = np.flatnonzero((self.which >= 0).any(axis=1))
+        if every > 1 and len(loaded) >= every * FEWEST_ASIDE:
+            self.wanted[loaded[every - 1 :: every]] = False
+            self.kept &= self.wanted
+
+    def check(self) -> None:
+        """Compare what frames that were put aside tell of their forces with what is written.
+
+        Their contacts are found with forces that nobody states; then they are taken in.
+        """
+        aside = np.flatnonzero(~self.wanted)
+        sizes = {name: size for name, size in self.sizes.items()}
+        self.sizes |= {"normal": UNSTATED, "tangential": UNSTATED}
+        free = self._posterior(np.ones(len(self.levels)), 1.0)
+        self.sizes = sizes
+        plain = self._posterior(np.ones(len(self.levels)), 1.0)
+        models = free.models(self.state.shared)
+        state = free.settled(self.state, models, STEPS)
+        _, squares, counts = free.loss(state, models)
+        covariance, told = np.linalg.inv(self.information), list(free.terms(state, models))
+        inside = total = explained = 0
+        for f in aside:
+            if squares[f] > square_limit(counts[f]) * self._usual:
+                continue
+            explained += 1
+            count = 2 * int((self.which[f] >= 0).sum())
+            off = (state.own[f] - plain.mean(f, state.shared))[:count]
+            unsure = Eliminated.of(told[f]).variances(covariance)[:count]
+            unsure = unsure + 1 / plain.precision(f)[:count]
+            inside += int((np.abs(off) < INTERVAL * np.sqrt(unsure)).sum())
+            total += count
+        self.checked = Check(len(aside), explained, inside, total)
+        self.wanted[:] = True
+        self.kept[aside] = True
 
     def _load(self, loads: BenchLoads) -> None:
         """Take the loads of all frames; references have none."""
@@ -578,9 +653,11 @@ class _Search:
         models = posterior.models(self.state.shared)
         _, squares, counts = posterior.loss(self.state, models)
         excess = squares - counts
-        usual = max(float(np.median(np.abs(excess) / np.sqrt(2 * counts))), 1.0)
+        spread = np.abs(excess) / np.sqrt(2 * counts)
+        usual = max(float(np.median(spread[self.wanted])), 1.0)
+        self._usual = max(float(np.median(squares[self.kept] / counts[self.kept])), 1.0)
         limits = np.array([square_limit(count) for count in counts])
-        self.kept = excess <= (limits - counts) * usual
+        self.kept = self.wanted & (excess <= (limits - counts) * usual)
         left = self.residuals(models)[self.kept]
         used = self.alive & self.seen
         self.sound = self.alive.copy()
@@ -617,6 +694,7 @@ class _Search:
             self.kept,
             chi2,
             self.delay,
+            self.checked,
             {name: freedom / max(count, 1.0) for name, (_, freedom, count) in scatter.items()},
             self.pattern,
         )

@@ -136,6 +136,13 @@ class Calibration:
         Reduced chi-square of the frames that were kept; near one if all is understood.
     findings : tuple of str
         All that a person should know, in sentences.
+    checked : tuple of int
+        Frames that were put aside, those of them that are explained, their forces within 95 %
+        intervals, and all these forces.
+    usable : bool
+        Whether readings by the model can be trusted.
+    delay : float
+        By which the log of the loads was behind the frames, if there was one [s].
     """
 
     names: tuple[str, ...]
@@ -147,6 +154,9 @@ class Calibration:
     dead: tuple[int, ...]
     chi2: float
     findings: tuple[str, ...]
+    checked: tuple[int, ...] = (0, 0, 0, 0)
+    usable: bool = True
+    delay: float = 0.0
 
     @property
     def std(self) -> Array:

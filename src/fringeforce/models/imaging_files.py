@@ -25,7 +25,7 @@ ARRAYS = {
 FIELDS = {"residual": "rad", "phase_modes": "rad"}
 """Arrays that an imaging may lack."""
 NUMBERS = ("drawing", "values", "covariance")
-WORDS = ("names", "unidentified", "outliers", "dead", "findings")
+WORDS = ("names", "unidentified", "outliers", "dead", "findings", "checked")
 
 
 def write_imaging(file: h5py.File, imaging: Imaging) -> None:
@@ -82,7 +82,8 @@ def write_calibration(file: h5py.File, found: Calibration) -> None:
         group.create_dataset(name, data=getattr(found, name))
     for name in WORDS:
         group.attrs[name] = json.dumps(getattr(found, name))
-    group.attrs["chi2"] = found.chi2
+    group.attrs["chi2"], group.attrs["delay"] = found.chi2, found.delay
+    group.attrs["usable"] = found.usable
 
 
 def read_calibration(file: h5py.File) -> Calibration | None:
@@ -91,5 +92,10 @@ def read_calibration(file: h5py.File) -> Calibration | None:
         return None
     attributes = file["calibration"].attrs
     found: dict[str, Any] = {name: np.asarray(file[f"calibration/{name}"]) for name in NUMBERS}
-    found |= {name: tuple(json.loads(str(attributes[name]))) for name in WORDS}
-    return Calibration(chi2=float(np.asarray(attributes["chi2"])), **found)
+    found |= {name: tuple(json.loads(str(attributes[name]))) for name in WORDS if name in attributes}
+    return Calibration(
+        chi2=float(np.asarray(attributes["chi2"])),
+        usable=bool(attributes.get("usable", True)),
+        delay=float(np.asarray(attributes.get("delay", 0.0))),
+        **found,
+    )
