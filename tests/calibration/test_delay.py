@@ -34,7 +34,7 @@ def once(t: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def moving(t: np.ndarray) -> tuple[np.ndarray, ...]:
-    """An indenter that slides to and fro and never leaves."""
+    """An indenter that slides back and forth and never leaves."""
     return 4e-3 * np.sin(1.3 * t + 0.5), 1.5 + 0.8 * np.sin(2.1 * t), 0.3 * np.cos(3.1 * t)
 
 
