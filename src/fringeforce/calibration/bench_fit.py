@@ -84,6 +84,8 @@ class Bench:
         Grey levels; not finite where a pixel is not used.
     which : ndarray of int, shape (F, k)
         Which of the places of `contacts` each contact has; -1 where there is none.
+    beside : ndarray, shape (F, k)
+        How far contacts are written down beside those places [m].
     loads : BenchLoads
         As written down.
     contacts : ContactPhases
@@ -107,6 +109,7 @@ class Bench:
 
     frames: Array
     which: Index
+    beside: Array
     loads: BenchLoads
     contacts: ContactPhases
     template: FrameModel
@@ -196,7 +199,7 @@ class BenchPosterior:
         size = self.bench.contacts.size
         stated = loads.widths[f, own]
         widths = np.where(np.isfinite(stated), (stated - size.width) / size.width_std, 0.0)
-        forces, places = loads.forces[f, own].ravel(), np.zeros(len(own) )
+        forces, places = loads.forces[f, own].ravel(), self.bench.beside[f, own] / size.place
         found = np.concatenate([forces, places, widths, np.zeros(LAMP)])
         return found + self.bench.moves[f] @ shared[self.bench.at.own("written")]
 
@@ -303,13 +306,23 @@ class BenchPosterior:
                 models.of_frame(f),
                 self._prior(f, state.shared, free=False),
                 self.bench.frames[f],
-                models.unknowns(f, own, state.shared),
+                models.unknowns(f, self._within(f, own, state.shared), state.shared),
                 1.0,
                 steps,
                 0.1,
             )[0]
-            found.append(models.own(f, best))
+            found.append(self._within(f, models.own(f, best), state.shared))
         return replace(state, own=found)
+
+    def _within(self, f: int, own: Array, shared: Array) -> Array:
+        """The own unknowns of a frame, or those expected if contacts left where they are known."""
+        k, size = len(self._contacts(f)), self.bench.contacts.size
+        places = size.place * own[2 * k : 3 * k]
+        widths = size.width + size.width_std * own[3 * k : 4 * k]
+        reached = np.abs(places) + np.maximum(widths, 0.0) / 2
+        if np.isfinite(own).all() and (reached <= size.reach).all():
+            return own
+        return self.mean(f, shared)
 
     def terms(self, state: State, models: FrameModels) -> Iterator[FrameTerms]:
         """Half the loss of every frame to second order."""
@@ -456,7 +469,6 @@ class FrameModels:
         return np.array(
             [node_phase(self.of_frame(f, one)._replace(fixed=still), alone) for one in slopes]
         )
-
 
 
 def _stated(std: Array, else_: Array | float) -> Array:

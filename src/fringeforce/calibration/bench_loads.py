@@ -234,6 +234,20 @@ def loads_on_tactels(forces: ArrayLike, places: Array) -> BenchLoads:
     return bench_loads(where, loads[frame, tactel], frame, len(loads), tactels=tactel)
 
 
+def presses_as_loads(presses: Sequence[Sequence[Press]]) -> BenchLoads:
+    """Loads from the presses of every frame on a strip."""
+    flat = [(frame, press) for frame, own in enumerate(presses) for press in own]
+    width = [press.width if isinstance(press.width, int | float) else np.nan for _, press in flat]
+    return bench_loads(
+        np.array([press.x for _, press in flat]),
+        np.array([(press.normal, press.shear[0]) for _, press in flat]).reshape(-1, 2),
+        np.array([frame for frame, _ in flat], dtype=int),
+        len(presses),
+        widths=np.array(width),
+        radii=np.array([np.nan if p.radius is None else p.radius for _, p in flat]),
+    )
+
+
 def in_words(loads: BenchLoads) -> list[str]:
     """What to press in each frame, in words.
 

@@ -10,10 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC, varied
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import moment_table
@@ -87,7 +86,9 @@ class ContactPhases:
         """
         t = design - self.centre
         weights = np.concatenate([[1.0], t, np.square(t)])
-        return self._at(np.asarray(self.lead(np.clip(x, -self.half, self.half))) @ weights, x, nodes)
+        return self._at(
+            np.asarray(self.lead(np.clip(x, -self.half, self.half))) @ weights, x, nodes
+        )
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -150,9 +151,7 @@ def contact_phases(
         made = varied(sensor, paths, design)
         first, last = places.min() - size.reach, places.max() + size.reach
         surface = surface_influence(made.transducer, max(first, -half), min(last, half), grid)
-        constant = stress_optic_constant(
-            made.transducer.photoelastic, made.polariscope.wavelength
-        )
+        constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
         moments = line_moments(surface, places, size.reach)
         return np.asarray(phase_lead(moments, constant))
 
@@ -167,25 +166,35 @@ def contact_phases(
         ahead, behind = solved(centre + unit), solved(centre - unit)
         slopes.append((ahead - behind) / (2 * step))
         curves.append(((ahead + behind) / 2 - middle) / step**2)
-    mixing, spread = mixtures(
-        middle, size.reach, size.place, (size.width, size.width_std)
-    )
+    mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.stack([middle, *slopes, *curves], axis=-1)  # (C, 2, K, G, 1 + 2d)
     mixed = np.einsum("kr,ctkgi->gctri", spread, parts, optimize=True)
     table = moment_table(ORDER)
     return ContactPhases(centre, half, CubicSpline(grid, mixed), mixing, table, size)
 
 
-def distinct(places: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Places that differ, and which of them each is; -1 where there is none.
+def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:
+    """Evenly spaced places next to contacts, which of them each has, and how far it lies beside.
 
     Parameters
     ----------
     places : ndarray, shape (F, k)
         Of contacts [m]; not a number where a frame has fewer.
+    step : float
+        Between the places [m].
+
+    Returns
+    -------
+    found : ndarray, shape (C,)
+        Places that are needed [m].
+    which : ndarray of int, shape (F, k)
+        Numbers of these; -1 where there is no contact.
+    beside : ndarray, shape (F, k)
+        Contacts less these places [m]; zero where there is no contact.
     """
     there = np.isfinite(places)
-    found, number = np.unique(np.round(places[there], 9), return_inverse=True)
-    which = np.full(places.shape, -1)
+    found, number = np.unique(np.round(places[there] / step) * step, return_inverse=True)
+    which, beside = np.full(places.shape, -1), np.zeros(places.shape)
     which[there] = number
-    return found, which
+    beside[there] = places[there] - found[number]
+    return found, which, beside

@@ -13,8 +13,6 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
 
-EXPLAINED = 1.3
-"""Reduced chi-square up to which frames count as explained."""
 LEARNT = 0.5
 """Share of the drawing's own uncertainty that frames must remove to have said anything."""
 DESCRIBED = 5
@@ -69,11 +67,6 @@ def findings(
     if found is None:
         return ()
     said = remarks(levels, loads, model.sensor)
-    if found.chi2 > EXPLAINED:
-        said.append(
-            f"The frames are not explained: reduced chi-square {found.chi2:.3g} instead of 1. "
-            "Calibrate more parameters, or check the loads and the camera's noise in the design."
-        )
     if changed := model.provenance.get("column correction"):
         said.append(
             f"The influence matrix is corrected by {changed}: the frames show errors of it that no "

@@ -22,8 +22,9 @@ from fringeforce.calibration.bench_fit import (
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior
-from fringeforce.calibration.bench_loads import BenchLoads, LoadLog
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.bad_pixels import stuck_pixels
@@ -85,6 +86,8 @@ STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
 """Degree of the polynomial along the frame that is not pattern but uneven darkness."""
+GRID = 1e-4
+"""Step of places about which contacts are expanded, a part of how far that reaches [m]."""
 THINNED = 2
 """Every so many samples between the nodes are enough for what is smooth over the cover."""
 
@@ -104,30 +107,6 @@ class Check(NamedTuple):
     explained: int
     inside: int
     forces: int
-
-
-@dataclass(frozen=True, eq=False)
-class TimedLoads:
-    """A log of loads by time, and when the frames were taken.
-
-    Attributes
-    ----------
-    log : LoadLog
-        The log.
-    times : ndarray, shape (F,)
-        Of the frames [s].
-    delay, unsure : float
-        By how much the log is behind, at first, and how far that may be wrong [s].
-    """
-
-    log: LoadLog
-    times: Array
-    delay: float
-    unsure: float
-
-    def at(self, delay: float) -> BenchLoads:
-        """Loads of the frames for one delay of the log [s]."""
-        return self.log.at(self.times, delay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +221,19 @@ def fitted(
     return search.found()
 
 
+def roughly_fitted(
+    sensor: Sensor, levels: Array, loads: BenchLoads, paths: tuple[str, ...]
+) -> float:
+    """Usual misfit per pixel of a few frames after the first stages; parameters as of `fitted`."""
+    search = _Search(sensor, levels, loads, paths, {})
+    search.find_shift()
+    for heat in HEATS[:-1]:
+        search.descend(search.calm(STAGES[0]), heat)
+    search.descend(search.kept, HEATS[-2])
+    search.descend(search.kept, HEATS[-1])
+    return search.misfit()
+
+
 class _Search:
     """Where the search for the most probable sensor is."""
 
@@ -305,7 +297,7 @@ class _Search:
         _, squares, counts = free.loss(state, models)
         covariance, told = np.linalg.inv(self.information), list(free.terms(state, models))
         inside = total = explained = 0
-        for f in aside:
+        for f in aside.tolist():
             if squares[f] > square_limit(counts[f]) * self._usual:
                 continue
             explained += 1
@@ -323,8 +315,10 @@ class _Search:
         """Take the loads of all frames; references have none."""
         lit = np.zeros(self.lit, dtype=int)
         self.loads = loads.rows(np.append(np.arange(len(loads)), lit))
-        self.places, which = distinct(np.where(loads.present, loads.places, np.nan))
+        places = np.where(loads.present, loads.places, np.nan)
+        self.places, which, beside = distinct(places, GRID)
         self.which = np.concatenate([which, np.full((self.lit, which.shape[1]), -1)])
+        self.beside = np.concatenate([beside, np.zeros((self.lit, which.shape[1]))])
 
     def _moves(self) -> tuple[tuple[Array, ...], Array]:
         """What unknowns of the list of loads change in every frame, and their deviations."""
@@ -332,7 +326,9 @@ class _Search:
         present, size = self.which >= 0, self.size
         if POSITIONS in self.paths:
             tactels = self.sensor.tactels
-            numbers = np.full(present.shape, -1) if self.loads.tactels is None else self.loads.tactels
+            numbers = (
+                np.full(present.shape, -1) if self.loads.tactels is None else self.loads.tactels
+            )
             for number in range(tactels.count):
                 places = np.where(numbers == number, tactels.pitch / size.place, 0.0)
                 columns.append((np.zeros((*present.shape, 2)), places))
@@ -340,7 +336,7 @@ class _Search:
         if self.timed is not None:
             ahead, behind = (self.timed.at(self.delay + step) for step in (DELAY, -DELAY))
             both = ahead.present & behind.present
-            moved = (np.where(both, ahead.places - behind.places, 0.0) / 2 / size.place)
+            moved = np.where(both, ahead.places - behind.places, 0.0) / 2 / size.place
             forces = np.where(both[..., None], ahead.forces - behind.forces, 0.0) / 2
             more = np.zeros((self.lit, present.shape[1]))
             columns.append(
@@ -412,6 +408,7 @@ class _Search:
         return Bench(
             self.levels,
             self.which,
+            self.beside,
             loads,
             contacts,
             template,
@@ -473,6 +470,13 @@ class _Search:
             ]
         )
 
+    def misfit(self) -> float:
+        """Median over the frames of the reduced chi-square, contacts included."""
+        posterior = self._posterior(np.ones(len(self.levels)), 1.0)
+        models = posterior.models(self.state.shared)
+        _, squares, counts = posterior.loss(self.state, models)
+        return float(np.median(squares / np.maximum(counts, 1.0)))
+
     def calm(self, limit: float) -> Mask:
         """Frames of small phases, but never less than the calmest quarter."""
         peaks = self._peaks()
@@ -523,7 +527,8 @@ class _Search:
             return Expansion(loss, gradient, lambda: information, ahead)
 
         found = minimise(self.state, expand, STEPS, Stop(close=CLOSE, near=NEAR))
-        return found.place.moved(found.step, self.told)
+        moved = found.place.moved(found.step, self.told)
+        return posterior.settled(moved, posterior.models(moved.shared), SETTLING)
 
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""
@@ -576,6 +581,7 @@ class _Search:
         self.bench = replace(
             self.bench,
             which=self.which,
+            beside=self.beside,
             loads=self.loads,
             contacts=contacts,
             template=template,
@@ -625,8 +631,8 @@ class _Search:
     ) -> dict[str, tuple[float, float, float]]:
         """What scatters and is stated nowhere: sum of squares, and what frames tell of how many."""
         posterior = self._posterior(self.kept.astype(float), 1.0)
-        found = dict.fromkeys(GROUPS, (0.0, 0.0, 0.0))
-        for f in np.flatnonzero(self.kept):
+        found: dict[str, tuple[float, float, float]] = dict.fromkeys(GROUPS, (0.0, 0.0, 0.0))
+        for f in np.flatnonzero(self.kept).tolist():
             off = self.state.own[f] - posterior.mean(f, self.state.shared)
             precision, variances = posterior.precision(f), told[f].variances(covariance)
             for name in GROUPS:
@@ -698,4 +704,3 @@ class _Search:
             {name: freedom / max(count, 1.0) for name, (_, freedom, count) in scatter.items()},
             self.pattern,
         )
-

@@ -11,6 +11,8 @@ from fringeforce.calibration.bench_fit import SCALE, SHIFT
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.findings import findings, unidentified
+from fringeforce.calibration.judgement import judgement
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.design.strip import Sensor
@@ -21,7 +23,7 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel, characterize
 
 
-def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorModel:
+def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoads) -> SensorModel:
     """The calibrated model with its covariance.
 
     Parameters
@@ -30,9 +32,10 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorM
         The fit.
     levels : ndarray, shape (F, P)
         Frames with loads.
-    loads : BenchLoads
+    loads : BenchLoads or TimedLoads
         What was written down for them.
     """
+    known = loads if isinstance(loads, BenchLoads) else loads.at(fit.delay)
     sensor, paths, at = fit.sensor, fit.paths, fit.posterior.bench.at
     shared = fit.state.shared
     covariance = fit.covariance * max(fit.chi2, 1.0)
@@ -45,6 +48,7 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorM
     named = np.append(order, np.arange(at.camera, at.residual))
     unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
     own = fit.covariance[np.ix_(order[single], order[single])]
+    judged = judgement(fit, levels, known)
     calibration = Calibration(
         names=(*whole, "camera shift", "camera scale"),
         drawing=np.append(values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0]),
@@ -55,6 +59,9 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorM
         dead=tuple(np.flatnonzero(~fit.sound).tolist()),
         chi2=fit.chi2,
         findings=(),
+        checked=tuple(fit.checked),
+        usable=judged.usable,
+        delay=fit.delay,
     )
     model = replace(
         model,
@@ -66,8 +73,8 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads) -> SensorM
             "calibration frames": int(fit.kept[: len(levels)].sum()),
         },
     )
-    said = findings(model, levels, loads, fit.kept[len(levels) :])
-    return replace(model, calibration=replace(calibration, findings=said))
+    said = findings(model, levels, known, fit.kept[len(levels) :])
+    return replace(model, calibration=replace(calibration, findings=(*judged.words, *said)))
 
 
 def _made(fit: BenchFit, covariance: Array) -> Sensor:
@@ -78,7 +85,9 @@ def _made(fit: BenchFit, covariance: Array) -> Sensor:
     blur, slope = positive(wide, NARROWEST)
     gamma = template.gamma + template.gamma_std * fit.state.shared[at.gamma]
     std = np.sqrt(np.diag(covariance))
-    stated = {path: std for path, std in fit.sensor.tolerances.items() if path in (PLACEMENT, WIDTH)}
+    stated = {
+        path: std for path, std in fit.sensor.tolerances.items() if path in (PLACEMENT, WIDTH)
+    }
     stated |= {
         "camera.blur": float(slope * template.blur_std * std[at.blur] * pixel),
         "camera.gamma": float(template.gamma_std * std[at.gamma]),

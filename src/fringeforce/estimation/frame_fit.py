@@ -590,8 +590,14 @@ def linearise(model, prior, frame, unknowns):
 
 @sums_entry
 def loss_at(model, prior, frame, unknowns):
-    """Twice the negative logarithm of the posterior, less a constant, and the sum of the squared
-    residuals and of the weights of the pixels; parameters as of `linearise`.
+    """The loss at a point, and its parts; parameters as of `linearise`.
+
+    Returns
+    -------
+    loss : float
+        Twice the negative logarithm of the posterior, less a constant.
+    square, count : float
+        Weighted sum of squared residuals in units of the noise, and sum of the weights.
     """
     work = workspace(model)
     fill_exposure(model, unknowns, work)

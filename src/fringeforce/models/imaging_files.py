@@ -92,7 +92,9 @@ def read_calibration(file: h5py.File) -> Calibration | None:
         return None
     attributes = file["calibration"].attrs
     found: dict[str, Any] = {name: np.asarray(file[f"calibration/{name}"]) for name in NUMBERS}
-    found |= {name: tuple(json.loads(str(attributes[name]))) for name in WORDS if name in attributes}
+    found |= {
+        name: tuple(json.loads(str(attributes[name]))) for name in WORDS if name in attributes
+    }
     return Calibration(
         chi2=float(np.asarray(attributes["chi2"])),
         usable=bool(attributes.get("usable", True)),

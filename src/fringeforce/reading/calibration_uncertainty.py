@@ -64,9 +64,7 @@ class CalibrationUncertainty:
             np.zeros_like(brightness) if phase is None else at_nodes(model, phase),
         )
 
-    def covariance(
-        self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask
-    ) -> Array:
+    def covariance(self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask) -> Array:
         """Covariance that the modes add to loads, shape (2n, 2n) [N^2].
 
         Parameters
@@ -82,7 +80,7 @@ class CalibrationUncertainty:
         """
         at, count = model.at, len(self.brightness)
         modes = at.visibility - at.modes
-        sizes = np.diff(at[1:]) + [0, 0, count, count, 0, 0, 0]
+        sizes = np.add(np.diff(at[1:]), [0, 0, count, count, 0, 0, 0])
         wide = Layout(at.loads, *accumulate(sizes.tolist(), initial=at.loads))
         whole = model._replace(
             fields=np.concatenate([model.fields, self.fields]),

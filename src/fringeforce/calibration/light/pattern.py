@@ -67,7 +67,7 @@ class Pattern:
             Pixels that count.
         """
         gradient, pixels = np.zeros((2, len(used))), np.zeros((2, 2, len(used)))
-        for f in np.flatnonzero(kept):
+        for f in np.flatnonzero(kept).tolist():
             model, amplitude = models.of_frame(f), models.bench.template.amplitude
             unknowns = models.unknowns(f, state.own[f], state.shared)
             level = expose(model, unknowns)[0]

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.findings import named
+from fringeforce.calibration.bench_loads import loads_on_tactels
+from fringeforce.calibration.findings import described
 from fringeforce.calibration.measurements import Unknowns
 from fringeforce.calibration.normal_equations import level_jacobian
 from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
@@ -173,7 +174,8 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
     if before <= DOMINATED:
         return f"{said}: more loads gain less than {before - 1:.1%}."
-    words = "; ".join(named(load) for load in plan.loads)
+    places = model.sensor.tactels.positions[:, None]
+    words = "; ".join(described(loads_on_tactels(load[None], places)) for load in plan.loads)
     return f"{said}. Press next: {words}. That would leave {after:.3g} times."
 
 
