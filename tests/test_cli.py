@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
+from fringeforce.calibration.bench_loads import BenchLoads, in_words
+from fringeforce.io.bench_loads import load_bench_loads
 from fringeforce.io.frames import load_frames
 from fringeforce.io.tables import load_forces, save_forces
 
@@ -181,3 +183,24 @@ def test_planned_presses_are_loads_within_the_limits(tmp_path: Path) -> None:
     assert normal.shape == (3, 11)
     assert np.hypot(normal, tangential).max() <= 1.5 * (1 + 1e-6)
     assert (np.abs(tangential) <= 0.5 * normal + 1e-9).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("plane", ["stress", "3d"])
+def test_a_skin_is_planned_by_place_and_in_words(tmp_path: Path, plane: str) -> None:
+    skin = ff.load_sensor("skin").replace(**{"camera.pixels": 256, "transducer.plane": plane})
+    (tmp_path / "s.toml").write_text(skin.to_toml())
+    parameter = "transducer.photoelastic.strain_optic_coefficient"
+    options = ["--largest", "2 N", "--friction", "0.5", "--parameter", parameter]
+    result = run("plan", "s.toml", "--presses", "4", "-o", "p.csv", *options, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "tactel" not in (tmp_path / "p.csv").read_text()
+    loads = load_bench_loads(tmp_path / "p.csv", skin, 4)
+    assert isinstance(loads, BenchLoads)
+    half, pressed = skin.skin.extent / 2 if skin.skin else 0.0, loads.present[:, 0]
+    assert pressed.any()
+    assert np.abs(loads.places[pressed]).max() < half
+    assert loads.magnitude.max() <= 2 * (1 + 1e-9)
+    words = (tmp_path / "p.txt").read_text().splitlines()
+    assert words == [f"frame {k}: {said}" for k, said in enumerate(in_words(loads))]
+    assert " N down" in words[int(pressed.argmax())]

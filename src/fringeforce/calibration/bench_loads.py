@@ -253,7 +253,7 @@ def _words(loads: BenchLoads, frame: int, contact: int) -> str:
         return ""
     tactel = -1 if loads.tactels is None else loads.tactels[frame, contact]
     place = [f"{value * 1e3:.1f}" for value in np.atleast_1d(loads.places[frame, contact])]
-    where = f"tactel {tactel + 1}" if tactel >= 0 else f"{', '.join(place)} mm"
+    on = f"on tactel {tactel + 1} " if tactel >= 0 else ""
     names: Sequence[tuple[str, str]] = (("down", "up"), ("right", "left"))
     if shear[1:]:
         names = (("down", "up"), ("towards +x", "towards -x"), ("towards +y", "towards -y"))
@@ -263,4 +263,4 @@ def _words(loads: BenchLoads, frame: int, contact: int) -> str:
         if f"{abs(value):.3g}" != "0"
     ]
     verb = "press" if normal > 0 else "push" if normal == 0 else "pull"
-    return f"{verb} {'on' if tactel >= 0 else 'at'} {where}, {', '.join(forces)}"
+    return f"{verb} {on}at {', '.join(place)} mm, {', '.join(forces)}"

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Index
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import FileFormatError
 from fringeforce.io.load_columns import Columns
+
+LARGEST = 10_000_000
+"""Largest number of a frame or a contact; frames of more are no bench's, and fit no memory."""
 
 
 def forces_of(table: Columns, components: tuple[str, ...]) -> Array:
@@ -56,18 +59,17 @@ def frame_numbers(table: Columns, frames: int | None = None) -> Index:
     """Frame of every row, counted from 0; all rows are one frame without a column of them."""
     number = table.values.get("frame", np.zeros(len(table.lines)))
     whole = np.isfinite(number) & (number >= 0) & (number == np.round(number))
-    if frames is not None:
-        whole &= number < frames
+    last = LARGEST if frames is None else frames - 1
+    whole &= number <= last
     if not whole.all():
         row = int(whole.argmin())
-        limit = "" if frames is None else f" to {frames - 1}"
         raise FileFormatError(
-            f"{table.where(row)}: frame {number[row]:g}; frames are whole numbers from 0{limit}."
+            f"{table.where(row)}: frame {number[row]:g}; frames are whole numbers from 0 to {last}."
         )
     return number.astype(np.intp)
 
 
-def tactel_numbers(table: Columns, count: int, given: Array | None = None) -> Index:
+def tactel_numbers(table: Columns, count: int, given: Mask | None = None) -> Index:
     """Tactel of every row, counted from 0.
 
     Raises
@@ -107,7 +109,7 @@ def contact_numbers(table: Columns) -> Index:
     number = table.values.get("contact")
     if number is None:
         return np.zeros(len(table.lines), np.intp)
-    wrong = ~((number >= 0) & (number == np.round(number)))
+    wrong = ~((number >= 0) & (number <= LARGEST) & (number == np.round(number)))
     if wrong.any():
         row = int(wrong.argmax())
         raise FileFormatError(
