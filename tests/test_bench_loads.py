@@ -198,6 +198,7 @@ WRONG = {
     "frame,x_mm,normal_N\n9,1,1\n": ["line 2", "frame 9", "0 to 3"],
     "frame,x_mm,fz_N\n0,1,2\n": ["line 2", "fz_N", "pulls", "reaction_fz_N"],
     "frame,x_mm,normal_N,fz_N\n0,1,2,-2\n": ["normal_N and fz_N", "the same"],
+    "frame,x_mm,normal_N,ft_N,fx_N\n0,1,2,1,1\n": ["ft_N and fx_N", "the same"],
     "frame,x_mm,normal_N,fy_N\n0,1,2,1\n": ["fy_N", "along x alone"],
     "frame,x_mm,normal_N,width_mm\n0,1,2,0\n": ["line 2", "width_mm", "greater than 0"],
     "frame,x_mm,normal_N,x_std_mm\n0,1,2,-1\n": ["line 2", "x_std_mm", "0 or more"],
@@ -280,6 +281,8 @@ def test_presses_of_loads_make_the_same_light_as_their_tactels(strip: ff.Sensor)
     found = model.phase(forces)
     pressed = np.array([model.phase(presses) for presses in loads.presses()])
     assert np.abs(pressed - found).max() < 1e-2 * np.abs(found).max()
+    with pytest.raises(ff.FringeforceError, match="Frame 1: a contact with 0 N"):
+        bench_loads([0, 0], [(1, 0), (0, 1)]).presses()
 
 
 def test_a_log_is_linear_between_its_moments(tmp_path: Path, skin: ff.Sensor) -> None:

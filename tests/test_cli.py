@@ -186,6 +186,23 @@ def test_planned_presses_are_loads_within_the_limits(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_loads_by_place_are_simulated_as_wide_as_they_are(tmp_path: Path) -> None:
+    model = ff.characterize(ff.load_sensor("skin").replace(**{"camera.pixels": 256}))
+    model.save(tmp_path / "m.h5")
+    table = "frame;x_mm;normal_N;tangential_N;width_mm\n0;-1,5;2,0;0,3;0,4\n2;3,0;1,2;0;\n"
+    (tmp_path / "l.csv").write_text(table)
+    result = run("simulate", "m.h5", "l.csv", "-o", "f.h5", "--seed", "3", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    wide = ff.Press(x=-1.5e-3, normal=2.0, tangential=0.3, width=0.4e-3)
+    frames = model.expose([[wide], [], [ff.Press(x=3e-3, normal=1.2)]], rng=3)
+    np.testing.assert_array_equal(load_frames(tmp_path / "f.h5"), frames)
+    (tmp_path / "t.csv").write_text("time_s,x_mm,normal_N\n0,1,1\n1,1,2\n")
+    result = run("simulate", "m.h5", "t.csv", "-o", "f.h5", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "no frames" in result.stderr
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("plane", ["stress", "3d"])
 def test_a_skin_is_planned_by_place_and_in_words(tmp_path: Path, plane: str) -> None:
     skin = ff.load_sensor("skin").replace(**{"camera.pixels": 256, "transducer.plane": plane})

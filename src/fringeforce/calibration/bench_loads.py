@@ -85,6 +85,11 @@ class BenchLoads:
         return np.asarray(np.isfinite(self.forces).all(axis=-1), bool)
 
     @property
+    def named(self) -> bool:
+        """Whether all contacts are on tactels by their numbers."""
+        return self.tactels is not None and bool((self.tactels >= 0)[self.present].all())
+
+    @property
     def magnitude(self) -> Array:
         """Size of all forces of a frame together, the sum over its contacts, shape (F,) [N]."""
         return np.linalg.norm(np.nan_to_num(self.forces), axis=-1).sum(axis=-1)
@@ -121,13 +126,26 @@ class BenchLoads:
         return found
 
     def presses(self) -> list[list[Press]]:
-        """The same as presses, for each frame, to simulate it; only those that press.
+        """The same as presses, for each frame, to simulate it.
 
         Widths that are not stated are lines, or points on a pad.
+
+        Raises
+        ------
+        InputError
+            If a contact does not press.
         """
+        present = self.present
+        pulling = present & (self.forces[..., 0] <= 0)
+        if pulling.any():
+            frame, contact = np.argwhere(pulling)[0]
+            raise InputError(
+                f"Frame {frame}: a contact with {self.forces[frame, contact, 0]:g} N of normal "
+                "force does not press; a contact anywhere needs more than 0."
+            )
         return [
             [self._press(frame, int(contact)) for contact in np.flatnonzero(pressing)]
-            for frame, pressing in enumerate(self.present & (self.forces[..., 0] > 0))
+            for frame, pressing in enumerate(present)
         ]
 
     def _press(self, frame: int, contact: int) -> Press:

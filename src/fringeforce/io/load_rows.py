@@ -26,21 +26,22 @@ def forces_of(table: Columns, components: tuple[str, ...]) -> Array:
         found = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
         needed = {"magnitude": size, "angle": angle}
     else:
-        columns = ("normal", "tangential_x", "tangential_y")[: len(components)]
+        along = "tangential" if "tangential" in table.values and not pad else "tangential_x"
+        columns = ("normal", along, "tangential_y")[: len(components)]
         needed = {column: table.get(column) for column in columns if column in table.values}
         found = np.stack([needed.get(c, np.zeros(len(table.lines))) for c in columns], axis=1)
-    if not ({"normal"} & set(needed) or {"magnitude", "angle"} <= set(table.values)):
+    enough = "normal" in needed or {"magnitude", "angle"} <= set(table.values)
+    if not enough or (pad and "tangential" in table.values):
         either = "" if pad else ", or magnitude_N and angle_deg"
         wanted = " and ".join(f"{one}_N" for one in components)
         raise FileFormatError(
             f"{name} has the columns {', '.join(table.header) or '(none)'}; loads need {wanted}"
             f"{either}, with tactel or x_mm for where."
         )
-    if (
-        not pad
-        and "tangential_y" in table.values
-        and np.nan_to_num(table.get("tangential_y")).any()
-    ):
+    if {"tangential", "tangential_x"} <= set(table.values):
+        both = f"{table.written['tangential']} and {table.written['tangential_x']}"
+        raise FileFormatError(f"{name}: the columns {both} say the same; leave one out.")
+    if not pad and np.nan_to_num(table.get("tangential_y")).any():
         raise FileFormatError(
             f"{name}: the column {table.written['tangential_y']} is not zero; a strip has forces "
             "along x alone. Leave it out, or turn the axes."
@@ -100,8 +101,12 @@ def tactel_numbers(table: Columns, count: int, given: Mask | None = None) -> Ind
 
 def force_stds(table: Columns, components: tuple[str, ...]) -> Array:
     """Standard deviations of the forces of every row, shape (rows, components) [N]."""
-    names = ("normal_std", "tangential_x_std", "tangential_y_std")[: len(components)]
-    return np.stack([table.get(name, "force_std") for name in names], axis=1)
+    names = (
+        ("normal_std", "force_std"),
+        ("tangential_x_std", "tangential_std", "force_std"),
+        ("tangential_y_std", "tangential_std", "force_std"),
+    )
+    return np.stack([table.get(*some) for some in names[: len(components)]], axis=1)
 
 
 def contact_numbers(table: Columns) -> Index:
