@@ -2,11 +2,14 @@
 
 import doctest
 import math
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis.strategies import binary, lists, sampled_from
 
 import fringeforce as ff
 from fringeforce.calibration.bench_loads import BenchLoads, bench_loads, in_words
@@ -195,6 +198,7 @@ WRONG = {
     "frame,x_mm,normal_N\n9,1,1\n": ["line 2", "frame 9", "0 to 3"],
     "frame,x_mm,fz_N\n0,1,2\n": ["line 2", "fz_N", "pulls", "reaction_fz_N"],
     "frame,x_mm,normal_N,fz_N\n0,1,2,-2\n": ["normal_N and fz_N", "the same"],
+    "frame,x_mm,normal_N,ft_N,fx_N\n0,1,2,1,1\n": ["ft_N and fx_N", "the same"],
     "frame,x_mm,normal_N,fy_N\n0,1,2,1\n": ["fy_N", "along x alone"],
     "frame,x_mm,normal_N,width_mm\n0,1,2,0\n": ["line 2", "width_mm", "greater than 0"],
     "frame,x_mm,normal_N,x_std_mm\n0,1,2,-1\n": ["line 2", "x_std_mm", "0 or more"],
@@ -203,6 +207,8 @@ WRONG = {
     "frame,x_mm,normal_N\n": ["no loads"],
     "time,x_mm,normal_N\n0.5,1,2\n": ["line 2", "'0.5'", "time_s"],
     "time_s,x_mm,normal_N\n1,1,2\n": ["two or more"],
+    "time_s,x_mm,normal_N\n1,1,0\n2,,0\n": ["nothing presses"],
+    "time_s,contact,x_mm,normal_N\n1,1,1,1\n2,2,,1\n": ["line 3", "no place"],
     "time_s,x_mm,normal_N\n1,1,2\n1,2,2\n2,2,2\n": ["two loads at 1 s", "contact"],
     "time_s,x_mm,normal_N\n1,1,2\n,2,2\n2,2,2\n": ["line 3", "no time"],
 }
@@ -215,6 +221,29 @@ def test_what_is_wrong_is_named(
     with pytest.raises(ff.FringeforceError) as caught:
         of(tmp_path, text, skin, 4)
     assert [word for word in words if word not in str(caught.value)] == [], str(caught.value)
+
+
+@given(
+    lists(
+        sampled_from(["x_mm", "normal_N", "frame", "time_s", "tactel", "1", "-2", "0.5", "nan"])
+        | sampled_from([",", ";", "\t", " ", "\n", '"', "#", ".", "e9", "\0", "ü", "="]),
+        max_size=40,
+    ).map("".join)
+    | binary(max_size=60)
+)
+@example(b"\xff\xfe\x00")
+@example("frame,x_mm,normal_N\n1e18,1,1\n")
+@example("frame,x_mm,normal_N\n1e300,1,1\n")
+@example("time_s,contact,x_mm,normal_N\n0,1e9,1,1\n1,1e9,,1\n")
+@example("time_s,x_mm,normal_N\n0,,0\n1,,0\n")
+@example("frame;frame;normal_N\n1;1;1\n")
+def test_no_text_ends_in_anything_but_loads_or_a_reason(
+    tmp_path_factory: pytest.TempPathFactory, content: str | bytes
+) -> None:
+    path = tmp_path_factory.mktemp("any")
+    with suppress(ff.FringeforceError):
+        found = of(path, content, ff.load_sensor("skin"))
+        assert np.isfinite(found.places[np.isfinite(found.forces).all(axis=-1)]).all()
 
 
 def test_a_file_that_is_missing_or_of_another_kind_is_refused(
@@ -239,7 +268,8 @@ def test_loads_say_in_words_what_to_press() -> None:
         "push at 1.0 mm, 1 N right",
         "no load",
     ]
-    assert in_words(bench_loads([0], [(2, 0)], tactels=[2])) == ["press on tactel 3, 2 N down"]
+    (said,) = in_words(bench_loads([-3e-3], [(2, 0)], tactels=[2]))
+    assert said == "press on tactel 3 at -3.0 mm, 2 N down"
 
 
 def test_presses_of_loads_make_the_same_light_as_their_tactels(strip: ff.Sensor) -> None:
@@ -251,6 +281,8 @@ def test_presses_of_loads_make_the_same_light_as_their_tactels(strip: ff.Sensor)
     found = model.phase(forces)
     pressed = np.array([model.phase(presses) for presses in loads.presses()])
     assert np.abs(pressed - found).max() < 1e-2 * np.abs(found).max()
+    with pytest.raises(ff.FringeforceError, match="Frame 1: a contact with 0 N"):
+        bench_loads([0, 0], [(1, 0), (0, 1)]).presses()
 
 
 def test_a_log_is_linear_between_its_moments(tmp_path: Path, skin: ff.Sensor) -> None:

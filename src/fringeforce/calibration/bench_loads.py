@@ -85,6 +85,11 @@ class BenchLoads:
         return np.asarray(np.isfinite(self.forces).all(axis=-1), bool)
 
     @property
+    def named(self) -> bool:
+        """Whether all contacts are on tactels by their numbers."""
+        return self.tactels is not None and bool((self.tactels >= 0)[self.present].all())
+
+    @property
     def magnitude(self) -> Array:
         """Size of all forces of a frame together, the sum over its contacts, shape (F,) [N]."""
         return np.linalg.norm(np.nan_to_num(self.forces), axis=-1).sum(axis=-1)
@@ -121,13 +126,26 @@ class BenchLoads:
         return found
 
     def presses(self) -> list[list[Press]]:
-        """The same as presses, for each frame, to simulate it; only those that press.
+        """The same as presses, for each frame, to simulate it.
 
         Widths that are not stated are lines, or points on a pad.
+
+        Raises
+        ------
+        InputError
+            If a contact does not press.
         """
+        present = self.present
+        pulling = present & (self.forces[..., 0] <= 0)
+        if pulling.any():
+            frame, contact = np.argwhere(pulling)[0]
+            raise InputError(
+                f"Frame {frame}: a contact with {self.forces[frame, contact, 0]:g} N of normal "
+                "force does not press; a contact anywhere needs more than 0."
+            )
         return [
             [self._press(frame, int(contact)) for contact in np.flatnonzero(pressing)]
-            for frame, pressing in enumerate(self.present & (self.forces[..., 0] > 0))
+            for frame, pressing in enumerate(present)
         ]
 
     def _press(self, frame: int, contact: int) -> Press:
@@ -267,7 +285,7 @@ def _words(loads: BenchLoads, frame: int, contact: int) -> str:
         return ""
     tactel = -1 if loads.tactels is None else loads.tactels[frame, contact]
     place = [f"{value * 1e3:.1f}" for value in np.atleast_1d(loads.places[frame, contact])]
-    where = f"tactel {tactel + 1}" if tactel >= 0 else f"{', '.join(place)} mm"
+    on = f"on tactel {tactel + 1} " if tactel >= 0 else ""
     names: Sequence[tuple[str, str]] = (("down", "up"), ("right", "left"))
     if shear[1:]:
         names = (("down", "up"), ("towards +x", "towards -x"), ("towards +y", "towards -y"))
@@ -277,4 +295,4 @@ def _words(loads: BenchLoads, frame: int, contact: int) -> str:
         if f"{abs(value):.3g}" != "0"
     ]
     verb = "press" if normal > 0 else "push" if normal == 0 else "pull"
-    return f"{verb} {'on' if tactel >= 0 else 'at'} {where}, {', '.join(forces)}"
+    return f"{verb} {on}at {', '.join(place)} mm, {', '.join(forces)}"

@@ -151,7 +151,7 @@ def load_log(
     """
     when = np.asarray(times, dtype=float)
     which = np.zeros(len(when), int) if contacts is None else np.asarray(contacts, dtype=int)
-    series = [np.flatnonzero(which == number) for number in range(which.max(initial=0) + 1)]
+    series = [np.flatnonzero(which == number) for number in np.unique(which)]
     moments = np.unique(when)
     tables = []
     for rows in series:

@@ -34,11 +34,15 @@ def plan(
     parameter: Parameters = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
 ) -> None:
-    """Propose the loads to calibrate with: those after which readings err least."""
+    """Propose the loads to calibrate with: those after which readings err least.
+
+    Beside the table the same stands in words, a line for each load.
+    """
+    from fringeforce.base.storage import whole_file
     from fringeforce.calibration.planning.candidates import Limits
     from fringeforce.calibration.planning.plan import plan_presses
     from fringeforce.design.files import load_strip
-    from fringeforce.io.tables import save_forces
+    from fringeforce.io.bench_loads import save_bench_loads
     from fringeforce.models.files import load_strip_model
     from fringeforce.plotting.figures import draw_plan
     from fringeforce.studies.summary import plan_summary
@@ -46,8 +50,13 @@ def plan(
     known = load_strip_model(Path(source)) if is_model(source) else load_strip(source)
     limits = Limits(_newtons(largest), friction, density, together)
     found = plan_presses(known, presses, parameter, limits)
-    save_forces(output, found.loads)
+    save_bench_loads(output, found.presses)
     print(f"{output}: {presses} calibration loads, the most worthwhile first")
+    instructions = output.with_suffix(".txt")
+    words = [f"frame {frame}: {said}" for frame, said in enumerate(found.words)]
+    with whole_file(instructions) as path:
+        path.write_text("\n".join([*words, ""]), encoding="utf-8")
+    print(f"{instructions}: the same in words, such as {words[0]!r}")
     print("\n".join(plan_summary(found)))
     if plot:
         draw_beside(output, "the gain drawn", lambda path: draw_plan(found.ratio, path))

@@ -78,7 +78,10 @@ def load_bench_loads(
     stated = {theirs: table.get(ours) for ours, theirs in STATED.items()}
     contacts = contact_numbers(table)
     if by_time:
-        kept = contacts >= 0
+        # a contact that never presses is none
+        kept = (contacts >= 0) & np.isin(contacts, contacts[loaded])
+        if not kept.any():
+            raise FileFormatError(f"{table.name}: nothing presses at any time of this log.")
         when = table.get("time", "date")
         if np.isnan(when).any():
             raise FileFormatError(
@@ -228,7 +231,10 @@ def _places(
             "tactel, for where."
         )
     missing = loaded & np.isnan(places).any(axis=1)
-    if missing.any() and not (by_time and not missing.all()):
+    if by_time:  # between places that are stated others follow
+        contacts = contact_numbers(table)
+        missing &= ~np.isin(contacts, contacts[np.isfinite(places).all(axis=1)])
+    if missing.any():
         row = int(missing.argmax())
         raise FileFormatError(
             f"{table.where(row)} has a force and no place; give it in the column "

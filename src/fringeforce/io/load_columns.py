@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from difflib import get_close_matches
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +47,7 @@ NAMES: dict[str, dict[str, tuple[str, float]]] = {
     },
     "force": {
         **dict.fromkeys(("normal", "normal_force", "n", "fn", "f_n"), ("normal", 1.0)),
-        **dict.fromkeys(("tangential", "shear", "ft", "f_t"), ("tangential_x", 1.0)),
+        **dict.fromkeys(("tangential", "shear", "ft", "f_t"), ("tangential", 1.0)),
         **dict.fromkeys(("tangential_x", "fx", "f_x", "force_x"), ("tangential_x", 1.0)),
         **dict.fromkeys(("tangential_y", "fy", "f_y", "force_y"), ("tangential_y", 1.0)),
         **dict.fromkeys(("fz", "f_z", "force_z"), ("normal", -1.0)),
@@ -146,21 +145,23 @@ def load_columns(path: str | os.PathLike[str]) -> Columns:
                 f"{name}: the columns {other} and {written} say the same; leave one out."
             )
         chosen[meaning] = place, size
-    values = {meaning: np.empty(len(rows)) for meaning in chosen}
-    for row, (number, cells) in enumerate(zip(lines, rows, strict=True)):
+    for number, cells in zip(lines, rows, strict=True):
         if len(cells) > len(header):
             raise FileFormatError(
                 f"{name}, {line} {number} has {len(cells)} cells for {len(header)} columns; where "
                 "commas are decimal signs, separate cells by semicolons or tabs."
             )
-        for meaning, (place, size) in chosen.items():
-            cell = cells[place] if place < len(cells) else ""
-            try:
-                values[meaning][row] = size * _number(cell, meaning)
-            except ValueError as reason:
-                raise FileFormatError(
-                    f"{name}, {line} {number}: {header[place]} {reason}."
-                ) from None
+        cells += [""] * (len(header) - len(cells))
+    values = {}
+    for meaning, (place, size) in chosen.items():
+        texts = [cells[place] for cells in rows]
+        try:
+            values[meaning] = size * _numbers(texts, meaning)
+        except ValueError as reason:
+            row, words = reason.args
+            raise FileFormatError(
+                f"{name}, {line} {lines[row]}: {header[place]} {words}."
+            ) from None
     written = {meaning: header[place] for meaning, (place, _) in chosen.items()}
     return Columns(name, values, written, lines, line, header)
 
@@ -194,16 +195,12 @@ def _cells(path: str | os.PathLike[str], text: str) -> list[tuple[int, list[str]
         return []
     counts = {sign: kept[0][1].count(sign) for sign in "\t;,"}
     sign = max(counts, key=lambda one: counts[one])
+    if '"' not in text:
+        parts = [(number, line.split(sign if counts[sign] else None)) for number, line in kept]
+        return [(number, [cell.strip() for cell in cells]) for number, cells in parts]
     try:
-        return [
-            (number, [cell.strip() for cell in row])
-            for number, line in kept
-            for row in (
-                csv.reader(StringIO(line), delimiter=sign, skipinitialspace=True)
-                if counts[sign]
-                else [line.split()]
-            )
-        ]
+        rows = (next(csv.reader([line], delimiter=sign, skipinitialspace=True)) for _, line in kept)
+        return [(n, [c.strip() for c in row]) for (n, _), row in zip(kept, rows, strict=True)]
     except csv.Error as error:
         raise FileFormatError(f"{path} cannot be read as a table of loads: {error}.") from None
 
@@ -263,6 +260,24 @@ def _meaning(file: str, written: str) -> tuple[str, float] | None:
             "name of its own if it is something else."
         )
     return None
+
+
+def _numbers(texts: list[str], meaning: str) -> Array:
+    """Numbers of a column; a ValueError tells the row and what is wrong."""
+    try:
+        if meaning != "date":
+            found = np.array(texts, dtype=float)
+            if not np.isinf(found).any():
+                return found
+    except ValueError:
+        pass
+    found = np.empty(len(texts))
+    for row, text in enumerate(texts):
+        try:
+            found[row] = _number(text, meaning)
+        except ValueError as reason:
+            raise ValueError(row, str(reason)) from None
+    return found
 
 
 def _number(text: str, meaning: str) -> float:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Index
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import FileFormatError
 from fringeforce.io.load_columns import Columns
+
+LARGEST = 10_000_000
+"""Largest number of a frame or a contact; frames of more are no bench's, and fit no memory."""
 
 
 def forces_of(table: Columns, components: tuple[str, ...]) -> Array:
@@ -23,21 +26,22 @@ def forces_of(table: Columns, components: tuple[str, ...]) -> Array:
         found = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
         needed = {"magnitude": size, "angle": angle}
     else:
-        columns = ("normal", "tangential_x", "tangential_y")[: len(components)]
+        along = "tangential" if "tangential" in table.values and not pad else "tangential_x"
+        columns = ("normal", along, "tangential_y")[: len(components)]
         needed = {column: table.get(column) for column in columns if column in table.values}
         found = np.stack([needed.get(c, np.zeros(len(table.lines))) for c in columns], axis=1)
-    if not ({"normal"} & set(needed) or {"magnitude", "angle"} <= set(table.values)):
+    enough = "normal" in needed or {"magnitude", "angle"} <= set(table.values)
+    if not enough or (pad and "tangential" in table.values):
         either = "" if pad else ", or magnitude_N and angle_deg"
         wanted = " and ".join(f"{one}_N" for one in components)
         raise FileFormatError(
             f"{name} has the columns {', '.join(table.header) or '(none)'}; loads need {wanted}"
             f"{either}, with tactel or x_mm for where."
         )
-    if (
-        not pad
-        and "tangential_y" in table.values
-        and np.nan_to_num(table.get("tangential_y")).any()
-    ):
+    if {"tangential", "tangential_x"} <= set(table.values):
+        both = f"{table.written['tangential']} and {table.written['tangential_x']}"
+        raise FileFormatError(f"{name}: the columns {both} say the same; leave one out.")
+    if not pad and np.nan_to_num(table.get("tangential_y")).any():
         raise FileFormatError(
             f"{name}: the column {table.written['tangential_y']} is not zero; a strip has forces "
             "along x alone. Leave it out, or turn the axes."
@@ -56,18 +60,17 @@ def frame_numbers(table: Columns, frames: int | None = None) -> Index:
     """Frame of every row, counted from 0; all rows are one frame without a column of them."""
     number = table.values.get("frame", np.zeros(len(table.lines)))
     whole = np.isfinite(number) & (number >= 0) & (number == np.round(number))
-    if frames is not None:
-        whole &= number < frames
+    last = LARGEST if frames is None else frames - 1
+    whole &= number <= last
     if not whole.all():
         row = int(whole.argmin())
-        limit = "" if frames is None else f" to {frames - 1}"
         raise FileFormatError(
-            f"{table.where(row)}: frame {number[row]:g}; frames are whole numbers from 0{limit}."
+            f"{table.where(row)}: frame {number[row]:g}; frames are whole numbers from 0 to {last}."
         )
     return number.astype(np.intp)
 
 
-def tactel_numbers(table: Columns, count: int, given: Array | None = None) -> Index:
+def tactel_numbers(table: Columns, count: int, given: Mask | None = None) -> Index:
     """Tactel of every row, counted from 0.
 
     Raises
@@ -98,8 +101,12 @@ def tactel_numbers(table: Columns, count: int, given: Array | None = None) -> In
 
 def force_stds(table: Columns, components: tuple[str, ...]) -> Array:
     """Standard deviations of the forces of every row, shape (rows, components) [N]."""
-    names = ("normal_std", "tangential_x_std", "tangential_y_std")[: len(components)]
-    return np.stack([table.get(name, "force_std") for name in names], axis=1)
+    names = (
+        ("normal_std", "force_std"),
+        ("tangential_x_std", "tangential_std", "force_std"),
+        ("tangential_y_std", "tangential_std", "force_std"),
+    )
+    return np.stack([table.get(*some) for some in names[: len(components)]], axis=1)
 
 
 def contact_numbers(table: Columns) -> Index:
@@ -107,7 +114,7 @@ def contact_numbers(table: Columns) -> Index:
     number = table.values.get("contact")
     if number is None:
         return np.zeros(len(table.lines), np.intp)
-    wrong = ~((number >= 0) & (number == np.round(number)))
+    wrong = ~((number >= 0) & (number <= LARGEST) & (number == np.round(number)))
     if wrong.any():
         row = int(wrong.argmax())
         raise FileFormatError(

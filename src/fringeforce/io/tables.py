@@ -67,11 +67,12 @@ def load_forces(
     """
     table = load_columns(path)
     values = forces_of(table, components)
-    frame, tactel = frame_numbers(table), tactel_numbers(table, tactels)
+    named = np.isfinite(table.get("tactel")) | values.any(axis=1)
+    frame, tactel = frame_numbers(table), tactel_numbers(table, tactels, named)
     if not table.lines:
         raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
     forces = np.zeros((frame.max() + 1, tactels, len(components)))
-    forces[frame, tactel] = values
+    forces[frame[named], tactel[named]] = values[named]
     return forces
 
 

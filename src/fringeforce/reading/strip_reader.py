@@ -490,7 +490,7 @@ class StripFrameReader(StripFrames):
         covariance = posterior.covariance(top)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
-        covariance = covariance + self.calibration_covariance(loads, seen, covariance)
+        covariance = covariance + self.calibration_covariance(top.unknowns, seen, posterior.prior)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
