@@ -15,15 +15,10 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.levenberg_marquardt import Stop
-from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
-from fringeforce.models.imaging import camera_response
-from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_uncertainty import uncertain
-from fringeforce.optics.arrangement import signed
-from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_result import PadSkinResult
@@ -58,38 +53,23 @@ SAME = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class PadSkinReader(FrameReader):
+class PadSkinReader(PadFrames):
     """Reads frames of one pad's skin, each for itself."""
-
-    model: PadModel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.friction is not None:
-            raise InputError("The friction of a pad's skin is that of its design; change it there.")
         if uncertain(self.model.sensor):
             names = ", ".join([*self.model.sensor.tolerances, "camera.drift"])
             raise InputError(
                 f"A pad with a skin is read as drawn, and its design is uncertain ({names}); state "
                 "no tolerances and no drift, or read tactels."
             )
-        forms = np.concatenate([picture.forms for picture in self.model.pictures])
-        if not signed(forms):
-            raise InputError(
-                "Frames of this polariscope are the same for a force and its negative, so that "
-                "nothing can be read without an earlier state; take a polarisation camera, or "
-                'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
-            )
+        self.check_signed()
 
     @cached_property
     def skin(self) -> PadSkinModel:
         """What contacts do."""
         return PadSkinModel(self.model.sensor)
-
-    @cached_property
-    def response(self) -> Response:
-        """What the camera makes of light."""
-        return camera_response(self.model.sensor.camera)
 
     @cached_property
     def _search(self) -> Search:
@@ -108,7 +88,7 @@ class PadSkinReader(FrameReader):
         start: Array | None = None,
     ) -> tuple[Reading, SkinOptimum | None]:
         """Reading of a frame, from contacts of the last one if they are known, and its contacts."""
-        classifier = self._classifier(used)
+        classifier = self.classifier(used)
         fit = SkinFit(
             self.model, self.skin, self.response, classifier.filled(levels), classifier.used
         )
@@ -344,33 +324,9 @@ class PadSkinReader(FrameReader):
         joint = covariance_of(fit.information(place, columns, free))
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
 
-    def phase(self, forces: Array) -> Array:
-        """Retardance over both passes, shape (2, rows, columns) [rad]."""
-        return self.model.retardance(forces)
 
-    def trial_forces(self) -> Array:
-        """A newton on the square in the middle, shape (n, 3) [N]."""
-        forces = np.zeros(self.forces_shape)
-        forces[len(forces) // 2, 0] = 1.0
-        return forces
-
-    @property
-    def pixels(self) -> int:
-        """Of a frame, all channels together."""
-        return int(np.prod(self.model.frame_shape))
-
-    def _classifier(self, used: Mask) -> FrameClassifier:
-        if self.complete(used):
-            return self._unmasked
-        return FrameClassifier(self.model, self.response, used, self.confidence)
-
-    @cached_property
-    def _unmasked(self) -> FrameClassifier:
-        return FrameClassifier(self.model, self.response, confidence=self.confidence)
-
-
-class PadSkinFollower(Follower):
-    """Reads the frames of a pad's skin in the order in which they were taken.
+class PadSkinFollower(PadFramesFollower):
+    """Follows the frames of a pad's skin from the contacts of the last one.
 
     Parameters
     ----------
@@ -380,7 +336,7 @@ class PadSkinFollower(Follower):
 
     def __init__(self, single: PadSkinReader) -> None:
         self._single = single
-        self.reset()
+        super().__init__(single)
 
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
@@ -392,14 +348,3 @@ class PadSkinFollower(Follower):
         reading, self._last = self._single.found(levels, used, self._last, self._probability)
         self._probability = reading.probability
         return reading
-
-    def read_on(
-        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
-    ) -> None:
-        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        for row, image in enumerate(levels):
-            checked = self._single.checked(image.reshape(self._single.model.frame_shape), used)
-            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
-            batch.store(row, reading)
-            if progress is not None:
-                progress(1)
