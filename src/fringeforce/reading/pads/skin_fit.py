@@ -35,10 +35,6 @@ SMALLEST, LARGEST = 0.1, 12.0
 """Limits of half axes, in thicknesses of the cover."""
 
 
-Columns = list[tuple[int, Single]]
-"""Derivatives of loads, as of `PadSkinModel.derivatives`."""
-
-
 @dataclass(frozen=True, eq=False)
 class SkinPlace:
     """Contacts, and the light that they cause.
@@ -164,7 +160,7 @@ class SkinFit:
         few = np.concatenate([size * p.dispersion < limit for p in self.model.pictures])
         return few if self.used is None else few & self.used
 
-    def gradient(self, place: SkinPlace, columns: Columns, free: Mask) -> Array:
+    def gradient(self, place: SkinPlace, free: Mask) -> Array:
         """Half the derivative of the loss by the free unknowns."""
         scale = np.float32(np.mean(self.response.amplitude) / np.sqrt(self.response.variance))
         pulls = (scale * place.left.slope.astype(np.float32)).reshape(len(place.lights), -1)
@@ -177,31 +173,35 @@ class SkinFit:
             ),
         )
         by_loads = self._all.adjoint(by_modes)
-        found = [np.vdot(by_loads if c == 3 else by_loads[c], wave) for c, wave in columns]
+        found = np.array([self.skin.gradient(one, by_loads) for one in place.contacts])
         mean, std = self.skin.drawn(len(free))
-        return np.array(found, dtype=float) + ((place.contacts - mean) / np.square(std))[free]
+        return (found + (place.contacts - mean) / np.square(std))[free]
 
-    def information(self, place: SkinPlace, columns: Columns, free: Mask) -> Array:
+    def information(self, place: SkinPlace, free: Mask) -> Array:
         """Half the expected second derivative of the loss by the free unknowns."""
         (rows, tall), (across, wide) = self._lattice(place.contacts)
         x, y = self.model.pixel_positions
-        synthesis = self.skin.synthesis(x[across], y[rows])
-        flat = np.stack([synthesis.column(*one) for one in columns], axis=-1)
-        slopes = flat.reshape(-1, len(rows) * len(across), flat.shape[-1])
-        shares = np.outer(tall, wide).ravel().astype(np.float32)
-        sampling = Sampling(self._optics, rows, across, np.empty((0, 0, 0, 0), np.float32))
-        total = np.zeros((flat.shape[-1],) * 2)
-        pixels = place.lights[0].shape[1]
-        for k, (picture, light) in enumerate(zip(self._optics.pictures, place.lights, strict=True)):
+        synthesis = self.skin.rough(x[across], y[rows])
+        optics, pixels = self._optics, place.lights[0].shape[1]
+        sampling = Sampling(optics, rows, across, np.empty((0, 0, 0, 0), np.float32))
+        shares, slopes = np.outer(tall, wide).ravel().astype(np.float32), list[Single]()
+        for k, (picture, light) in enumerate(zip(optics.pictures, place.lights, strict=True)):
             counts = shares
             if self.used is not None:
-                seen = self.used[k * pixels : (k + 1) * pixels]
-                counts = shares * sampling.shares(seen)
-            for slope in sampling.slopes(place.modes, picture, light):
-                by = np.einsum("fp,fpu->pu", slope.reshape(-1, len(shares)), slopes, optimize=True)
-                # in double precision, for shapes are hardly told apart
-                by = by.astype(float) * np.sqrt(counts)[:, None]
-                total += by.T @ by
+                counts = shares * sampling.shares(self.used[k * pixels : (k + 1) * pixels])
+            slopes += [
+                np.sqrt(counts) * slope[:, : synthesis.waves.shape[1]]
+                for slope in sampling.slopes(place.modes, picture, light)
+            ]
+        pulls = np.stack(slopes).reshape(len(slopes), -1, len(shares))
+        columns = [
+            synthesis.column(*one).reshape(-1, len(shares))
+            for each, which in zip(place.contacts, free, strict=True)
+            for one in self.skin.derivatives(each, which)
+        ]
+        # in double precision, for shapes are hardly told apart
+        by = np.array([np.einsum("sfp,fp->sp", pulls, one).ravel() for one in columns], dtype=float)
+        total = by @ by.T
         total *= float(np.mean(self.response.amplitude)) ** 2 / float(
             np.mean(self.response.variance)
         )
@@ -257,12 +257,6 @@ class SkinFit:
         own = np.flatnonzero(free)
 
         def expanded(place: SkinPlace) -> Expansion[SkinPlace]:
-            columns = [
-                one
-                for each, which in zip(place.contacts, free, strict=True)
-                for one in self.skin.derivatives(each, which)
-            ]
-
             def ahead(step: Array) -> tuple[SkinPlace, float]:
                 moved = place.contacts.copy().ravel()
                 moved[own] += step
@@ -271,8 +265,8 @@ class SkinFit:
 
             return Expansion(
                 place.left.loss,
-                self.gradient(place, columns, free),
-                lambda: self.information(place, columns, free),
+                self.gradient(place, free),
+                lambda: self.information(place, free),
                 ahead,
             )
 

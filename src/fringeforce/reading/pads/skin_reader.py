@@ -318,10 +318,7 @@ class PadSkinReader(PadFrames):
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
         place = fit.at(contacts)
-        columns = [
-            c for one, f in zip(contacts, free, strict=True) for c in self.skin.derivatives(one, f)
-        ]
-        joint = covariance_of(fit.information(place, columns, free))
+        joint = covariance_of(fit.information(place, free))
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
 
 
