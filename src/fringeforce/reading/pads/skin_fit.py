@@ -20,15 +20,17 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, Synthesis, matrix_of
 from fringeforce.reading.pads.sampling import Sampling
 
-CLOSE, NEAR = 0.2, 3.0
-"""Gains of the loss that a step promises, below which it is not evaluated any more, and below which
-it is the last."""
+CLOSE = 8.0
+"""Gain of the loss that a step promises, below which it is taken without evaluating it any more:
+what it leaves is a tenth of that, a third of a standard deviation in sixty unknowns together."""
 DENSE, SPARSE = 2, 7
 """Pixels between those of the matrix, beside contacts and elsewhere."""
 MOST_DENSE = 64
 """Dense rows or columns at most: contacts that need more are large, and what they do is smooth."""
 BESIDE = 3.0
 """How far beside a contact they are dense, in thicknesses of the cover."""
+MIXTURES = 2
+"""Mixtures of depth profiles of which the matrix is made."""
 WEAKEST = 1e-3
 """Normal force below which a contact is none [N]."""
 SMALLEST, LARGEST = 0.1, 12.0
@@ -63,27 +65,23 @@ class SkinOptimum:
 
     Attributes
     ----------
+    contacts : ndarray, shape (k, SIZE_OF)
+        Their unknowns.
+    loss : float
+        Twice the negative logarithm of the posterior, less a constant.
     place : SkinPlace
-        Where all was evaluated last.
+        Where all was evaluated last, a short step before.
     curvature : Curvature
         Used last, of the unknowns that were fitted.
     free : ndarray of bool, shape (k, SIZE_OF)
         Those.
     """
 
+    contacts: Array
+    loss: float
     place: SkinPlace
     curvature: Curvature
     free: Mask
-
-    @property
-    def contacts(self) -> Array:
-        """Unknowns of the contacts, shape (k, SIZE_OF)."""
-        return self.place.contacts
-
-    @property
-    def loss(self) -> float:
-        """Twice the negative logarithm of the posterior, less a constant."""
-        return self.place.left.loss
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +179,6 @@ class SkinFit:
         """Half the expected second derivative of the loss by the free unknowns."""
         (rows, tall), (across, wide) = self._lattice(place.contacts)
         x, y = self.model.pixel_positions
-        synthesis = self.skin.rough(x[across], y[rows])
         optics, pixels = self._optics, place.lights[0].shape[1]
         sampling = Sampling(optics, rows, across, np.empty((0, 0, 0, 0), np.float32))
         shares, slopes = np.outer(tall, wide).ravel().astype(np.float32), list[Single]()
@@ -189,11 +186,10 @@ class SkinFit:
             counts = shares
             if self.used is not None:
                 counts = shares * sampling.shares(self.used[k * pixels : (k + 1) * pixels])
-            slopes += [
-                np.sqrt(counts) * slope[:, : synthesis.waves.shape[1]]
-                for slope in sampling.slopes(place.modes, picture, light)
-            ]
-        pulls = np.stack(slopes).reshape(len(slopes), -1, len(shares))
+            found = sampling.slopes(place.modes, picture, light)
+            slopes += [np.sqrt(counts) * slope for slope in found]
+        mixed, pulls = _mixtures(np.stack(slopes), place.modes)
+        synthesis = self.skin.rough(x[across], y[rows], mixed)
         columns = [
             synthesis.column(*one).reshape(-1, len(shares))
             for each, which in zip(place.contacts, free, strict=True)
@@ -234,8 +230,7 @@ class SkinFit:
         start: Array | SkinPlace,
         free: Mask,
         steps: int = 20,
-        curvature: Curvature | None = None,
-        stop: Stop | None = None,
+        close: float = CLOSE,
     ) -> SkinOptimum:
         """Climb from contacts that are nearly right.
 
@@ -247,20 +242,20 @@ class SkinFit:
             Which of them are fitted; the others stay.
         steps : int
             Largest number of steps.
-        curvature : Curvature, optional
-            Of a place near by; computed if not given.
-        stop : Stop
-            When a step is the last; one that promises little beside the noise if not given.
+        close : float
+            Gain that a step promises below which it is the last.
         """
-        stop = stop or Stop(CLOSE, NEAR)
         here = start if isinstance(start, SkinPlace) else self.at(start)
         own = np.flatnonzero(free)
 
+        def moved(place: SkinPlace, step: Array) -> Array:
+            found = place.contacts.copy().ravel()
+            found[own] += step
+            return self.limited(found.reshape(free.shape))
+
         def expanded(place: SkinPlace) -> Expansion[SkinPlace]:
             def ahead(step: Array) -> tuple[SkinPlace, float]:
-                moved = place.contacts.copy().ravel()
-                moved[own] += step
-                there = self.at(self.limited(moved.reshape(free.shape)))
+                there = self.at(moved(place, step))
                 return there, there.left.loss
 
             return Expansion(
@@ -270,11 +265,11 @@ class SkinFit:
                 ahead,
             )
 
-        found = minimise(here, expanded, steps, stop, damping=0.0, reuse=True, curvature=curvature)
-        place = found.place
-        matrix = found.curvature
+        found = minimise(here, expanded, steps, Stop(close), damping=0.0, reuse=True)
+        place, matrix = found.place, found.curvature
         assert matrix is not None
-        return SkinOptimum(place, matrix, free)
+        loss = place.left.loss - found.gain
+        return SkinOptimum(moved(place, found.step), loss, place, matrix, free)
 
     def limited(self, contacts: Array) -> Array:
         """Contacts that push, are on the pad, and have sizes that make sense."""
@@ -291,3 +286,28 @@ class SkinFit:
         ]
         found[:, SHAPE] = np.clip(found[:, SHAPE], low, high)
         return found
+
+
+def _mixtures(slopes: Single, modes: Single) -> tuple[Single, Single]:
+    """Few mixtures of depth profiles that what light makes of them needs.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (s, 2, modes, p)
+        Derivatives by the profiles.
+    modes : ndarray, shape (2, modes, rows, columns)
+        Retardance of the profiles, which says how much of each there is [rad].
+
+    Returns
+    -------
+    mixed : ndarray, shape (modes, MIXTURES)
+        What of each profile a mixture takes.
+    slopes : ndarray, shape (s, 2 MIXTURES, p)
+        Derivatives by the mixtures.
+    """
+    size = np.sqrt(np.square(modes).mean(axis=(0, 2, 3))) + np.float32(1e-12)
+    scaled = slopes * size[:, None]
+    _, vectors = np.linalg.eigh(np.einsum("sfkp,sflp->kl", scaled, scaled, optimize=True))
+    chosen = vectors[:, : -MIXTURES - 1 : -1]
+    few = np.einsum("sfkp,kr->sfrp", scaled, chosen, optimize=True)
+    return chosen / size[:, None], few.reshape(len(slopes), -1, slopes.shape[-1])

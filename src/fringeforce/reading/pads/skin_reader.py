@@ -14,10 +14,10 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
-from fringeforce.estimation.levenberg_marquardt import Stop
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_uncertainty import uncertain
+from fringeforce.reading.pads.following import KEPT
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum
@@ -77,24 +77,35 @@ class PadSkinReader(PadFrames):
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
-        return self.found(levels, used, None, 1.0, start)[0]
+        return self.found(levels, used, start=start)[0]
 
     def found(
         self,
         levels: NDArray[Any],
         used: Mask,
-        last: SkinOptimum | None,
-        probability: float,
+        expected: tuple[Array, Mask] | None = None,
+        probability: float = 1.0,
         start: Array | None = None,
     ) -> tuple[Reading, SkinOptimum | None]:
-        """Reading of a frame, from contacts of the last one if they are known, and its contacts."""
+        """Reading of a frame, and its contacts.
+
+        Parameters
+        ----------
+        levels, used, start
+            As of `search`.
+        expected : (ndarray, ndarray), optional
+            Contacts that the last frames let expect, and which of their unknowns are free; the
+            frame is searched where following them fails.
+        probability : float
+            Of the explanation that is followed.
+        """
         classifier = self.classifier(used)
         fit = SkinFit(
             self.model, self.skin, self.response, classifier.filled(levels), classifier.used
         )
-        if last is not None:
-            curvature = last.curvature
-            one = fit.climb(last.contacts, last.free, FOLLOWED, curvature)
+        if expected is not None:
+            contacts, free = expected
+            one = fit.climb(fit.limited(contacts), free, FOLLOWED)
             if self.explains(fit, classifier, one):
                 return self._stated(fit, one, probability, tracked=True), one
         nothing = fit.at(np.zeros((0, SIZE_OF)))
@@ -190,7 +201,7 @@ class PadSkinReader(PadFrames):
             if left > PROMISING:
                 return fit.climb(here, free, 1)
             here, left = self._below(fit, here, free, limit)
-        one = fit.climb(here, free, STEPS, stop=Stop(COARSE * pixels, 0.0))
+        one = fit.climb(here, free, STEPS, close=COARSE * pixels)
         if not shapes or one.loss > PROMISING * pixels:
             return one
         return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
@@ -215,7 +226,7 @@ class PadSkinReader(PadFrames):
         """Contacts after some steps by the pixels below a retardance, and what they leave there."""
         far = fit.below(fit.at(contacts), limit[0], limit[1] * self._cover)
         few, count = replace(fit, used=far), max(int(far.sum()), 1)
-        one = few.climb(contacts, free, NEARER, stop=Stop(COARSE * count, 0.0))
+        one = few.climb(contacts, free, NEARER, close=COARSE * count)
         return one.contacts, one.loss / count
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
@@ -336,12 +347,17 @@ class PadSkinFollower(PadFramesFollower):
         super().__init__(single)
 
     def reset(self) -> None:
-        """Forget the last reading: the next frame is searched."""
+        """Forget the last readings: the next frame is searched."""
         self._last: SkinOptimum | None = None
+        self._expected: tuple[Array, Mask] | None = None
         self._probability = 1.0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
-        reading, self._last = self._single.found(levels, used, self._last, self._probability)
-        self._probability = reading.probability
+        reading, here = self._single.found(levels, used, self._expected, self._probability)
+        before, self._last, self._probability = self._last, here, reading.probability
+        self._expected = None if here is None else (here.contacts, here.free)
+        if here is not None and before is not None and reading.tracked:
+            ahead = here.contacts + KEPT * (here.contacts - before.contacts)
+            self._expected = ahead, here.free
         return reading
