@@ -166,6 +166,11 @@ class PadSkinModel:
         """From harmonics of `loads` to retardance at columns and rows [m]."""
         return Synthesis.of(self._waves[2], self._sides, x, y)
 
+    @cached_property
+    def pixels(self) -> Synthesis:
+        """The same at the columns and rows of the camera."""
+        return self.synthesis(*self.pad.pixel_positions)
+
     def rough(self, x: Array, y: Array, mixed: Single) -> Synthesis:
         """The same from harmonics of `derivatives`, for mixtures (modes, k) of depth profiles."""
         m, n = self._fewer

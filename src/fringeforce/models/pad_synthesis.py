@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from fringeforce.base.arrays import Array, Index, Single
 
@@ -31,14 +32,19 @@ class Waves:
     even: int
     sign: int
 
-    def forward(self, values: Single) -> Single:
+    @property
+    def count(self) -> int:
+        """Number of places."""
+        return len(self.table) * (2 if self.even else 1)
+
+    def forward(self, values: Single, out: Single | None = None) -> Single:
         """Sum of waves, shape (..., places), from amplitudes, shape (..., m)."""
         if not self.even:
-            return values @ self.table.T
+            return np.matmul(values, self.table.T, out=out)
         one = values[..., : self.even] @ self.table[:, : self.even].T
         two = values[..., self.even :] @ self.table[:, self.even :].T
         half = len(self.table)
-        found = np.empty((*one.shape[:-1], 2 * half), dtype=np.float32)
+        found = np.empty((*one.shape[:-1], 2 * half), dtype=np.float32) if out is None else out
         np.add(one, two, out=found[..., :half])
         parts = (one, two) if self.sign > 0 else (two, one)
         np.subtract(*parts, out=found[..., : half - 1 : -1])
@@ -111,26 +117,42 @@ class Synthesis:
 
     def modes(self, loads: Single) -> Single:
         """Retardance of every depth profile, shape (2, modes, rows, columns) [rad]."""
-        return self._spread(np.einsum("fkcmn,cmn->fkmn", self.waves, self._ordered(loads)))
+        sums = np.zeros((*self.waves.shape[:2], *self.waves.shape[3:]), dtype=np.float32)
+        _mix(self.waves, *self.orders, loads, sums)
+        return self._spread(sums)
 
-    def column(self, component: int, harmonics: Single) -> Single:
-        """The same of harmonics of one component, shape (m, n), or, as component 3, of all."""
-        if component == 3:
-            return self.modes(harmonics)
-        return self._spread(self.waves[:, :, component] * self._ordered(harmonics))
+    def columns(self, component: int, harmonics: Single) -> Single:
+        """The same of several harmonics of one component, or, as component 3, of all three.
 
-    def _ordered(self, loads: Single) -> Single:
+        Parameters
+        ----------
+        component : int
+            Of N, T_x and T_y.
+        harmonics : ndarray, shape (k, m, n), or (k, 3, m, n)
+            Harmonics.
+
+        Returns
+        -------
+        ndarray, shape (2, k, modes, rows, columns)
+            [rad].
+        """
         first, second = self.orders
-        return loads[..., first[:, None], second]
+        own = harmonics[..., first[:, None], second]
+        if component == 3:
+            sums = np.einsum("frcmn,qcmn->fqrmn", self.waves, own)
+        else:
+            sums = self.waves[:, None, :, component] * own[:, None]
+        found = self._spread(sums.reshape(2, -1, *sums.shape[3:]))
+        return found.reshape(*sums.shape[:3], *found.shape[2:])
 
     def _spread(self, sums: Single) -> Single:
-        return np.stack([self._field(sums[field], field) for field in range(2)])
-
-    def _field(self, sums: Single, field: int) -> Single:
-        """One part from its harmonics, shape (modes, m, n)."""
-        lines = self.across[field].forward(sums.reshape(-1, sums.shape[-1]))
-        turned = lines.reshape(*sums.shape[:2], -1).swapaxes(1, 2)
-        return self.along[field].forward(turned)
+        rows, columns = (axis[0].count for axis in (self.across, self.along))
+        found = np.empty((*sums.shape[:2], rows, columns), dtype=np.float32)
+        for field in range(2):
+            lines = self.across[field].forward(sums[field].reshape(-1, sums.shape[-1]))
+            turned = lines.reshape(*sums.shape[1:3], -1).swapaxes(1, 2)
+            self.along[field].forward(turned, found[field])
+        return found
 
     def adjoint(self, by_modes: Single) -> Single:
         """From derivatives by the modes, shape (2, modes, rows, columns), to those by loads."""
@@ -138,7 +160,37 @@ class Synthesis:
         for field, values in enumerate(by_modes):
             lines = self.along[field].adjoint(values)
             sums.append(self.across[field].adjoint(lines.swapaxes(1, 2)))
-        found = np.empty(self.waves.shape[2:], dtype=np.float32)
-        first, second = self.orders
-        found[:, first[:, None], second] = np.einsum("fkcmn,fkmn->cmn", self.waves, np.stack(sums))
+        found = np.zeros(self.waves.shape[2:], dtype=np.float32)
+        _unmix(self.waves, *self.orders, np.stack(sums), found)
         return found
+
+
+@njit(cache=True, error_model="numpy", fastmath=True, nogil=True)
+def _mix(waves, first, second, loads, sums) -> None:
+    """Add up sums of modes, shape (2, modes, m, n), of loads, shape (3, m, n)."""
+    own = np.empty(len(second), np.float32)
+    for c in range(waves.shape[2]):
+        for i in range(len(first)):
+            for j in range(len(second)):
+                own[j] = loads[c, first[i], second[j]]
+            for field in range(waves.shape[0]):
+                for k in range(waves.shape[1]):
+                    wave, total = waves[field, k, c, i], sums[field, k, i]
+                    for j in range(len(second)):
+                        total[j] += wave[j] * own[j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=True, nogil=True)
+def _unmix(waves, first, second, sums, loads) -> None:
+    """Add up loads from sums: the transpose of `_mix`."""
+    own = np.empty(len(second), np.float32)
+    for c in range(waves.shape[2]):
+        for i in range(len(first)):
+            own[:] = 0
+            for field in range(waves.shape[0]):
+                for k in range(waves.shape[1]):
+                    wave, part = waves[field, k, c, i], sums[field, k, i]
+                    for j in range(len(second)):
+                        own[j] += wave[j] * part[j]
+            for j in range(len(second)):
+                loads[c, first[i], second[j]] = own[j]

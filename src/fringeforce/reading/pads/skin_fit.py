@@ -7,7 +7,7 @@ takes some thousands of pixels, dense beside the contacts and sparse elsewhere.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, Synthesis, matrix_of
+from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, matrix_of
 from fringeforce.reading.pads.sampling import Sampling
 
 CLOSE = 8.0
@@ -91,7 +91,7 @@ class SkinFit:
     Attributes
     ----------
     model : PadModel
-        Of the pad.
+        Of the pad, with the depth profiles of the skin.
     skin : PadSkinModel
         What contacts do.
     response : Response
@@ -108,24 +108,13 @@ class SkinFit:
     frame: Array
     used: Mask | None = None
 
-    @cached_property
-    def _optics(self) -> PadModel:
-        """The model with the depth profiles of the skin."""
-        influence = replace(self.model.influence, profile=self.skin.profile.astype(float))
-        return replace(self.model, influence=influence)
-
-    @cached_property
-    def _all(self) -> Synthesis:
-        return self.skin.synthesis(*self.model.pixel_positions)
-
     def at(self, contacts: Array) -> SkinPlace:
         """Evaluate contacts."""
-        modes = self._all.modes(self.skin.loads(contacts))
-        optics = self._optics
-        lights = [optics.light(modes, picture) for picture in optics.pictures]
+        modes = self.skin.pixels.modes(self.skin.loads(contacts))
+        lights = [self.model.light(modes, picture) for picture in self.model.pictures]
         seen = [
-            optics.measured(light, picture, optics.lens)
-            for light, picture in zip(lights, optics.pictures, strict=True)
+            self.model.measured(light, picture, self.model.lens)
+            for light, picture in zip(lights, self.model.pictures, strict=True)
         ]
         level = self.response.amplitude * np.concatenate(seen).astype(float) + self.response.offset
         if self.used is None:
@@ -162,15 +151,16 @@ class SkinFit:
         """Half the derivative of the loss by the free unknowns."""
         scale = np.float32(np.mean(self.response.amplitude) / np.sqrt(self.response.variance))
         pulls = (scale * place.left.slope.astype(np.float32)).reshape(len(place.lights), -1)
-        optics = self._optics
         by_modes = reduce(
             np.add,
             (
-                optics.picture_adjoint(place.modes, picture, light, pull, optics.lens)
-                for picture, light, pull in zip(optics.pictures, place.lights, pulls, strict=True)
+                self.model.picture_adjoint(place.modes, picture, light, pull, self.model.lens)
+                for picture, light, pull in zip(
+                    self.model.pictures, place.lights, pulls, strict=True
+                )
             ),
         )
-        by_loads = self._all.adjoint(by_modes)
+        by_loads = self.skin.pixels.adjoint(by_modes)
         found = np.array([self.skin.gradient(one, by_loads) for one in place.contacts])
         mean, std = self.skin.drawn(len(free))
         return (found + (place.contacts - mean) / np.square(std))[free]
@@ -179,10 +169,10 @@ class SkinFit:
         """Half the expected second derivative of the loss by the free unknowns."""
         (rows, tall), (across, wide) = self._lattice(place.contacts)
         x, y = self.model.pixel_positions
-        optics, pixels = self._optics, place.lights[0].shape[1]
-        sampling = Sampling(optics, rows, across, np.empty((0, 0, 0, 0), np.float32))
+        pixels = place.lights[0].shape[1]
+        sampling = Sampling(self.model, rows, across, np.empty((0, 0, 0, 0), np.float32))
         shares, slopes = np.outer(tall, wide).ravel().astype(np.float32), list[Single]()
-        for k, (picture, light) in enumerate(zip(optics.pictures, place.lights, strict=True)):
+        for k, (picture, light) in enumerate(zip(self.model.pictures, place.lights, strict=True)):
             counts = shares
             if self.used is not None:
                 counts = shares * sampling.shares(self.used[k * pixels : (k + 1) * pixels])
@@ -191,12 +181,18 @@ class SkinFit:
         mixed, pulls = _mixtures(np.stack(slopes), place.modes)
         synthesis = self.skin.rough(x[across], y[rows], mixed)
         columns = [
-            synthesis.column(*one).reshape(-1, len(shares))
+            one
             for each, which in zip(place.contacts, free, strict=True)
             for one in self.skin.derivatives(each, which)
         ]
+        by = np.empty((len(columns), len(pulls) * len(shares)))
+        for component in range(4):
+            own = [k for k, (which, _) in enumerate(columns) if which == component]
+            if own:
+                few = synthesis.columns(component, np.stack([columns[k][1] for k in own]))
+                each = few.swapaxes(0, 1).reshape(len(own), -1, len(shares))
+                by[own] = np.einsum("sfp,qfp->qsp", pulls, each).reshape(len(own), -1)
         # in double precision, for shapes are hardly told apart
-        by = np.array([np.einsum("sfp,fp->sp", pulls, one).ravel() for one in columns], dtype=float)
         total = by @ by.T
         total *= float(np.mean(self.response.amplitude)) ** 2 / float(
             np.mean(self.response.variance)

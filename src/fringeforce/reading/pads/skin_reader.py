@@ -15,6 +15,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
+from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_uncertainty import uncertain
 from fringeforce.reading.pads.following import KEPT
@@ -72,6 +73,12 @@ class PadSkinReader(PadFrames):
         return PadSkinModel(self.model.sensor)
 
     @cached_property
+    def _optics(self) -> PadModel:
+        """The model with the depth profiles of the skin."""
+        influence = replace(self.model.influence, profile=self.skin.profile.astype(float))
+        return replace(self.model, influence=influence)
+
+    @cached_property
     def _search(self) -> Search:
         return Search(self.model, self.response)
 
@@ -100,9 +107,8 @@ class PadSkinReader(PadFrames):
             Of the explanation that is followed.
         """
         classifier = self.classifier(used)
-        fit = SkinFit(
-            self.model, self.skin, self.response, classifier.filled(levels), classifier.used
-        )
+        grey = classifier.filled(levels)
+        fit = SkinFit(self._optics, self.skin, self.response, grey, classifier.used)
         if expected is not None:
             contacts, free = expected
             one = fit.climb(fit.limited(contacts), free, FOLLOWED)
@@ -325,7 +331,7 @@ class PadSkinReader(PadFrames):
         """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
         patches = Patches.of(self.model.sensor, loads)
-        fit = SkinFit(self.model, self.skin, self.response, np.zeros(self.pixels))
+        fit = SkinFit(self._optics, self.skin, self.response, np.zeros(self.pixels))
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
         place = fit.at(contacts)
