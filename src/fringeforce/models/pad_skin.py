@@ -61,7 +61,7 @@ grey level, and the share of the stresses that depth profiles may leave out besi
 the depth: 8 N on a contact of 1.6 mm change by 0.3 grey levels at most, and 0.006 in the root mean
 square."""
 ROUGH = 3.0
-"""The digits of `DIGITS` for curvatures: more change stated deviations of totals by less than 1 %."""
+"""As `DIGITS`, for curvatures: with more, stated deviations of totals change by less than 1 %."""
 STEP = 1e-3
 """Change of the logarithm of sizes by which spectra are differentiated."""
 N, PLACE, SHAPE = 0, 3, 5
