@@ -233,7 +233,7 @@ class PadSkinReader(PadFrames):
         far = fit.below(fit.at(contacts), limit[0], limit[1] * self._cover)
         few, count = replace(fit, used=far), max(int(far.sum()), 1)
         one = few.climb(contacts, free, NEARER, close=COARSE * count)
-        return one.place.contacts, one.place.left.loss / count
+        return one.contacts, one.loss / count
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
         """Whether contacts leave nothing but noise."""
