@@ -148,33 +148,40 @@ def test_a_calibrated_model_keeps_its_residual_in_its_file(calibrated, tmp_path)
 )
 def test_a_bench_that_cannot_be_explained_is_not_to_be_used(bench, change, cause) -> None:
     sensor, _, _, frames, loads = bench
-    found = ff.calibrate(sensor, frames[::2], change(loads.rows(slice(None, None, 2))), [STRAIN_OPTIC]).calibration
+    half = slice(None, None, 2)
+    model = ff.calibrate(sensor, frames[half], change(loads.rows(half)), [STRAIN_OPTIC, COVER])
+    found = model.calibration
     assert not found.usable
     assert "Do not use" in found.findings[0]
     assert cause in found.findings[0]
 
 
 def test_the_delay_of_a_log_is_found() -> None:
-    rng, sensor, delay = np.random.default_rng(62), drawing(), 0.35
-    true = built(sensor)
-    times = np.arange(150) / 50
-    centre = 3e-3 * np.sin(2.1 * times)
-    normal = 1.2 + np.sin(5 * times) ** 2
-    shear = 0.3 * np.sin(3 * times + 1)
+    rng, sensor, delay, rate = np.random.default_rng(62), drawing(), 0.35, 50.0
+    true, count = built(sensor), 8
+    # presses of a third of a second, one after the other, each somewhere else
+    ends = 0.2 + 0.45 * np.arange(count)
+    where, size = rng.uniform(-4e-3, 4e-3, count), rng.uniform(0.8, 2.5, count)
+
+    def moving(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        number = np.clip(np.searchsorted(ends, t) - 1, 0, count - 1)
+        share = np.clip((t - ends[number]) / 0.33, 0, 1)
+        force = size[number] * np.sin(np.pi * share) ** 2
+        return where[number], np.stack([force, 0.2 * force * np.cos(9 * share)], axis=1)
+
+    times = np.arange(int(4 * rate)) / rate
+    places, forces = moving(times)
     presses = [
-        [ff.Press(x=x, normal=n, tangential=t, width=0.4e-3, profile="flat")]
-        for x, n, t in zip(centre, normal, shear, strict=True)
+        [ff.Press(x=x, normal=n, tangential=s, width=0.4e-3, profile="flat")] if n > 1e-3 else []
+        for x, (n, s) in zip(places, forces, strict=True)
     ]
-    frames = exposed(true, presses, rng)
-    clock = np.arange(-1.0, 4.5, 0.005)
-    log = load_log(
-        clock + delay,
-        3e-3 * np.sin(2.1 * clock),
-        np.stack([1.2 + np.sin(5 * clock) ** 2, 0.3 * np.sin(3 * clock + 1)], axis=1),
-    )
-    found = ff.calibrate(sensor, frames[::3], log, [STRAIN_OPTIC], times=times[::3]).calibration
-    assert found.delay == pytest.approx(delay, abs=5e-3)
-    assert found.usable
+    clock = np.arange(-1.0, 5.0, 0.004)
+    log = load_log(clock + delay, *moving(clock))
+    some = slice(None, None, 2)
+    frames = exposed(true, presses[some], rng)
+    model = ff.calibrate(sensor, frames, log, [STRAIN_OPTIC, COVER], times=times[some])
+    assert model.calibration.delay == pytest.approx(delay, abs=5e-3)
+    assert model.calibration.usable
 
 
 def test_loads_by_time_need_the_times_of_the_frames(bench) -> None:

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Mask
-from fringeforce.calibration.contact_phase import ContactPhases
 from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.contact_phase import ContactPhases
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import (
     Prior,
@@ -45,7 +45,7 @@ GROUPS = "normal", "tangential", "place", "width", "gain", "offset"
 LAMP = 2
 """Unknowns of the lamp of one frame: gain and offset."""
 FULL_SCALE = 0.05
-"""Share of the largest force whose error every force has: load cells err by their full scale too."""
+"""Share of the largest force whose error every force has: load cells err by a full scale too."""
 EXACT = 1e-6
 """Standard deviation of what is stated as exact, in its unit."""
 
@@ -340,7 +340,7 @@ class BenchPosterior:
         waves = models.waves(f, unknowns, slopes)
         spread = spread_profiles(model, unknowns, waves)
         cross = shared_information(model, about, spread)
-        size, l = at.size, len(own)
+        size = at.size
         mine, others = models.split(f)
         first, last = at.residual, at.written
         moves, precision = self.bench.moves[f], self.precision(f)
@@ -352,7 +352,7 @@ class BenchPosterior:
         whole[first:last, :first] = cross[others]
         whole[first:last, first:last] = about.hessian[np.ix_(others, others)]
         whole[last:, last:] = moves.T @ (precision[:, None] * moves)
-        mixed = np.empty((l, size))
+        mixed = np.empty((len(own), size))
         mixed[:, :first] = cross[mine]
         mixed[:, first:last] = about.hessian[np.ix_(mine, others)]
         mixed[:, last:] = -precision[:, None] * moves

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.columns.fit import fit_columns
 from fringeforce.calibration.design_entries import checked_paths, entries
+from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
 from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.fitted_model import calibrated_model
-from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
 from fringeforce.calibration.frame_fit import (
     STAGES,
     CalibrationFit,

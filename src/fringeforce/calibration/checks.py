@@ -10,11 +10,11 @@ from scipy.ndimage import median_filter
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.loads import checked_loads
 from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels, presses_as_loads
 from fringeforce.calibration.delay import coarse_delay
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.residual_test import group_sums, square_limit

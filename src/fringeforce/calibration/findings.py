@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
-from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader

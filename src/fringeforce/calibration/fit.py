@@ -19,10 +19,10 @@ from fringeforce.calibration.bench_fit import (
     State,
     parts,
 )
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior
-from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
@@ -32,10 +32,10 @@ from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.shared_fit import Eliminated
-from fringeforce.optics.camera import noise_variance
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
 from fringeforce.models.uncertainty import FAR, NARROW, random_field, uncertainty
+from fringeforce.optics.camera import noise_variance
 
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
@@ -80,8 +80,13 @@ UNSTATED, INTERVAL = 300.0, 1.96
 a 95 % interval."""
 DELAY = 1e-3
 """Unit of a delay, over which loads are differentiated [s]."""
+DETECTED = 4.0
+"""Standard deviations of chance that a scatter must exceed noise by to be called one: the variance
+of n values is sure to sqrt(2 / n), and the share s / (1 - s) of it is not noise."""
 LOST = 0.05
 """Share that frames tell of what scatters below which noise hides it: it is as good as none."""
+LARGEST = 30.0
+"""Times its first value that a size can be: what scatters more is no bench that can be explained."""
 STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
@@ -136,7 +141,8 @@ class BenchFit:
     checked : Check
         How frames that were put aside compare with their loads.
     told : mapping
-        Share of what scatters, by GROUPS, that a frame tells rather than what is expected of it.
+        Share of what scatters, by GROUPS, that a frame tells rather than what is expected of it,
+        and how many tell.
     pattern : Pattern, optional
         What single pixels add to the smooth light.
     """
@@ -151,17 +157,18 @@ class BenchFit:
     chi2: float
     delay: float
     checked: Check
-    told: Mapping[str, float]
+    told: Mapping[str, tuple[float, float]]
     pattern: Pattern | None = None
 
     def shown(self, name: str) -> bool:
         """Whether frames show that something scatters, or it is lost in their noise."""
-        return self.told[name] > LOST
+        share, count = self.told[name]
+        return share > DETECTED / (DETECTED + np.sqrt(count / 2))
 
     @property
     def covariance(self) -> Array:
         """Of the shared unknowns, shape (S, S)."""
-        return np.asarray(np.linalg.inv(self.information), dtype=float)
+        return inverse(self.information)
 
     @property
     def models(self) -> FrameModels:
@@ -234,6 +241,11 @@ def roughly_fitted(
     return search.misfit()
 
 
+def inverse(information: Array) -> Array:
+    """Covariance of unknowns, from what is known of them."""
+    return np.asarray(np.linalg.inv(information), dtype=float)
+
+
 class _Search:
     """Where the search for the most probable sensor is."""
 
@@ -295,7 +307,7 @@ class _Search:
         models = free.models(self.state.shared)
         state = free.settled(self.state, models, STEPS)
         _, squares, counts = free.loss(state, models)
-        covariance, told = np.linalg.inv(self.information), list(free.terms(state, models))
+        covariance, told = inverse(self.information), list(free.terms(state, models))
         inside = total = explained = 0
         for f in aside.tolist():
             if squares[f] > square_limit(counts[f]) * self._usual:
@@ -616,7 +628,7 @@ class _Search:
 
     def _resize(self) -> None:
         """The sizes under which the frames are most probable, of what nobody states."""
-        covariance, at = np.linalg.inv(self.information), self.bench.at
+        covariance, at = inverse(self.information), self.bench.at
         for name, (square, freedom, count) in self._scatter(self.told, covariance).items():
             self._scale(name, square, freedom, count)
         precision = self._expected().precision
@@ -651,7 +663,8 @@ class _Search:
         """Give one size its likeliest value, unless nothing tells of it."""
         self.lost[name] = freedom <= LOST * count
         if freedom > 1e-6:
-            self.sizes[name] *= float(np.sqrt(square / freedom))
+            size = self.sizes[name] * float(np.sqrt(square / freedom))
+            self.sizes[name] = min(size, LARGEST)
 
     def _leave_out(self) -> None:
         """Leave out frames and pixels that contradict the others."""
@@ -685,7 +698,7 @@ class _Search:
         told = posterior.eliminated(self.state, models)
         _, information = posterior.normal(self.state, told)
         _, squares, counts = posterior.loss(self.state, models)
-        scatter = self._scatter(told, np.asarray(np.linalg.inv(information)))
+        scatter = self._scatter(told, inverse(information))
         free = len(information)
         if self.pattern is not None:
             free += self.pattern.freedom(self.sound & self.seen)
@@ -701,6 +714,6 @@ class _Search:
             chi2,
             self.delay,
             self.checked,
-            {name: freedom / max(count, 1.0) for name, (_, freedom, count) in scatter.items()},
+            {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},
             self.pattern,
         )

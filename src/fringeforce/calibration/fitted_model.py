@@ -8,13 +8,13 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.bench_fit import SCALE, SHIFT
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.findings import findings, unidentified
+from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.timed_loads import TimedLoads
-from fringeforce.calibration.fit import BenchFit
-from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST, positive
@@ -93,14 +93,11 @@ def _made(fit: BenchFit, covariance: Array) -> Sensor:
         "camera.gamma": float(template.gamma_std * std[at.gamma]),
     }
     found = varied(fit.sensor, fit.paths, fit.state.shared[_entry_order(fit)])
-    return with_values(
-        found,
-        {
-            "camera.blur": float(blur * pixel),
-            "camera.gamma": float(gamma / _response_power(fit)),
-            "tolerances": Tolerances(stated),
-        },
-    )
+    lens = {
+        "camera.blur": float(blur * pixel),
+        "camera.gamma": float(gamma / _response_power(fit)),
+    }
+    return with_values(found, lens).model_copy(update={"tolerances": Tolerances(stated)})
 
 
 def _entry_order(fit: BenchFit) -> Index:

@@ -20,8 +20,8 @@ CHANCE = 1e-4
 """Chance of a coverage as low as that of the frames that were put aside below which intervals do
 not hold."""
 EXPLAINS = 0.5
-"""Share of the usual misfit that a cause must leave at most to be named."""
-FEW = 16
+"""Share of what the misfit has beyond noise that a cause must leave at most to be named."""
+FEW = 12
 """Frames on which causes are tried."""
 
 
@@ -85,10 +85,13 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     some = loaded[:: max(len(loaded) // FEW, 1)][:FEW]
     chosen, own = levels[some], loads.rows(some)
     usual = roughly_fitted(fit.sensor, chosen, own, fit.paths)
+    limit = 1 + EXPLAINS * (usual - 1)
     tried = {
-        "The places seem to be written down with the other sign: mirror x, or turn the strip.": (
-            _turned(own, places=-1, shear=-1)
+        "The places seem to be written down with the other sign: mirror x.": (
+            _turned(own, places=-1)
         ),
+        "Places and tangential forces seem to be written down with the other sign: the strip, or "
+        "the camera, is turned round.": _turned(own, places=-1, shear=-1),
         "The tangential forces seem to be written down with the other sign.": (
             _turned(own, shear=-1)
         ),
@@ -105,10 +108,10 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
         if other.present.any()
     }
     words = min(misfits, key=lambda each: misfits[each])
-    if misfits[words] < EXPLAINS * usual:
+    if misfits[words] < limit:
         return words
     free = replace(own, force_std=np.full(own.forces.shape, np.nanmax(loads.magnitude)))
-    if roughly_fitted(fit.sensor, chosen, free, fit.paths) < EXPLAINS * usual:
+    if roughly_fitted(fit.sensor, chosen, free, fit.paths) < limit:
         return (
             "Other forces at these places explain the frames: the loads may be those of another "
             "day, in another unit, or of a load cell that was not zeroed."

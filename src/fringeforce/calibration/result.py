@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.columns.fit import ColumnFit
 from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.findings import findings, unidentified
 from fringeforce.calibration.frame_fit import CalibrationFit
-from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.light.modes import fitted_imaging
 from fringeforce.calibration.light.references import pattern_freedom
 from fringeforce.calibration.measurements import SHIFT
