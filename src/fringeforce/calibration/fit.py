@@ -66,8 +66,8 @@ DOUBT = {
     "gain": 0.02,
     "offset": 0.01,
 }
-"""How much scatters at first if nobody states it: places and widths [m], forces over the whole force
-of a contact, gain of the lamp, and offset over the amplitude.  The frames tell."""
+"""How much scatters at first if nobody states it: places and widths [m], forces over the whole
+force of a contact, gain of the lamp, and offset over the amplitude.  The frames tell."""
 FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
 """The same of the residual [rad], the unevenness of the light and that of the offset, over the
 amplitude."""
@@ -86,7 +86,7 @@ of n values is sure to sqrt(2 / n), and the share s / (1 - s) of it is not noise
 LOST = 0.05
 """Share that frames tell of what scatters below which noise hides it: it is as good as none."""
 LARGEST = 30.0
-"""Times its first value that a size can be: what scatters more is no bench that can be explained."""
+"""Times its first value that a size can be: a bench that scatters more cannot be explained."""
 STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
@@ -299,7 +299,7 @@ class _Search:
         Their contacts are found with forces that nobody states; then they are taken in.
         """
         aside = np.flatnonzero(~self.wanted)
-        sizes = {name: size for name, size in self.sizes.items()}
+        sizes = dict(self.sizes)
         self.sizes |= {"normal": UNSTATED, "tangential": UNSTATED}
         free = self._posterior(np.ones(len(self.levels)), 1.0)
         self.sizes = sizes
