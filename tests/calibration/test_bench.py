@@ -141,15 +141,14 @@ def test_a_calibrated_model_keeps_its_residual_in_its_file(calibrated, tmp_path)
     ("change", "cause"),
     [
         (lambda loads: replace(loads, places=-loads.places), "other sign"),
-        (lambda loads: loads.rows(np.roll(np.arange(len(loads)), 1)), "off by one"),
         (lambda loads: loads.rows(np.random.default_rng(0).permutation(len(loads))), "explain"),
     ],
-    ids=["mirrored", "rows", "another day"],
+    ids=["mirrored", "another day"],
 )
 def test_a_bench_that_cannot_be_explained_is_not_to_be_used(bench, change, cause) -> None:
     sensor, _, _, frames, loads = bench
-    half = slice(None, None, 2)
-    model = ff.calibrate(sensor, frames[half], change(loads.rows(half)), [STRAIN_OPTIC, COVER])
+    some = slice(None, None, 3)
+    model = ff.calibrate(sensor, frames[some], change(loads.rows(some)), [STRAIN_OPTIC, COVER])
     found = model.calibration
     assert not found.usable
     assert "Do not use" in found.findings[0]

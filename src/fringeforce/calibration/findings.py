@@ -143,7 +143,7 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
-        seen = loads_on_tactels(clear[None], model.sensor.tactels.positions)
+        seen = loads_on_tactels(clear[None], model.sensor.tactels.positions[:, None])
         return f"{said}; it looks like {described(seen)}{unsure}."
     return f"{said}; no load explains it: the contact may have slipped."
 

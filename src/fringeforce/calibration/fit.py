@@ -87,6 +87,8 @@ LOST = 0.05
 """Share that frames tell of what scatters below which noise hides it: it is as good as none."""
 LARGEST = 30.0
 """Times its first value that a size can be: a bench that scatters more cannot be explained."""
+HOPELESS = 1.5
+"""Median misfit of frames beyond which more rounds do not make a bench explained."""
 STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
@@ -216,12 +218,12 @@ def fitted(
             search.descend(few, heat)
     for number in range(ROUNDS):
         report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
-        if search.improve():
+        if search.improve() or (number and search.misfit() > HOPELESS):
             break
     if aside:
         report("Checking frames that were put aside", total - 1, total)
         search.check()
-        for _ in range(REFITS):
+        for _ in range(REFITS if search.misfit() < HOPELESS else 0):
             if search.improve():
                 break
     report("Done", total, total)
@@ -236,8 +238,8 @@ def roughly_fitted(
     search.find_shift()
     for heat in HEATS[:-1]:
         search.descend(search.calm(STAGES[0]), heat)
-    search.descend(search.kept, HEATS[-2])
-    search.descend(search.kept, HEATS[-1])
+    for heat in HEATS[-2:]:
+        search.descend(search.kept, heat)
     return search.misfit()
 
 

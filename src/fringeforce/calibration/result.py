@@ -77,6 +77,6 @@ def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorM
         provenance={**model.provenance, **origin},
     )
     loads = measured.loads[:frames].reshape(frames, -1, 2)
-    known = loads_on_tactels(loads, sensor.tactels.positions)
+    known = loads_on_tactels(loads, sensor.tactels.positions[:, None])
     said = findings(model, measured.levels[:frames], known, kept[frames:])
     return replace(model, calibration=replace(calibration, findings=said))
