@@ -11,6 +11,7 @@ from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.explorer.limits import check
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
+from fringeforce.models.plane_check import plane_check
 from fringeforce.models.strip_width import StripWidth, camera_line, strip_width
 from fringeforce.optics.jones import fringe, passed, polariser, retarder
 from fringeforce.studies.convergence import convergence_study
@@ -34,6 +35,36 @@ def _largest_deviation(sensor: ff.Sensor, width: float, plane: str, mesh: Gradin
     flat = ff.characterize(sensor.replace(**{"transducer.plane": plane})).phase(forces, x)
     lead, _ = found.phases(forces * width / sensor.transducer.width, x)
     return float(np.abs(lead - flat).max() / np.abs(flat).max())
+
+
+@pytest.mark.parametrize("width", [1e-3, 6e-3])
+def test_the_quick_check_of_the_plane_agrees_with_fine_elements(
+    sensor: ff.Sensor, width: float
+) -> None:
+    wide = sensor.replace(**{"transducer.width": width})
+    away = plane_check(wide).away["stress"]
+    finer = replace(STRIP, order=4)
+    assert away == pytest.approx(_largest_deviation(wide, width, "stress", finer), abs=0.024)
+
+
+@pytest.mark.parametrize(
+    ("design", "width", "plane", "words"),
+    [
+        ("saad", 0.3e-3, "stress", "good enough"),
+        ("saad", 0.3e-3, "strain", 'take plane = "stress"'),
+        ("saad", 6e-3, "stress", 'poor; take plane = "3d"'),
+        ("saad", 6e-3, "3d", "good for any width"),
+        ("skin", 200e-3, "stress", 'take plane = "strain"'),
+        ("skin", 6e-3, "stress", 'influence_error = "31 %"'),
+    ],
+)
+def test_a_poor_plane_is_told_and_a_better_one(
+    design: str, width: float, plane: str, words: str
+) -> None:
+    sensor = ff.load_sensor(design)
+    found = plane_check(sensor.replace(**{"transducer.width": width, "transducer.plane": plane}))
+    assert words in found.words
+    assert found.good == ("good" in words)
 
 
 def test_a_narrow_strip_is_in_plane_stress(sensor: ff.Sensor) -> None:

@@ -86,9 +86,33 @@ def test_derivatives_are_those_of_the_loads(model: PadModel) -> None:
         step[k] = 2e-6 if PLACE <= k < SHAPE else 2e-3
         ahead, behind = (skin.loads((one + s * step)[None]).astype(float) for s in (1, -1))
         change = (ahead - behind) / (2 * step[k])
+        # curvatures take the lowest alone
+        change = change[:, : harmonics.shape[-2], : harmonics.shape[-1]]
         mine = np.zeros_like(change)
         mine[... if component == 3 else component] = harmonics
         assert np.abs(change - mine).max() < 5e-3 * np.abs(change).max(), k
+
+
+def test_gradients_are_those_of_the_loads(model: PadModel) -> None:
+    skin, one = PadSkinModel(model.sensor), contact(shapes=True)
+    shape, generator = skin.loads(one[None]).shape, np.random.default_rng(0)
+    pull = generator.standard_normal(shape).astype(np.float32)
+    found = skin.gradient(one, pull)
+    for k in range(SIZE_OF):
+        step = np.zeros(SIZE_OF)
+        step[k] = 2e-6 if PLACE <= k < SHAPE else 2e-3
+        ahead, behind = (skin.loads((one + s * step)[None]).astype(float) for s in (1, -1))
+        change = (ahead - behind) / (2 * step[k])
+        noise = np.linalg.norm(change)  # of a sum with weights of one
+        assert abs(found[k] - np.vdot(change, pull)) < 5e-3 * noise, k
+
+
+def test_synthesis_sums_standing_waves_on_any_grid(model: PadModel) -> None:
+    skin, (x, y) = PadSkinModel(model.sensor), model.pixel_positions
+    loads = skin.loads(contact()[None])
+    whole = skin.synthesis(x, y).modes(loads)
+    few = skin.synthesis(x[3:40:5], y[7:90:11]).modes(loads)
+    assert np.abs(whole[..., 7:90:11, 3:40:5] - few).max() < 1e-5 * np.abs(few).max()
 
 
 def test_synthesis_and_its_adjoint_agree(model: PadModel) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,9 +16,12 @@ from numpy.typing import ArrayLike
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.columns.fit import fit_columns
 from fringeforce.calibration.design_entries import checked_paths, entries
 from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
+from fringeforce.calibration.fit import fitted
+from fringeforce.calibration.fitted_model import calibrated_model
 from fringeforce.calibration.frame_fit import (
     STAGES,
     CalibrationFit,
@@ -36,11 +40,13 @@ from fringeforce.calibration.light.references import (
     patterned,
     with_references,
 )
+from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.measurements import Measurements, Unknowns
 from fringeforce.calibration.predictions import predict
 from fringeforce.calibration.result import built
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
+from fringeforce.models.presses import Presses
 from fringeforce.models.strip import SensorModel
 
 PARAMETERS = (
@@ -60,19 +66,24 @@ RELINEARISATIONS = 10
 def calibrate(
     sensor: Sensor,
     frames: ArrayLike,
-    forces: ArrayLike,
+    forces: ArrayLike | BenchLoads | LoadLog | Presses,
     parameters: Sequence[str] = PARAMETERS,
     progress: Progress | None = None,
     references: References | None = None,
     columns: bool = False,
+    *,
+    times: ArrayLike | None = None,
+    aside: int = 5,
 ) -> SensorModel:
     """Make the model agree with the sensor on the bench.
 
-    Estimated together: the chosen design values, the camera's shift and scale along the strip, and
-    a smooth amplitude and offset of the light.  If the light drifts, every frame gets a gain and an
-    offset of its own, and readings allow for the like.  Dead pixels and wrong loads are found,
-    left out and named in the result's `calibration`; its `imaging` carries the covariance, which
-    readings add to their own.
+    Estimated together, as the most probable of all (maximum a posteriori): the chosen design
+    values; the camera's shift and scale along the strip; amplitude and offset of the light and the
+    retardance without load, as smooth fields; blur and gamma; and of every frame the forces, places
+    and widths of its contacts about what is written down, and gain and offset of its light.  What
+    the design or the list of loads states as a tolerance is taken as stated; how far all else
+    scatters, the frames tell.  Dead pixels and wrong loads are found, left out and named in the
+    result's `calibration`; its `imaging` carries the covariance, which readings add to their own.
 
     Parameters
     ----------
@@ -80,8 +91,9 @@ def calibrate(
         The drawing; its camera's noise is taken as known.
     frames : array_like, shape (F, n_pixels)
         Grey levels; unloaded frames have zero forces and determine the offset.
-    forces : array_like, shape (F, n, 2)
-        Known normal and tangential forces [N].
+    forces : array_like, shape (F, n, 2), BenchLoads, LoadLog, or sequences of Press
+        Known normal and tangential forces of tactels [N]; or contacts at any place, for every
+        frame; or a log of them by time, whose constant delay is found.
     parameters : sequence of str
         Dotted paths of the design values to estimate; "tactels.positions" means the place of every
         tactel, expected within 0.2 pitches of the drawing.  Their common shift looks like the
@@ -96,6 +108,11 @@ def calibrate(
     columns : bool
         Also fit corrections to the columns that no design value explains: smooth along the strip,
         and by no more than the frames themselves make probable, which may be nothing.
+    times : array_like, shape (F,), optional
+        When the frames were taken [s]; with a log by time.
+    aside : int
+        Every so many loaded frames one is put aside at first and checked, if there are enough;
+        none if zero.
 
     Returns
     -------
@@ -117,15 +134,20 @@ def calibrate(
     >>> round(model.sensor.transducer.photoelastic.strain_optic_coefficient, 3)
     0.054
     """
-    levels, loads = checks.checked_measurements(sensor, frames, forces)
+    report = progress or (lambda title, done, expected: None)
+    if not columns:
+        levels, known = checks.checked_bench(sensor, frames, forces, times)
+        paths = checked_paths(sensor, tuple(parameters))
+        lights = (references or References()).checked(sensor)
+        fit = fitted(sensor, levels, known, paths, report, lights, aside)
+        return calibrated_model(fit, levels, known)
+    levels, loads = checks.checked_measurements(sensor, frames, cast(ArrayLike, forces))
     paths = checked_paths(sensor, tuple(parameters))
     lights = (references or References()).checked(sensor)
     measured = Measurements(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
-    report = progress or (lambda title, done, expected: None)
     found = _fitted(with_references(measured, lights), paths, lights, report)
-    if columns:
-        report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))
-        found = _corrected(found, paths)
+    report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))
+    found = _corrected(found, paths)
     model = built(found, paths, len(levels))
     report("Done", 2 * len(STAGES), 2 * len(STAGES))
     return model

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import median_filter
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels, presses_as_loads
+from fringeforce.calibration.delay import coarse_delay
+from fringeforce.calibration.load_log import LoadLog
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
-from fringeforce.design.strip import Camera, Sensor
+from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import outlying
 from fringeforce.estimation.residual_test import group_sums, square_limit
+from fringeforce.models.presses import are_presses
 from fringeforce.reading.strip_frames import SATURATION
 
 FEWEST = 4
@@ -41,21 +48,11 @@ def checked_measurements(
     InputError
         If they do not fit each other or the sensor; rows are named, counted from 0.
     """
-    levels, camera = np.asarray(frames, dtype=float), sensor.camera
-    pixels, tactels = camera.pixels, sensor.tactels.count
+    levels, tactels = _levels(sensor, frames), sensor.tactels.count
     if sensor.skin is not None:
         raise InputError(
-            "A skin has no tactels to press on; calibrate the same strip with tactels where it is "
-            "pressed, and give its values to the design of the skin."
-        )
-    if sensor.polariscope.channels or sensor.polariscope.plates:
-        raise InputError(
-            "Known loads are compared in one dark field with perfect plates; give a design without "
-            "polariscope.channels and polariscope.plates, and frames of that channel alone."
-        )
-    if levels.ndim != 2 or levels.shape[1] != pixels:
-        raise InputError(
-            f"Frames of shape {levels.shape} do not fit this sensor; give (frames, {pixels})."
+            "A skin has no tactels to press on; say where each contact is: a list of presses for "
+            "every frame, or a table with x_mm."
         )
     loads = checked_loads(forces, tactels)
     if loads.shape != (len(levels), tactels, 2):
@@ -65,19 +62,106 @@ def checked_measurements(
         )
     if bad := _rows(~np.isfinite(loads).all(axis=(1, 2))):
         raise InputError(f"Forces of frames {bad} are not finite; give numbers or drop the rows.")
+    _check_loads(np.abs(loads).max(axis=(1, 2)), np.abs(loads).max(), levels, sensor)
+    return levels, loads.reshape(len(loads), -1)
+
+
+def checked_bench(
+    sensor: Sensor, frames: ArrayLike, loads: Any, times: ArrayLike | None
+) -> tuple[Array, BenchLoads | TimedLoads]:
+    """Grey levels (F, P) and contacts of a bench.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    frames : array_like, shape (F, P)
+        Grey levels.
+    loads : array_like, BenchLoads, LoadLog or sequence of sequences of Press
+        As of `calibrate`.
+    times : array_like, shape (F,), optional
+        When the frames were taken [s].
+
+    Raises
+    ------
+    InputError
+        If they do not fit each other or the sensor.
+    """
+    if isinstance(loads, LoadLog):
+        levels = _levels(sensor, frames)
+        when = np.full(0, np.nan) if times is None else np.asarray(times, dtype=float)
+        if when.shape != (len(levels),) or not np.isfinite(when).all():
+            raise InputError(
+                f"{when.size} times do not fit {len(levels)} frames; loads by time need the time "
+                "of every frame in seconds, from the recording or by its frame rate."
+            )
+        delay = coarse_delay(loads, when, levels)
+        timed = TimedLoads(loads, when, delay, max(float(np.median(np.diff(when))), 1e-3))
+        _check_contacts(sensor, timed.at(delay), levels)
+        return levels, timed
+    if are_presses(loads):
+        loads = presses_as_loads(loads)
+    if not isinstance(loads, BenchLoads):
+        levels, flat = checked_measurements(sensor, frames, loads)
+        forces = flat.reshape(len(levels), -1, 2)
+        return levels, loads_on_tactels(forces, sensor.tactels.positions[:, None])
+    levels = _levels(sensor, frames)
+    if len(loads) != len(levels):
+        raise InputError(
+            f"Loads of {len(loads)} frames do not fit {len(levels)} frames; give an entry, if only "
+            "an empty one, for every frame."
+        )
+    _check_contacts(sensor, loads, levels)
+    return levels, loads
+
+
+def _levels(sensor: Sensor, frames: ArrayLike) -> Array:
+    levels, camera = np.asarray(frames, dtype=float), sensor.camera
+    if sensor.polariscope.channels or sensor.polariscope.plates:
+        raise InputError(
+            "Known loads are compared in one dark field with perfect plates; give a design without "
+            "polariscope.channels and polariscope.plates, and frames of that channel alone."
+        )
+    if levels.ndim != 2 or levels.shape[1] != camera.pixels:
+        raise InputError(
+            f"Frames of shape {levels.shape} do not fit this sensor; give "
+            f"(frames, {camera.pixels})."
+        )
     seen = np.isfinite(levels) & (levels >= 0) & (levels <= camera.full_scale)
     if bad := _rows(~seen.all(axis=1)):
         raise InputError(
             f"Frames {bad} hold grey levels that are not from 0 to {camera.full_scale}; check the "
             f"camera's bits ({camera.bits} in the design) or drop the rows."
         )
-    loaded = np.abs(loads).max(axis=(1, 2)) > 0
+    return levels
+
+
+def _check_contacts(sensor: Sensor, loads: BenchLoads, levels: Array) -> None:
+    """Raise if contacts lie beside the strip, or forces make no sense."""
+    half = sensor.transducer.length / 2
+    if loads.forces.shape[2] != 2:
+        raise InputError(
+            f"Forces with {loads.forces.shape[2]} components are those of a pad; those of a strip "
+            "have two, normal and tangential."
+        )
+    beside = loads.present & ~(np.abs(np.nan_to_num(loads.places, nan=np.inf)) <= half)
+    if beside.any():
+        frame, contact = np.argwhere(beside)[0]
+        raise InputError(
+            f"Contact {contact + 1} of frame {frame} lies at {loads.places[frame, contact]:g} m, "
+            f"beside the strip, which ends at +-{half:g} m; places are in metres from its middle."
+        )
+    _check_loads(loads.magnitude, np.nanmax(loads.magnitude, initial=0.0), levels, sensor)
+
+
+def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor) -> None:
+    """Raise if too few frames are loaded, forces are in another unit, or frames are saturated."""
+    camera, loaded = sensor.camera, sizes > 0
     if loaded.sum() < FEWEST:
         raise InputError(
             f"{loaded.sum()} of {len(levels)} frames are loaded; at least {FEWEST} are needed, and "
-            f"some {4 * tactels} make a good calibration."
+            "some 44 make a good calibration."
         )
-    largest = np.abs(loads).max()
     if not LIGHTEST < largest < HEAVIEST:
         raise InputError(
             f"The largest force is {largest:g} N, which no such sensor is pressed with; forces are "
@@ -89,14 +173,16 @@ def checked_measurements(
             f"Frames {_rows(full)} are saturated: more than {SATURATION:.0%} of their pixels are "
             f"at {camera.full_scale}. Shorten the exposure and press again."
         )
-    return levels, loads.reshape(len(loads), -1)
 
 
-def remarks(levels: Array, loads: Array, camera: Camera) -> list[str]:
+def remarks(levels: Array, loads: BenchLoads, sensor: Sensor) -> list[str]:
     """What a person should know of frames that can be used all the same."""
-    found = []
-    for kind, forces in {"normally": loads[:, ::2], "tangentially": loads[:, 1::2]}.items():
-        if never := ", ".join(str(j + 1) for j in np.flatnonzero(~forces.any(axis=0))):
+    found, camera = [], sensor.camera
+    numbers = np.full(loads.present.shape, -1) if loads.tactels is None else loads.tactels
+    tactels = np.arange(sensor.tactels.count) if (numbers >= 0).any() else []
+    for number, kind in enumerate(("normally", "tangentially")):
+        pressed = numbers[loads.present & (loads.forces[..., number] != 0)]
+        if never := ", ".join(str(j + 1) for j in np.setdiff1d(tactels, pressed)):
             found.append(
                 f"Never loaded {kind}: tactel {never}; what is said of it rests on the elements."
             )

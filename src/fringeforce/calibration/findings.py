@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
-from fringeforce.calibration.measurements import Measurements
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
 
-EXPLAINED = 1.3
-"""Reduced chi-square up to which frames count as explained."""
 LEARNT = 0.5
 """Share of the drawing's own uncertainty that frames must remove to have said anything."""
 DESCRIBED = 5
@@ -49,28 +47,26 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
     return tuple(found)
 
 
-def findings(measured: Measurements, model: SensorModel, references: Mask) -> tuple[str, ...]:
+def findings(
+    model: SensorModel, levels: Array, loads: BenchLoads, references: Mask
+) -> tuple[str, ...]:
     """Sentences on a calibrated model and the frames behind it.
 
     Parameters
     ----------
-    measured : Measurements
-        All frames, those left out included.
     model : SensorModel
         Calibrated.
+    levels : ndarray, shape (F, P)
+        All frames with loads, those left out included.
+    loads : BenchLoads
+        What was written down for them.
     references : ndarray of bool, shape (r,)
-        Whether each of the references after the frames agrees with the frames.
+        Whether each of the references agrees with the frames.
     """
     found = model.calibration
     if found is None:
         return ()
-    frames = len(measured.levels) - len(references)
-    said = remarks(measured.levels[:frames], measured.loads[:frames], measured.sensor.camera)
-    if found.chi2 > EXPLAINED:
-        said.append(
-            f"The frames are not explained: reduced chi-square {found.chi2:.3g} instead of 1. "
-            "Calibrate more parameters, or check the loads and the camera's noise in the design."
-        )
+    said = remarks(levels, loads, model.sensor)
     if changed := model.provenance.get("column correction"):
         said.append(
             f"The influence matrix is corrected by {changed}: the frames show errors of it that no "
@@ -81,8 +77,8 @@ def findings(measured: Measurements, model: SensorModel, references: Mask) -> tu
             f"The frames say nothing of {combination}; the drawing was kept along it. Young's "
             "moduli matter only by their ratio and through K_s/E_2: leave one of the values out."
         )
-    said += [*_vague(found), *_places(measured, found), *_light(measured, references)]
-    said += [_wrong_load(measured, model, row) for row in found.outliers[:DESCRIBED]]
+    said += [*_vague(found), *_places(model, found), *_light(model, references)]
+    said += [_wrong_load(model, levels[row], loads, row) for row in found.outliers[:DESCRIBED]]
     if others := found.outliers[DESCRIBED:]:
         rows = ", ".join(map(str, others))
         said.append(f"Frames {rows} contradict the others too and were left out.")
@@ -106,13 +102,13 @@ def _vague(found: Calibration) -> list[str]:
     return said
 
 
-def _places(measured: Measurements, found: Calibration) -> list[str]:
+def _places(model: SensorModel, found: Calibration) -> list[str]:
     """What is not known of the tactels' places."""
     own = np.array([name.startswith("tactel ") for name in found.names])
     if not own.any():
         return []
     common = float(np.sqrt(found.covariance[np.ix_(own, own)].mean()))
-    before = DEVIATION["position"] * measured.sensor.tactels.pitch / np.sqrt(own.sum())
+    before = DEVIATION["position"] * model.sensor.tactels.pitch / np.sqrt(own.sum())
     if common < LEARNT * before:
         return []
     return [
@@ -121,10 +117,10 @@ def _places(measured: Measurements, found: Calibration) -> list[str]:
     ]
 
 
-def _light(measured: Measurements, references: Mask) -> list[str]:
+def _light(model: SensorModel, references: Mask) -> list[str]:
     """A lamp that drifts, and references that do not belong to the frames."""
     said = []
-    gain, offset = measured.drift
+    gain, offset = (0.0, 0.0) if model.imaging is None else model.imaging.drift
     if gain or offset:
         said.append(
             f"The light drifted by {gain:.2%} of the amplitude and {offset:.2g} grey levels over "
@@ -139,27 +135,35 @@ def _light(measured: Measurements, references: Mask) -> list[str]:
     return said
 
 
-def _wrong_load(measured: Measurements, model: SensorModel, row: int) -> str:
+def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) -> str:
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
-    recorded = measured.loads[row].reshape(-1, 2)
-    said = f"Frame {row}, recorded as {named(recorded)}, contradicts the others and was left out"
-    reading = Reader(model).search(measured.levels[row])
+    recorded = described(loads.rows([row]))
+    said = f"Frame {row}, recorded as {recorded}, contradicts the others and was left out"
+    reading = Reader(model).search(levels)
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
-        return f"{said}; it looks like {named(clear)}{unsure}."
+        seen = loads_on_tactels(clear[None], model.sensor.tactels.positions[:, None])
+        return f"{said}; it looks like {described(seen)}{unsure}."
     return f"{said}; no load explains it: the contact may have slipped."
 
 
-def named(forces: Array) -> str:
-    """The largest of some forces in words."""
-    largest = np.abs(forces).max()
+def described(loads: BenchLoads) -> str:
+    """The largest forces of one frame in words."""
+    own = np.flatnonzero(loads.present[0])
+    forces = loads.forces[0, own]
+    largest = np.abs(forces).max(initial=0.0)
     if largest == 0:
         return "no load"
+    numbers = np.full(len(own), -1) if loads.tactels is None else loads.tactels[0, own]
+    places = [
+        f"on tactel {number + 1}" if number >= 0 else f"at {place * 1e3:.3g} mm"
+        for number, place in zip(numbers, loads.places[0, own], strict=True)
+    ]
+    order = np.unravel_index(np.argsort(-np.abs(forces), axis=None), forces.shape)
     words = [
-        f"{forces[j, kind]:.3g} N {('normal', 'tangential')[kind]} on tactel {j + 1}"
-        for j, kind in zip(*np.unravel_index(np.argsort(-np.abs(forces), axis=None), forces.shape),
-                           strict=True)
+        f"{forces[j, kind]:.3g} N {('normal', 'tangential')[kind]} {places[j]}"
+        for j, kind in zip(*order, strict=True)
         if abs(forces[j, kind]) > NAMED * largest
-    ]  # fmt: skip
+    ]
     return ", ".join(words[:3]) + (" and more" if words[3:] else "")

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.columns.fit import ColumnFit
 from fringeforce.calibration.columns.modes import column_imaging
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
@@ -75,5 +76,7 @@ def built(found: CalibrationFit, paths: tuple[str, ...], frames: int) -> SensorM
         calibration=calibration,
         provenance={**model.provenance, **origin},
     )
-    said = findings(measured, model, kept[frames:])
+    loads = measured.loads[:frames].reshape(frames, -1, 2)
+    known = loads_on_tactels(loads, sensor.tactels.positions[:, None])
+    said = findings(model, measured.levels[:frames], known, kept[frames:])
     return replace(model, calibration=replace(calibration, findings=said))

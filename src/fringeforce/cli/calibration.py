@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fringeforce.base.errors import InputError
 from fringeforce.cli.arguments import Design, Model, draw_beside, is_model
 from fringeforce.cli.progress import progress_bar
 
@@ -34,11 +35,15 @@ def plan(
     parameter: Parameters = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
 ) -> None:
-    """Propose the loads to calibrate with: those after which readings err least."""
+    """Propose the loads to calibrate with: those after which readings err least.
+
+    Beside the table the same stands in words, a line for each load.
+    """
+    from fringeforce.base.storage import whole_file
     from fringeforce.calibration.planning.candidates import Limits
     from fringeforce.calibration.planning.plan import plan_presses
     from fringeforce.design.files import load_strip
-    from fringeforce.io.tables import save_forces
+    from fringeforce.io.bench_loads import save_bench_loads
     from fringeforce.models.files import load_strip_model
     from fringeforce.plotting.figures import draw_plan
     from fringeforce.studies.summary import plan_summary
@@ -46,8 +51,13 @@ def plan(
     known = load_strip_model(Path(source)) if is_model(source) else load_strip(source)
     limits = Limits(_newtons(largest), friction, density, together)
     found = plan_presses(known, presses, parameter, limits)
-    save_forces(output, found.loads)
+    save_bench_loads(output, found.presses)
     print(f"{output}: {presses} calibration loads, the most worthwhile first")
+    instructions = output.with_suffix(".txt")
+    words = [f"frame {frame}: {said}" for frame, said in enumerate(found.words)]
+    with whole_file(instructions) as path:
+        path.write_text("\n".join([*words, ""]), encoding="utf-8")
+    print(f"{instructions}: the same in words, such as {words[0]!r}")
     print("\n".join(plan_summary(found)))
     if plot:
         draw_beside(output, "the gain drawn", lambda path: draw_plan(found.ratio, path))
@@ -66,6 +76,13 @@ def calibrate(
     bright: Annotated[
         Path | None, typer.Option(help="Frames without load, the analyser turned by 90 degrees.")
     ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
+    ] = None,
+    aside: Annotated[
+        int, typer.Option(help="Put every so many frames aside and check them; 0 for none.")
+    ] = 5,
     columns: Annotated[
         bool,
         typer.Option(
@@ -76,34 +93,59 @@ def calibrate(
         bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
     ] = True,
 ) -> None:
-    """Make the model agree with the sensor on the bench, from frames with known loads."""
+    """Make the model agree with the sensor on the bench; ends with status 1 if it must not be used.
+
+    Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s).
+    """
     from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.light.references import References
+    from fringeforce.calibration.load_log import LoadLog
     from fringeforce.calibration.planning.plan import next_presses
     from fringeforce.design.files import load_strip
+    from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
-    from fringeforce.io.tables import load_forces
     from fringeforce.plotting.figures import draw_residuals
     from fringeforce.studies.summary import calibration_summary
 
     sensor = load_strip(design)
-    images, forces = load_frames(frames), load_forces(loads, sensor.tactels.count)
+    images = load_frames(frames)
+    known = load_bench_loads(loads, sensor, len(images))
+    by_time = isinstance(known, LoadLog)
+    times = load_frame_times(frames, len(images), fps) if by_time else None
+    forces = None if by_time or known.tactels is None else known.on_tactels(sensor.tactels.count)
+    given_loads = known
+    if columns:
+        if forces is None:
+            raise InputError("--columns corrects the columns of tactels; give loads of tactels.")
+        given_loads = forces
     given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
     references = References(*given)
     with progress_bar("Calibrating") as advance:
         model = calibrated(
-            sensor, images, forces, parameter or PARAMETERS, advance, references, columns
+            sensor,
+            images,
+            given_loads,
+            parameter or PARAMETERS,
+            advance,
+            references,
+            columns,
+            times=times,
+            aside=aside,
         )
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
-    print("\n".join([*calibration_summary(model), next_presses(model, forces)]))
-    if plot:
+    print("\n".join(calibration_summary(model)))
+    if forces is not None:
+        print(next_presses(model, forces))
+    if plot and forces is not None:
         draw_beside(
             output,
             "what the model leaves of the frames, in units of the noise",
             lambda path: draw_residuals(model, images, forces, path),
         )
+    if model.calibration is not None and not model.calibration.usable:
+        raise typer.Exit(1)
 
 
 def check(
@@ -131,7 +173,6 @@ def check(
 
 
 def _newtons(text: str) -> float:
-    from fringeforce.base.errors import InputError
     from fringeforce.design.units import parse_quantity
 
     try:

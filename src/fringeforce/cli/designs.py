@@ -34,30 +34,39 @@ def characterize(
         typer.Option(help="Also write displacement and stress under 1 N at 10 degrees, in 3-D."),
     ] = None,
 ) -> None:
-    """Reduce a design to its influence matrix, with finite elements."""
+    """Reduce a design to its influence matrix, with finite elements, and check its plane."""
     from fringeforce.contacts.loads import paper_load
     from fringeforce.design.files import load_sensor, load_strip
+    from fringeforce.design.pad import Pad
     from fringeforce.io.vtu import write_strip_vtu
     from fringeforce.models.characterization import characterize
+    from fringeforce.models.plane_check import plane_check
 
     sensor = load_sensor(design)
     with progress_bar() as advance:
         model = characterize(sensor, mesh, advance)
+        plane = None
+        if not isinstance(sensor, Pad) and sensor.transducer.plane != "3d":
+            plane = plane_check(sensor, advance)
         if vtu is not None:
             strip = load_strip(design)
             write_strip_vtu(vtu, strip, paper_load(strip.tactels.count), advance)
     model.save(output)
     facts = ", ".join(f"{name}: {value}" for name, value in model.provenance.items())
     print(f"{output}: {sensor.name}; {facts}")
+    if plane is not None and not plane.good:
+        print(f"  {plane.words}")
 
 
 def show(
     model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
 ) -> None:
-    """Summarise a sensor: sizes, sensitivity, how well it reads, fringe density, strain."""
+    """Summarise a sensor: sizes, sensitivity, how well it reads, fringe density, strain, plane."""
     from fringeforce.design.files import load_sensor
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
+    from fringeforce.models.pad import PadModel
+    from fringeforce.models.plane_check import plane_check
     from fringeforce.studies.summary import summary
 
     if is_model(model):
@@ -66,6 +75,8 @@ def show(
         with progress_bar() as advance:
             found = characterize(load_sensor(model), progress=advance)
     facts = summary(found)
+    if not isinstance(found, PadModel) and found.sensor.transducer.plane != "3d":
+        facts.append(("plane", plane_check(found.sensor).words))
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)
     for name, value in facts:

@@ -32,21 +32,30 @@ def simulate(
     forces: Annotated[
         Path,
         typer.Argument(
-            help="CSV of loads: frame, tactel, normal_N, tangential_N; a pad: tangential_x_N, _y_N."
+            help="CSV of loads: frame, tactel or x_mm, normal_N, tangential_N; a pad: y_mm, "
+            "tangential_x_N, _y_N."
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Frames file to write (HDF5).")],
     seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
 ) -> None:
-    """Expose frames as the sensor's camera would deliver them."""
+    """Expose frames as the sensor's camera would deliver them.
+
+    Loads by place press as wide as the table says, or as lines.
+    """
+    from fringeforce.base.errors import InputError
+    from fringeforce.calibration.bench_loads import BenchLoads
+    from fringeforce.io.bench_loads import load_bench_loads
     from fringeforce.io.frames import save_frames
-    from fringeforce.io.tables import load_forces
     from fringeforce.models.files import load_model
 
     found = load_model(model)
-    loads = load_forces(forces, found.sensor.tactels.total, found.sensor.components)
-    frames = found.expose(loads, rng=seed)
-    save_frames(output, frames, found.pixel_positions, loads)
+    loads = load_bench_loads(forces, found.sensor)
+    if not isinstance(loads, BenchLoads):
+        raise InputError(f"{forces} has times and no frames; give a column frame to simulate.")
+    applied = loads.on_tactels(found.sensor.tactels.total) if loads.named else None
+    frames = found.expose(loads.presses() if applied is None else applied, rng=seed)
+    save_frames(output, frames, found.pixel_positions, applied)
     print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
 
 

@@ -40,11 +40,13 @@ def _moments(table, place, square, mean, by_place, by_square):
         mean[k], by_place[k], by_square[k] = a, b, c
 
 
-@sums
-def _positive(value, soft):
+def positive(value, soft):
     """A smooth function that is `value` where that is large and 0 where it is very negative."""
     root = np.sqrt(value * value + soft * soft)
     return (value + root) / 2, 0.5 * (1 + value / root)
+
+
+_positive = sums(positive)
 
 
 @sums

@@ -589,6 +589,24 @@ def linearise(model, prior, frame, unknowns):
 
 
 @sums_entry
+def loss_at(model, prior, frame, unknowns):
+    """The loss at a point, and its parts; parameters as of `linearise`.
+
+    Returns
+    -------
+    loss : float
+        Twice the negative logarithm of the posterior, less a constant.
+    square, count : float
+        Weighted sum of squared residuals in units of the noise, and sum of the weights.
+    """
+    work = workspace(model)
+    fill_exposure(model, unknowns, work)
+    loss = frame_loss(model, prior, frame, unknowns, work[4], np.sqrt(model.variance), 1.0)
+    square, count = weighed_squares(model, frame, work[4])
+    return loss, square, count
+
+
+@sums_entry
 def information(model, frame, unknowns, more):
     """Information of the sound pixels about the unknowns: an exact sum over all of them.
 

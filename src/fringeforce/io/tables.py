@@ -7,7 +7,6 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TextIO
 
 import numpy as np
@@ -19,6 +18,8 @@ from fringeforce.base.storage import whole_file
 from fringeforce.contacts.resultant import Resultant
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
+from fringeforce.io.load_columns import load_columns
+from fringeforce.io.load_rows import forces_of, frame_numbers, tactel_numbers
 from fringeforce.reading.reading import Reading
 
 COMPONENTS = {len(names): names for names in (Sensor.components, Pad.components)}
@@ -64,11 +65,14 @@ def load_forces(
     FileFormatError
         If the file is missing or a row cannot be used; the message names its line.
     """
-    kinds = [force_columns(components), *([POLAR] if len(components) == 2 else [])]
-    columns, forces = _loads(path, tactels, kinds)
-    if columns == POLAR:
-        size, angle = forces[..., 0], np.radians(forces[..., 1])
-        forces = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=-1)
+    table = load_columns(path)
+    values = forces_of(table, components)
+    named = np.isfinite(table.get("tactel")) | values.any(axis=1)
+    frame, tactel = frame_numbers(table), tactel_numbers(table, tactels, named)
+    if not table.lines:
+        raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
+    forces = np.zeros((frame.max() + 1, tactels, len(components)))
+    forces[frame[named], tactel[named]] = values[named]
     return forces
 
 
@@ -222,66 +226,3 @@ def _new_table(path: str | os.PathLike[str]) -> Iterator[TextIO]:
     """A text file that takes its name only once it is complete."""
     with whole_file(path) as place, open(place, "w", newline="", encoding="utf-8") as file:
         yield file
-
-
-def _loads(
-    path: str | os.PathLike[str], tactels: int, kinds: Sequence[tuple[str, ...]]
-) -> tuple[tuple[str, ...], Array]:
-    """Which columns a table has, and what stands in them, shape (k, tactels, columns)."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            columns = _force_columns(path, reader.fieldnames or (), kinds)
-            rows = list(_rows(path, reader, columns, tactels))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        if isinstance(error, FileFormatError):
-            raise
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise FileFormatError(f"{path} cannot be read as a table of forces: {reason}.") from None
-    if not rows:
-        raise FileFormatError(f"{path} holds no loads; give one row for each loaded tactel.")
-    loads = np.zeros((max(frame for frame, *_ in rows) + 1, tactels, len(columns)))
-    for frame, tactel, values in rows:
-        loads[frame, tactel] = values
-    return columns, loads
-
-
-def _force_columns(
-    path: str | os.PathLike[str], names: Sequence[str], kinds: Sequence[tuple[str, ...]]
-) -> tuple[str, ...]:
-    for columns in kinds:
-        if {"tactel", *columns} <= set(names):
-            return columns
-    wanted = " or with ".join(f"{', '.join(columns[:-1])} and {columns[-1]}" for columns in kinds)
-    raise FileFormatError(
-        f"{Path(path).name} has the columns {', '.join(names) or '(none)'}; a table of forces "
-        f"needs tactel with {wanted}."
-    )
-
-
-def _rows(
-    path: str | os.PathLike[str],
-    reader: csv.DictReader[str],
-    columns: tuple[str, ...],
-    tactels: int,
-) -> Iterator[tuple[int, int, list[float]]]:
-    seen: set[tuple[int, int]] = set()
-    for row in reader:
-        where = f"{Path(path).name}, line {reader.line_num}"
-        try:
-            frame, tactel = int(row.get("frame") or 0), int(row["tactel"])
-            values = [float(row[column]) for column in columns]
-        except (TypeError, ValueError):
-            raise FileFormatError(f"{where}: {dict(row)} is not a row of numbers.") from None
-        if not 1 <= tactel <= tactels or frame < 0:
-            raise FileFormatError(
-                f"{where}: frame {frame}, tactel {tactel}; frames count from 0 and this sensor's "
-                f"tactels from 1 to {tactels}."
-            )
-        if (frame, tactel) in seen:
-            raise FileFormatError(f"{where}: tactel {tactel} of frame {frame} is given twice.")
-        if not np.isfinite(values).all():
-            shown = " and ".join(f"{value:g}" for value in values)
-            raise FileFormatError(f"{where}: forces must be finite, not {shown}.")
-        seen.add((frame, tactel))
-        yield frame, tactel - 1, values

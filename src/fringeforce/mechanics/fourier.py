@@ -124,8 +124,8 @@ def surface_compliance(compliant: Layer, photoelastic: Layer, kappa: Array) -> A
 
     Parameters
     ----------
-    compliant, photoelastic : Layer
-        The cover, and what it lies on; the bottom is bonded.
+    compliant, photoelastic
+        As for `harmonic_displacement`.
     kappa : ndarray, shape (k,)
         Wave numbers [1/m].
 

@@ -46,6 +46,10 @@ class Imaging:
     drift : pair of float
         Standard deviations from frame to frame of the gain of the amplitude, and of the offset in
         grey levels.
+    residual : ndarray, shape (P,), optional
+        Phase lead without load [rad]; that of the design if not given.
+    phase_modes : ndarray, shape (k, P), optional
+        Modes of the residual [rad]; none if not given.
     """
 
     positions: Array
@@ -57,6 +61,8 @@ class Imaging:
     offset_modes: Array
     light_variance: float = 0.0
     drift: tuple[float, float] = (0.0, 0.0)
+    residual: Array | None = None
+    phase_modes: Array | None = None
 
     @classmethod
     def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
@@ -77,6 +83,8 @@ class Imaging:
             influence_modes=self.influence_modes[:, pixels],
             amplitude_modes=self.amplitude_modes[:, pixels],
             offset_modes=self.offset_modes[:, pixels],
+            residual=None if self.residual is None else self.residual[pixels],
+            phase_modes=None if self.phase_modes is None else self.phase_modes[:, pixels],
         )
 
     def level_modes(self, loads: Array, phase: Array) -> Array:
@@ -87,7 +95,7 @@ class Imaging:
         loads : ndarray, shape (2n,)
             Normal and tangential force of tactel after tactel [N].
         phase : ndarray, shape (P,)
-            Phase of the loads [rad].
+            Phase, residual included [rad].
 
         Returns
         -------
@@ -96,9 +104,12 @@ class Imaging:
         """
         count, pixels = self.influence_modes.shape[:2]
         levels = self.amplitude_modes * np.sin(phase / 2) ** 2 + self.offset_modes
+        slope = self.amplitude / 2 * np.sin(phase)
         if count:
             turned = self.influence_modes.reshape(count, pixels, -1) @ loads
-            levels[:count] += turned * (self.amplitude / 2 * np.sin(phase))
+            levels[:count] += turned * slope
+        if self.phase_modes is not None:
+            levels += self.phase_modes * slope
         return levels
 
 
@@ -125,6 +136,13 @@ class Calibration:
         Reduced chi-square of the frames that were kept; near one if all is understood.
     findings : tuple of str
         All that a person should know, in sentences.
+    checked : tuple of int
+        Frames that were put aside, those of them that are explained, their forces within 95 %
+        intervals, and all these forces.
+    usable : bool
+        Whether readings by the model can be trusted.
+    delay : float
+        By which the log of the loads was behind the frames, if there was one [s].
     """
 
     names: tuple[str, ...]
@@ -136,6 +154,9 @@ class Calibration:
     dead: tuple[int, ...]
     chi2: float
     findings: tuple[str, ...]
+    checked: tuple[int, ...] = (0, 0, 0, 0)
+    usable: bool = True
+    delay: float = 0.0
 
     @property
     def std(self) -> Array:

@@ -22,15 +22,19 @@ ARRAYS = {
     "amplitude_modes": "grey levels",
     "offset_modes": "grey levels",
 }
+FIELDS = {"residual": "rad", "phase_modes": "rad"}
+"""Arrays that an imaging may lack."""
 NUMBERS = ("drawing", "values", "covariance")
-WORDS = ("names", "unidentified", "outliers", "dead", "findings")
+WORDS = ("names", "unidentified", "outliers", "dead", "findings", "checked")
 
 
 def write_imaging(file: h5py.File, imaging: Imaging) -> None:
     """Write registration and lighting with their modes."""
     group = file.create_group("imaging")
-    for name, unit in ARRAYS.items():
+    for name, unit in (ARRAYS | FIELDS).items():
         data = getattr(imaging, name)
+        if data is None:
+            continue
         dataset = group.create_dataset(name, data=data, compression="gzip" if data.size else None)
         dataset.attrs["units"] = unit
     group.attrs["light_variance"] = imaging.light_variance
@@ -54,6 +58,7 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         **{name: read_as.get(name, read)(file, f"imaging/{name}") for name in ARRAYS},
         light_variance=float(np.asarray(attributes["light_variance"])),
         drift=(gain, offset),
+        **{name: read(file, f"imaging/{name}") for name in FIELDS if name in file["imaging"]},
     )
     pixels = len(imaging.positions)
     lengths = (
@@ -63,6 +68,7 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         imaging.influence_modes.shape[1],
         imaging.amplitude_modes.shape[1],
         imaging.offset_modes.shape[1],
+        *(len(field.T) for field in (imaging.residual, imaging.phase_modes) if field is not None),
     )
     if any(length != pixels for length in lengths):
         raise ValueError(f"imaging of {pixels} pixels holds arrays of {lengths}")
@@ -76,7 +82,8 @@ def write_calibration(file: h5py.File, found: Calibration) -> None:
         group.create_dataset(name, data=getattr(found, name))
     for name in WORDS:
         group.attrs[name] = json.dumps(getattr(found, name))
-    group.attrs["chi2"] = found.chi2
+    group.attrs["chi2"], group.attrs["delay"] = found.chi2, found.delay
+    group.attrs["usable"] = found.usable
 
 
 def read_calibration(file: h5py.File) -> Calibration | None:
@@ -85,5 +92,12 @@ def read_calibration(file: h5py.File) -> Calibration | None:
         return None
     attributes = file["calibration"].attrs
     found: dict[str, Any] = {name: np.asarray(file[f"calibration/{name}"]) for name in NUMBERS}
-    found |= {name: tuple(json.loads(str(attributes[name]))) for name in WORDS}
-    return Calibration(chi2=float(np.asarray(attributes["chi2"])), **found)
+    found |= {
+        name: tuple(json.loads(str(attributes[name]))) for name in WORDS if name in attributes
+    }
+    return Calibration(
+        chi2=float(np.asarray(attributes["chi2"])),
+        usable=bool(attributes.get("usable", True)),
+        delay=float(np.asarray(attributes.get("delay", 0.0))),
+        **found,
+    )

@@ -212,6 +212,8 @@ class SensorModel:
         return self._light(self._with_residual(self.phase(forces)))
 
     def _with_residual(self, phase: Array) -> Array:
+        if self.imaging is not None and self.imaging.residual is not None:
+            return phase + self.imaging.residual
         residual = self.sensor.polariscope.residual
         return phase + residual if residual else phase
 
@@ -344,10 +346,10 @@ class SensorModel:
         ndarray, shape (..., *frame_shape)
             With a standard deviation of one if the model explains the frames.
         """
-        loads = checked_loads(forces, self.sensor.tactels.count)
         grey = np.asarray(frames, dtype=float)
-        phase = loads.reshape(*loads.shape[:-2], -1) @ self.frame_influence.T
-        expected = self.response.level(phase)
+        lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
+        seen = camera_optics.delivered(self.sensor.camera, self.intensity(forces), lighting)
+        expected = seen.reshape(*seen.shape[: seen.ndim - len(self.frame_shape)], -1)
         usable = 1 if self.imaging is None else self.imaging.usable
         left = misfit(grey.reshape(expected.shape), expected, self.response).slope
         return (-left * usable).reshape(grey.shape)

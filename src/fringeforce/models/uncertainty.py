@@ -24,7 +24,7 @@ from fringeforce.estimation.frame_model import (
     node_weights,
     pixels_at,
 )
-from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
 from fringeforce.models.as_built import (
     LIGHT_LENGTH,
     PLACEMENT,
@@ -176,7 +176,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
-    residual = std.get(RESIDUAL, 0.0)
+    fixed, residual = np.full(nodes, light.residual), std.get(RESIDUAL, 0.0)
+    if imaging is not None and imaging.residual is not None:  # it has no tolerance any more
+        fixed, residual = at_nodes(model, imaging.residual), 0.0
     fields = (
         residual * random_field(x, light.residual_length, nodes)
         if residual
@@ -236,7 +238,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         width_std=widths,
         narrow=NARROW * max(width, widths),
         fields=np.ascontiguousarray(fields),
-        fixed=np.full(nodes, light.residual),
+        fixed=fixed,
         influence=coefficients(_powers(turning, psi), nodes),
         brightness=_profiles([mode.brightness for mode in modes], nodes),
         darkness=_profiles([mode.darkness for mode in modes], nodes),
@@ -294,6 +296,16 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     return first, weights, np.arange(SAMPLES * steps + 1) / SAMPLES * pixels / steps - 0.5
 
 
+def at_nodes(model: SensorModel, values: Array) -> Array:
+    """Coefficients at the nodes of values at the pixels of one row, shape (..., P) to (..., m)."""
+    _, _, positions = _nodes(model)
+    nodes = (len(positions) - 1) // SAMPLES + 3
+    places = np.clip(positions, 0, values.shape[-1] - 1)
+    left = np.minimum(places.astype(np.int64), values.shape[-1] - 2)
+    share = places - left
+    return coefficients((1 - share) * values[..., left] + share * values[..., left + 1], nodes)
+
+
 def coefficients(values: Array, count: int) -> Array:
     """Coefficients of cubic B-splines nearest to values at samples, in the least-squares sense.
 
@@ -349,6 +361,32 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
         np.clip(x, -end, end),
     )
     constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
+    lines = phase_lead(line_moments(surface, centres, reach), constant)
+    table = moment_table(ORDER)
+    half = tactels.contact_width / 2 / reach
+    even = np.arange(0, ORDER, 2)
+    nominal = np.zeros(ORDER)
+    nominal[even] = table[even, even // 2] * half**even
+    out = np.asarray(lines * inside(x, end))
+    out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
+    return np.ascontiguousarray(out), reach
+
+
+def line_moments(surface: SurfaceInfluence, centres: Array, reach: float) -> Array:
+    """Influence of the moments of tractions about places, shape (c, 2, K, m) [Pa m / N].
+
+    Least squares of the influence of line loads over their place, of equal weight at the angles of
+    Chebyshev's points.
+
+    Parameters
+    ----------
+    surface : SurfaceInfluence
+        Line loads as far as contacts reach.
+    centres : ndarray, shape (c,)
+        Places [m].
+    reach : float
+        Unit of length of the moments [m].
+    """
     t = np.polynomial.chebyshev.chebpts1(4 * ORDER)
     basis = np.linalg.pinv(np.polynomial.chebyshev.chebvander(t, ORDER - 1))
     powers = np.array(
@@ -358,18 +396,11 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
         ]
     )
     to_moments = powers.T @ basis
-    out = np.empty((tactels.count, 2, ORDER, len(x)))
-    table = moment_table(ORDER)
-    half = tactels.contact_width / 2 / reach
-    even = np.arange(0, ORDER, 2)
-    nominal = np.zeros(ORDER)
-    nominal[even] = table[even, even // 2] * half**even
-    for j, centre in enumerate(centres):
+    found = np.empty((len(centres), 2, ORDER, len(surface.stress)))
+    for own, centre in zip(found, centres, strict=True):
         shares = to_moments @ surface.shares(centre + reach * t, np.zeros(len(t)))
-        lines = phase_lead(np.einsum("ks,mst->tkm", shares, surface.stress), constant)
-        out[j] = lines * inside(x, end)
-    out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
-    return np.ascontiguousarray(out), reach
+        own[:] = np.einsum("ks,mst->tkm", shares, surface.stress, optimize=True)
+    return found
 
 
 def mixed(
@@ -388,12 +419,12 @@ def mixed(
     width : tuple of float
         Of contacts, and its standard deviation [m].
     """
-    mixing, spread = _mixtures(moments, reach, place, width)
+    mixing, spread = mixtures(moments, reach, place, width)
     profiles = np.ascontiguousarray(np.einsum("kr,ntkm->ntrm", spread, moments))
     return {"moments": moments, "profiles": profiles, "mixing": mixing}
 
 
-def _mixtures(
+def mixtures(
     moments: Array, reach: float, place: float, width: tuple[float, float]
 ) -> tuple[Array, Array]:
     """Mixtures of moments that are all that likely contacts need, and moments from them.

@@ -73,18 +73,32 @@ def expose(
         batch = light.ndim - (light.ndim if frame_axes is None else frame_axes)
         shape = light.shape[:batch] + (1,) * (light.ndim - batch)
         light = light * (1 + generator.normal(0.0, camera.drift, shape))
+    levels = delivered(camera, light, lighting)
+    noisy = levels + _noise(camera, levels.shape, generator)
+    dtype = np.uint8 if camera.bits <= 8 else np.uint16
+    return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
+
+
+def delivered(
+    camera: Converter, light: ArrayLike, lighting: tuple[Array, Array] | None = None
+) -> Array:
+    """Grey levels without noise, behind the camera's response; parameters as of `expose`.
+
+    Raises
+    ------
+    InputError
+        If the intensity is not finite.
+    """
     levels = grey_levels(camera, light, lighting)
     if not np.isfinite(levels).all():
         raise InputError(
             "The intensity holds values that are not finite, which no camera can expose; "
             "check the forces or the phase it was computed from."
         )
-    if camera.response != "linear" or camera.gamma != 1:
-        share = encoded(levels / camera.full_scale, camera.response)
-        levels = camera.full_scale * share**camera.gamma
-    noisy = levels + _noise(camera, levels.shape, generator)
-    dtype = np.uint8 if camera.bits <= 8 else np.uint16
-    return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
+    if camera.response == "linear" and camera.gamma == 1:
+        return levels
+    share = encoded(levels / camera.full_scale, camera.response)
+    return camera.full_scale * share**camera.gamma
 
 
 def encoded(light: ArrayLike, response: str) -> Array:

@@ -1,52 +1,47 @@
-"""What a calibration leaves uncertain of the grey levels, fast enough for every reading.
+"""What a calibration leaves uncertain of the grey levels, and how far that moves a reading.
 
-Modes are smooth along the strip: what they change in matrix and light is kept as means over blocks
-of pixels, while the phase, which is not smooth, is taken at every pixel.
+Every mode of a calibration is one more unknown e ~ N(0, 1) of the frame.  It is small, so that the
+loads are not sought again: the other unknowns, of curvature H, follow it by -H^-1 X e, where X is
+the curvature that they share with it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.bounds import systematic_covariance
-from fringeforce.estimation.likelihood import Response
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_fit import Prior, linearise
+from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import at_nodes
 
 Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-
-BLOCKS = 256
-"""Into which the strip is cut, each much shorter than it is thick."""
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationUncertainty:
-    """Modes of a calibration, of unit variance each; k modes, of which d change the matrix.
+    """Modes of a calibration at the nodes, of unit variance each; k modes.
 
     Attributes
     ----------
-    influence : ndarray, shape (P, 2n)
-        Influence matrix [rad/N].
-    response : Response
-        Of the camera.
-    matrix : ndarray, shape (d, B, 2n)
-        Changes of the matrix in every block [rad/N].
-    light : ndarray, shape (2, k, B)
-        Changes of amplitude and offset, grey levels.
-    width : int
-        Pixels of a block.
+    influence : ndarray, shape (d, 1, n, 2, m)
+        Changes of the matrix with the first d of them [rad/N].
+    brightness, darkness : ndarray, shape (k, m)
+        Changes of the amplitude, relative to it, and of the offset, grey levels.
+    fields : ndarray, shape (k, m)
+        Changes of the phase without load [rad].
     """
 
     influence: Array
-    response: Response
-    matrix: Single
-    light: Single
-    width: int
+    brightness: Array
+    darkness: Array
+    fields: Array
 
     @classmethod
     def left_in(cls, model: SensorModel) -> CalibrationUncertainty | None:
@@ -54,55 +49,56 @@ class CalibrationUncertainty:
         imaging = model.imaging
         if imaging is None or not len(imaging.amplitude_modes):
             return None
-        return cls.of(imaging, model.frame_influence, model.response)
+        return cls.of(model, imaging)
 
     @classmethod
-    def of(cls, imaging: Imaging, influence: Array, response: Response) -> CalibrationUncertainty:
-        """Doubt that an imaging states; the influence matrix is that at its pixels, (P, 2n)."""
-        usable, modes = imaging.usable, imaging.influence_modes
-        width = -(-len(usable) // BLOCKS)
-        starts = np.arange(0, len(usable), width)
-        count = np.maximum(np.add.reduceat(usable.astype(float), starts), 1)
-
-        def means(values: Array) -> Single:
-            """Means over the usable pixels of every block, from (k, P, m) to (k, B, m)."""
-            sums = np.add.reduceat(values * usable[:, None], starts, axis=1)
-            return (sums / count[:, None]).astype(np.float32)
-
-        light = np.stack([imaging.amplitude_modes, imaging.offset_modes], axis=2)
+    def of(cls, model: SensorModel, imaging: Imaging) -> CalibrationUncertainty:
+        """What an imaging of a model states."""
+        influence = at_nodes(model, np.moveaxis(imaging.influence_modes, 1, -1))
+        brightness = at_nodes(model, imaging.amplitude_modes / np.maximum(imaging.amplitude, 1.0))
+        phase = imaging.phase_modes
         return cls(
-            influence,
-            response,
-            means(modes.reshape(*modes.shape[:2], influence.shape[1])),
-            np.ascontiguousarray(np.moveaxis(means(light), 2, 0)),
-            width,
+            influence[:, None],
+            brightness,
+            at_nodes(model, imaging.offset_modes),
+            np.zeros_like(brightness) if phase is None else at_nodes(model, phase),
         )
 
-    def covariance(self, loads: Array, pixels: Mask, spread: Array) -> Array:
+    def covariance(self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask) -> Array:
         """Covariance that the modes add to loads, shape (2n, 2n) [N^2].
 
         Parameters
         ----------
-        loads : ndarray, shape (2n,)
-            Loads [N].
-        pixels : ndarray of bool, shape (P,)
+        model : FrameModel
+            Of a frame.
+        prior : Prior
+            Of its unknowns.
+        unknowns : ndarray, shape (size,)
+            What explains the frame.
+        used : ndarray of bool, shape (P,)
             Pixels that were used.
-        spread : ndarray, shape (2n, 2n)
-            Covariance of the loads from noise alone [N^2].
         """
-        slope, brightness = self._seen(loads)
-        pulled = self.influence * (slope * pixels)[:, None]
-        by_light = self._sums(pulled * brightness[:, None]), self._sums(pulled)
-        pulls = self.light[0] @ by_light[0] + self.light[1] @ by_light[1]
-        turned = self.matrix @ loads.astype(np.float32)
-        pulls[: len(turned)] += turned @ self._sums(pulled * slope[:, None])
-        return systematic_covariance(pulls.astype(float), spread, self.response.variance)
-
-    def _seen(self, loads: Array) -> tuple[Array, Array]:
-        """Slope of the grey levels over the phase, and normalised intensity, shape (P,) each."""
-        phase = self.influence @ loads
-        return self.response.slope(phase), self.response.brightness(phase)
-
-    def _sums(self, values: Array) -> Single:
-        """Sums over the pixels of every block, from shape (P, m) to (B, m)."""
-        return np.add.reduceat(values, np.arange(0, len(values), self.width)).astype(np.float32)
+        at, count = model.at, len(self.brightness)
+        modes = at.visibility - at.modes
+        sizes = np.add(np.diff(at[1:]), [0, 0, count, count, 0, 0, 0])
+        wide = Layout(at.loads, *accumulate(sizes.tolist(), initial=at.loads))
+        whole = model._replace(
+            fields=np.concatenate([model.fields, self.fields]),
+            influence=self.influence,
+            brightness=np.concatenate([self.brightness, model.brightness]),
+            darkness=np.concatenate([self.darkness, model.darkness]),
+            at=wide,
+        )
+        fields = np.arange(at.modes, at.modes + count)
+        turned = np.arange(wide.modes, wide.modes + count)
+        own = np.delete(np.arange(wide.size), np.concatenate([fields, turned]))
+        there, precision, mean = np.zeros((3, wide.size))
+        there[own], precision[own], mean[own] = unknowns, prior.precision, prior.mean
+        assert len(model.influence) == 0 or modes == 0, "a calibrated model has no design modes"
+        frame = np.where(used, expose(whole, there)[0], np.nan)
+        wider = prior._replace(mean=mean, precision=precision, joint=np.empty((0, 0)))
+        about = linearise(whole, wider, frame, there)
+        hessian = about[0] + about[2]
+        shared = hessian[np.ix_(own, turned)] + hessian[np.ix_(own, fields)]
+        moved = np.linalg.solve(hessian[np.ix_(own, own)], shared)[: at.loads]
+        return np.asarray(moved @ moved.T)

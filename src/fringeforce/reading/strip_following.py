@@ -259,7 +259,7 @@ class StripFollower(Follower):
         for first in range(0, len(followed.loads), ALIKE):
             rows = slice(first, first + ALIKE)
             own = followed.covariances[rows]
-            own += self._single.calibration_covariance(followed.loads[first], self._used, own[0])
+            own += self._single.calibration_covariance(followed.loads[first], self._used)
             followed.std[rows] = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
 
     def _store(self, followed: Followed, batch: Batch, begun: Reading) -> None:

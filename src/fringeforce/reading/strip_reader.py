@@ -408,7 +408,9 @@ class StripFrameReader(StripFrames):
             covariance,
         )
         seen = np.isfinite(posterior.frame)
-        covariance = covariance + self.calibration_covariance(loads, seen, covariance)
+        covariance = covariance + self.calibration_covariance(
+            best.top.unknowns, seen, posterior.prior
+        )
         others = [
             one.top.unknowns[:count]
             for one, is_same in zip(weighed, same, strict=True)
@@ -429,21 +431,30 @@ class StripFrameReader(StripFrames):
         )
         return reading, best.top
 
-    def calibration_covariance(self, loads: Array, used: Mask, spread: Array) -> Array:
+    def calibration_covariance(
+        self, unknowns: Array, used: Mask, prior: Prior | None = None
+    ) -> Array:
         """Covariance of loads that the calibration's own errors cause, shape (2n, 2n) [N^2].
 
         Parameters
         ----------
-        loads : ndarray, shape (2n,)
-            Loads [N].
+        unknowns : ndarray, shape (size,) or (2n,)
+            All that explains a frame, or its loads alone [N].
         used : ndarray of bool, shape (P,)
             Pixels that were used.
-        spread : ndarray, shape (2n, 2n)
-            Covariance from all else, which says how far errors of the levels move them [N^2].
+        prior : Prior, optional
+            Of the unknowns; one for contacts that push as these loads do if not given.
         """
+        frame, count = self.uncertain.frame, self.uncertain.frame.at.loads
         if self.calibration_uncertainty is None:
-            return np.zeros_like(spread)
-        return self.calibration_uncertainty.covariance(loads, used, spread)
+            return np.zeros((count, count))
+        whole = np.zeros(frame.at.size)
+        whole[: len(unknowns)] = unknowns
+        if prior is None:
+            least = self._search.pushing(np.zeros(len(frame.fixed)))
+            push = max(float(np.abs(unknowns[:count:2]).mean()), least)
+            prior = self.posterior(np.empty(0), push).prior
+        return self.calibration_uncertainty.covariance(frame, prior, whole, used)
 
     def reading(
         self,
@@ -479,7 +490,7 @@ class StripFrameReader(StripFrames):
         covariance = posterior.covariance(top)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
-        covariance = covariance + self.calibration_covariance(loads, seen, covariance)
+        covariance = covariance + self.calibration_covariance(top.unknowns, seen, posterior.prior)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 

@@ -15,10 +15,16 @@ from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.findings import named
+from fringeforce.calibration.bench_loads import BenchLoads, in_words, loads_on_tactels
+from fringeforce.calibration.findings import described
 from fringeforce.calibration.measurements import Unknowns
 from fringeforce.calibration.normal_equations import level_jacobian
-from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
+from fringeforce.calibration.planning.candidates import (
+    Limits,
+    candidates,
+    pressable,
+    typical_loads,
+)
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
 from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.contacts.loads import checked_loads
@@ -48,7 +54,9 @@ class Plan:
     Attributes
     ----------
     loads : ndarray, shape (k, n, 2)
-        Normal and tangential forces [N].
+        Normal and tangential forces [N], on tactels or at places of a skin.
+    places : ndarray, shape (n,)
+        Where these are [m].
     names : tuple of str, length d
         Unknowns: dotted paths of the design, then "camera shift" [m] and "camera scale" [1].
     values : ndarray, shape (d,)
@@ -57,19 +65,36 @@ class Plan:
         Before the first load and after each, in the values' own units.
     ratio : ndarray, shape (k + 1,)
         Expected error of readings over that of a perfectly known sensor, to first order.
+    skin : bool
+        Whether loads are on a skin, which has places and no tactels.
 
     Examples
     --------
     >>> plan = ff.plan_presses(ff.load_sensor("saad"), 3, ["transducer.compliant.youngs_modulus"])
     >>> plan.loads.shape, plan.std.shape
     ((3, 11, 2), (4, 3))
+    >>> print(plan.words[0])
+    push on tactel 6 at 0.0 mm, 3 N right
     """
 
     loads: Array
+    places: Array
     names: tuple[str, ...]
     values: Array
     covariance: Array
     ratio: Array
+    skin: bool = False
+
+    @property
+    def presses(self) -> BenchLoads:
+        """The loads as a bench writes them down, by tactel, or by place on a skin."""
+        found = loads_on_tactels(self.loads, self.places[:, None])
+        return replace(found, tactels=None) if self.skin else found
+
+    @property
+    def words(self) -> list[str]:
+        """What to press, a sentence for each load."""
+        return in_words(self.presses)
 
     @property
     def std(self) -> Array:
@@ -94,7 +119,9 @@ def plan_presses(
     Parameters
     ----------
     source : Sensor or SensorModel
-        The drawing, or a calibrated model, whose covariance is what is known already.
+        The drawing, or a calibrated model, whose covariance is what is known already.  A skin is
+        pressed at places two thicknesses of its cover apart, and a strip in three dimensions is
+        planned in the plane that is nearer.
     presses : int
         Number of calibration loads, a frame each; one may come several times.
     parameters : sequence of str, optional
@@ -173,7 +200,8 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
     if before <= DOMINATED:
         return f"{said}: more loads gain less than {before - 1:.1%}."
-    words = "; ".join(named(load) for load in plan.loads)
+    places = model.sensor.tactels.positions[:, None]
+    words = "; ".join(described(loads_on_tactels(load[None], places)) for load in plan.loads)
     return f"{said}. Press next: {words}. That would leave {after:.3g} times."
 
 
@@ -191,12 +219,15 @@ class PlanningProblem:
         Loads that the sensor is to read [N].
     pairs : int
         Pairs of imagined designs over which a plan is averaged, beside the estimate.
+    skin : bool
+        Whether the tactels of what is known are places on a skin.
     """
 
     known: Knowledge
     limits: Limits
     typical: Array
     pairs: int
+    skin: bool = False
 
     def experiments(self, loads: Array) -> CandidateExperiments:
         """What loads tell of the unknowns, and what the unknowns do to typical readings."""
@@ -254,7 +285,9 @@ class PlanningProblem:
         root = self.known.units[:, None] * self.known.root[:d, :d]
         ratio = np.sqrt(1 + experiments.variances(rows))
         covariance = root @ covariances[:, :d, :d] @ root.T
-        return Plan(loads, self.known.names, self.known.values, covariance, ratio)
+        places = self.known.sensor.tactels.positions
+        names, values = self.known.names, self.known.values
+        return Plan(loads, places, names, values, covariance, ratio, self.skin)
 
 
 def planning_problem(
@@ -265,12 +298,14 @@ def planning_problem(
     pairs: int = PAIRS,
 ) -> PlanningProblem:
     """What is to be planned; parameters as in `plan_presses` and `PlanningProblem`."""
-    known = knowledge(source, parameters)
+    sensor = source if isinstance(source, Sensor) else source.sensor
+    drawn = isinstance(source, Sensor) or source.calibration is None
+    known = knowledge(pressable(sensor) if drawn else source, parameters)
     if typical is None:
         loads = typical_loads(known.jacobian.model, limits, TYPICAL)
     else:
         loads = _checked(typical, known.sensor)
-    return PlanningProblem(known, limits, loads, pairs)
+    return PlanningProblem(known, limits, loads, pairs, sensor.skin is not None)
 
 
 def _checked(forces: ArrayLike, sensor: Sensor) -> Array:

@@ -7,27 +7,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Mask
 from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
-from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.pads.fit import Optimum, Prior, Start
+from fringeforce.reading.pads.pad_frames import PadFramesFollower
 from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.reading import Reading
 
-Mask = NDArray[np.bool_]
-
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
-
-
 REMEMBERED = 0.9
 """Share of what frames tell about lasting unknowns that the next ones believe, so that about ten
 count."""
 
 
-class PadFollower(Follower):
-    """Reads the frames of one pad in the order in which they were taken.
+class PadFollower(PadFramesFollower):
+    """Follows the frames of one pad from the forces of the last ones.
 
     It remembers the forces of the last two frames, the information of earlier ones, and what they
     tell of the unknowns of tolerances that stay as they are.
@@ -42,7 +38,7 @@ class PadFollower(Follower):
         self._single = single
         self._used: Mask | None = None
         self._known: Curvature | None = None
-        self.reset()
+        super().__init__(single)
 
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
@@ -88,14 +84,3 @@ class PadFollower(Follower):
             precision = np.eye(known.size)
             precision[np.ix_(lasting, lasting)] = stated + REMEMBERED * (own - stated)
         self._prior = Prior(np.where(lasting, optimum.extra, 0.0), precision)
-
-    def read_on(
-        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
-    ) -> None:
-        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        for row, image in enumerate(levels):
-            checked = self._single.checked(image.reshape(self._single.model.frame_shape), used)
-            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
-            batch.store(row, reading)
-            if progress is not None:
-                progress(1)

@@ -9,24 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.covariance import covariance_of, marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
-from fringeforce.estimation.likelihood import Response
-from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
-from fringeforce.optics.arrangement import signed
-from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.pads.fit import Fit, Optimum, Prior, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
+from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 FOLLOWED, STEPPED, STATED = 32, 48, 64
 """Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
@@ -59,15 +53,11 @@ class Earlier:
 
 
 @dataclass(frozen=True, eq=False)
-class PadFrameReader(FrameReader):
+class PadFrameReader(PadFrames):
     """Reads frames of one pad, each for itself or from forces that are nearly right."""
-
-    model: PadModel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.friction is not None:
-            raise InputError("friction is for strips; read a pad without it.")
         if self.uncertain is not None:
             _ = self.uncertain.groups  # what cannot be allowed for is refused at once
 
@@ -80,11 +70,6 @@ class PadFrameReader(FrameReader):
     def _fitted(self) -> PadModel:
         """What is fitted: the model, with a depth profile more where there is a residual."""
         return self.model if self.uncertain is None else self.uncertain.model
-
-    @cached_property
-    def response(self) -> Response:
-        """What the camera makes of light."""
-        return camera_response(self.model.sensor.camera)
 
     @cached_property
     def _following(self) -> Sampling:
@@ -100,13 +85,7 @@ class PadFrameReader(FrameReader):
 
     @cached_property
     def _search(self) -> Search:
-        forms = np.concatenate([picture.forms for picture in self.model.pictures])
-        if not signed(forms):
-            raise InputError(
-                "Frames of this polariscope are the same for a force and its negative, so that "
-                "nothing can be read without an earlier state; take a polarisation camera, or "
-                'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
-            )
+        self.check_signed()
         return Search(self._fitted, self.response, self._looseness)
 
     @cached_property
@@ -227,7 +206,7 @@ class PadFrameReader(FrameReader):
             likeliest = optima[0]
             for forces in self._mirror.images(likeliest.forces, shown):
                 start = fit.at(forces, likeliest.extra)
-                if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self._pixels:
+                if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self.pixels:
                     optima.append(fit.climb(start))
             optima.sort(key=lambda optimum: optimum.misfit.loss)
             # what returned to where it was an image of has the same images again
@@ -239,44 +218,10 @@ class PadFrameReader(FrameReader):
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
-        fit = self._fit(np.zeros(self._pixels), self._stating, self.classifier(self.usable(None)))
+        fit = self._fit(np.zeros(self.pixels), self._stating, self.classifier(self.usable(None)))
         whole = fit.information(fit.at(loads.ravel()))
         information = marginal_information(whole, loads.size)
         return np.sqrt(np.diag(covariance_of(information))).reshape(loads.shape)
-
-    def phase(self, forces: Array) -> Array:
-        """Retardance over both passes, shape (2, rows, columns) [rad]."""
-        return self.model.retardance(forces)
-
-    def trial_forces(self) -> Array:
-        """A newton on the tactel in the middle, shape (n, 3) [N]."""
-        forces = np.zeros(self.forces_shape)
-        forces[len(forces) // 2, 0] = 1.0
-        return forces
-
-    @property
-    def _pixels(self) -> int:
-        return int(np.prod(self.model.frame_shape))
-
-    def classifier(self, used: Mask) -> FrameClassifier:
-        """What judges frames of which some pixels count."""
-        if self.complete(used):
-            return self._unmasked
-        last = self._last.get("classifier")
-        if last is None or last.used is not used:
-            last = self._last["classifier"] = FrameClassifier(
-                self.model, self.response, used, self.confidence
-            )
-        return last
-
-    @cached_property
-    def _last(self) -> dict[str, FrameClassifier]:
-        """The judge of the last mask, which others with the same mask take."""
-        return {}
-
-    @cached_property
-    def _unmasked(self) -> FrameClassifier:
-        return FrameClassifier(self.model, self.response, confidence=self.confidence)
 
     def _fit(self, levels: Array, sampling: Sampling, classifier: FrameClassifier) -> Fit:
         return Fit(self._fitted, self.response, sampling, levels, classifier.used)

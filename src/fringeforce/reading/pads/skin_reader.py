@@ -14,16 +14,12 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
-from fringeforce.estimation.levenberg_marquardt import Stop
-from fringeforce.estimation.likelihood import Response
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
-from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_uncertainty import uncertain
-from fringeforce.optics.arrangement import signed
-from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.following import KEPT
+from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_result import PadSkinResult
@@ -58,28 +54,18 @@ SAME = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class PadSkinReader(FrameReader):
+class PadSkinReader(PadFrames):
     """Reads frames of one pad's skin, each for itself."""
-
-    model: PadModel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.friction is not None:
-            raise InputError("The friction of a pad's skin is that of its design; change it there.")
         if uncertain(self.model.sensor):
             names = ", ".join([*self.model.sensor.tolerances, "camera.drift"])
             raise InputError(
                 f"A pad with a skin is read as drawn, and its design is uncertain ({names}); state "
                 "no tolerances and no drift, or read tactels."
             )
-        forms = np.concatenate([picture.forms for picture in self.model.pictures])
-        if not signed(forms):
-            raise InputError(
-                "Frames of this polariscope are the same for a force and its negative, so that "
-                "nothing can be read without an earlier state; take a polarisation camera, or "
-                'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
-            )
+        self.check_signed()
 
     @cached_property
     def skin(self) -> PadSkinModel:
@@ -87,9 +73,10 @@ class PadSkinReader(FrameReader):
         return PadSkinModel(self.model.sensor)
 
     @cached_property
-    def response(self) -> Response:
-        """What the camera makes of light."""
-        return camera_response(self.model.sensor.camera)
+    def _optics(self) -> PadModel:
+        """The model with the depth profiles of the skin."""
+        influence = replace(self.model.influence, profile=self.skin.profile.astype(float))
+        return replace(self.model, influence=influence)
 
     @cached_property
     def _search(self) -> Search:
@@ -97,24 +84,34 @@ class PadSkinReader(FrameReader):
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
-        return self.found(levels, used, None, 1.0, start)[0]
+        return self.found(levels, used, start=start)[0]
 
     def found(
         self,
         levels: NDArray[Any],
         used: Mask,
-        last: SkinOptimum | None,
-        probability: float,
+        expected: tuple[Array, Mask] | None = None,
+        probability: float = 1.0,
         start: Array | None = None,
     ) -> tuple[Reading, SkinOptimum | None]:
-        """Reading of a frame, from contacts of the last one if they are known, and its contacts."""
-        classifier = self._classifier(used)
-        fit = SkinFit(
-            self.model, self.skin, self.response, classifier.filled(levels), classifier.used
-        )
-        if last is not None:
-            curvature = last.curvature
-            one = fit.climb(last.contacts, last.free, FOLLOWED, curvature)
+        """Reading of a frame, and its contacts.
+
+        Parameters
+        ----------
+        levels, used, start
+            As of `search`.
+        expected : (ndarray, ndarray), optional
+            Contacts that the last frames let expect, and which of their unknowns are free; the
+            frame is searched where following them fails.
+        probability : float
+            Of the explanation that is followed.
+        """
+        classifier = self.classifier(used)
+        grey = classifier.filled(levels)
+        fit = SkinFit(self._optics, self.skin, self.response, grey, classifier.used)
+        if expected is not None:
+            contacts, free = expected
+            one = fit.climb(fit.limited(contacts), free, FOLLOWED)
             if self.explains(fit, classifier, one):
                 return self._stated(fit, one, probability, tracked=True), one
         nothing = fit.at(np.zeros((0, SIZE_OF)))
@@ -210,7 +207,7 @@ class PadSkinReader(FrameReader):
             if left > PROMISING:
                 return fit.climb(here, free, 1)
             here, left = self._below(fit, here, free, limit)
-        one = fit.climb(here, free, STEPS, stop=Stop(COARSE * pixels, 0.0))
+        one = fit.climb(here, free, STEPS, close=COARSE * pixels)
         if not shapes or one.loss > PROMISING * pixels:
             return one
         return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
@@ -235,7 +232,7 @@ class PadSkinReader(FrameReader):
         """Contacts after some steps by the pixels below a retardance, and what they leave there."""
         far = fit.below(fit.at(contacts), limit[0], limit[1] * self._cover)
         few, count = replace(fit, used=far), max(int(far.sum()), 1)
-        one = few.climb(contacts, free, NEARER, stop=Stop(COARSE * count, 0.0))
+        one = few.climb(contacts, free, NEARER, close=COARSE * count)
         return one.contacts, one.loss / count
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
@@ -334,43 +331,16 @@ class PadSkinReader(FrameReader):
         """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
         patches = Patches.of(self.model.sensor, loads)
-        fit = SkinFit(self.model, self.skin, self.response, np.zeros(self.pixels))
+        fit = SkinFit(self._optics, self.skin, self.response, np.zeros(self.pixels))
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
         place = fit.at(contacts)
-        columns = [
-            c for one, f in zip(contacts, free, strict=True) for c in self.skin.derivatives(one, f)
-        ]
-        joint = covariance_of(fit.information(place, columns, free))
+        joint = covariance_of(fit.information(place, free))
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
 
-    def phase(self, forces: Array) -> Array:
-        """Retardance over both passes, shape (2, rows, columns) [rad]."""
-        return self.model.retardance(forces)
 
-    def trial_forces(self) -> Array:
-        """A newton on the square in the middle, shape (n, 3) [N]."""
-        forces = np.zeros(self.forces_shape)
-        forces[len(forces) // 2, 0] = 1.0
-        return forces
-
-    @property
-    def pixels(self) -> int:
-        """Of a frame, all channels together."""
-        return int(np.prod(self.model.frame_shape))
-
-    def _classifier(self, used: Mask) -> FrameClassifier:
-        if self.complete(used):
-            return self._unmasked
-        return FrameClassifier(self.model, self.response, used, self.confidence)
-
-    @cached_property
-    def _unmasked(self) -> FrameClassifier:
-        return FrameClassifier(self.model, self.response, confidence=self.confidence)
-
-
-class PadSkinFollower(Follower):
-    """Reads the frames of a pad's skin in the order in which they were taken.
+class PadSkinFollower(PadFramesFollower):
+    """Follows the frames of a pad's skin from the contacts of the last one.
 
     Parameters
     ----------
@@ -380,26 +350,20 @@ class PadSkinFollower(Follower):
 
     def __init__(self, single: PadSkinReader) -> None:
         self._single = single
-        self.reset()
+        super().__init__(single)
 
     def reset(self) -> None:
-        """Forget the last reading: the next frame is searched."""
+        """Forget the last readings: the next frame is searched."""
         self._last: SkinOptimum | None = None
+        self._expected: tuple[Array, Mask] | None = None
         self._probability = 1.0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
-        reading, self._last = self._single.found(levels, used, self._last, self._probability)
-        self._probability = reading.probability
+        reading, here = self._single.found(levels, used, self._expected, self._probability)
+        before, self._last, self._probability = self._last, here, reading.probability
+        self._expected = None if here is None else (here.contacts, here.free)
+        if here is not None and before is not None and reading.tracked:
+            ahead = here.contacts + KEPT * (here.contacts - before.contacts)
+            self._expected = ahead, here.free
         return reading
-
-    def read_on(
-        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
-    ) -> None:
-        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        for row, image in enumerate(levels):
-            checked = self._single.checked(image.reshape(self._single.model.frame_shape), used)
-            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
-            batch.store(row, reading)
-            if progress is not None:
-                progress(1)

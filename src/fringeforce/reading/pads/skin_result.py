@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -207,27 +207,33 @@ def tractions_at(contacts: Array, places: Array) -> Array:
 
 def _mixed_at(one: Array, r: Array, turn: Array) -> Array:
     """Normal and tangential force over the weight of Hertz at places of the unit disc, (q, 3)."""
-    terms = np.stack([term.value(r, turn) for term in TERMS])
+    return _mixed(one, np.stack([term.value(r, turn) for term in TERMS]))
+
+
+def _mixed(one: Array, terms: Array) -> Array:
+    """The same from values of the polynomials, shape (terms, q)."""
     first = FIRST + len(PRESSURES)
     shears = one[first:].reshape(2, -1) @ terms[list(SHEARS)]
     pressure = one[0] * (1 + one[FIRST:first] @ terms[list(PRESSURES)])
     return np.column_stack([pressure, one[1] + one[0] * shears[0], one[2] + one[0] * shears[1]])
 
 
+@cache
 def _disc() -> tuple[Array, Array, Array]:
-    """Radius, angle and shares of small forces under the weight of Hertz."""
+    """Places of small forces on the unit disc, shares under the weight of Hertz, polynomials."""
     nodes, weights = np.polynomial.legendre.leggauss(RINGS)
     r = (nodes + 1) / 2
     shares = weights * r * np.sqrt(1 - r**2)
     radius = np.repeat(r, SPOKES)
     turn = np.tile(2 * np.pi * np.arange(SPOKES) / SPOKES, RINGS)
-    return radius, turn, np.repeat(shares / shares.sum() / SPOKES, SPOKES)
+    unit = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+    terms = np.stack([term.value(radius, turn) for term in TERMS])
+    return unit, np.repeat(shares / shares.sum() / SPOKES, SPOKES), terms
 
 
 def _on_squares(pad: Pad, one: Array) -> Array:
     """Forces of a contact on the squares of a skin, the nearest one for each place, (n, 3)."""
-    r, turn, shares = _disc()
-    unit = np.column_stack([r * np.cos(turn), r * np.sin(turn)])
+    unit, shares, terms = _disc()
     places = one[PLACE:SHAPE] + unit @ matrix_of(one[SHAPE:FIRST])
     (nx, ny), pitch = pad.tactels.count, pad.tactels.pitch
     ix, iy = (
@@ -235,5 +241,5 @@ def _on_squares(pad: Pad, one: Array) -> Array:
         for place, n in zip(places.T, (nx, ny), strict=True)
     )
     found = np.zeros((nx * ny, 3))
-    np.add.at(found, ix * ny + iy, shares[:, None] * _mixed_at(one, r, turn))
+    np.add.at(found, ix * ny + iy, shares[:, None] * _mixed(one, terms))
     return found

@@ -1,0 +1,476 @@
+"""One posterior of a bench: the sensor that all frames share, and the contacts of every frame.
+
+Shared are values of the design, the camera's shift and scale, the residual and the light as smooth
+fields, blur and gamma.  Every frame has forces, places and widths of contacts about those that are
+written down, and a lamp of its own.  All are unknowns of a `FrameModel`, as in readings; what a
+design value or the camera's place changes is added to it.
+
+How far contacts, forces and lamp scatter, and how large the fields are, is taken from the frames
+where nobody states it: the sizes under which they are most probable (MacKay, Neural Computation 4,
+415-447, 1992).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Index, Mask
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.contact_phase import ContactPhases
+from fringeforce.estimation.frame_exposure import node_phase
+from fringeforce.estimation.frame_fit import (
+    Prior,
+    banded,
+    climb,
+    linearise,
+    loss_at,
+    shared_information,
+    spread_profiles,
+)
+from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
+
+SHIFT, SCALE = 1e-3, 1e-2
+"""Units of the camera's shift [m] and scale."""
+PINNED = 1e12
+"""Precision of unknowns that must not move."""
+GROUPS = "normal", "tangential", "place", "width", "gain", "offset"
+"""What scatters from frame to frame."""
+LAMP = 2
+"""Unknowns of the lamp of one frame: gain and offset."""
+FULL_SCALE = 0.05
+"""Share of the largest force whose error every force has: load cells err by a full scale too."""
+EXACT = 1e-6
+"""Standard deviation of what is stated as exact, in its unit."""
+
+
+class Parts(NamedTuple):
+    """Where the shared unknowns stand; `size` is their number."""
+
+    design: int
+    camera: int
+    residual: int
+    bright: int
+    dark: int
+    blur: int
+    gamma: int
+    written: int
+    size: int
+
+    def own(self, name: str) -> slice:
+        """Unknowns of one part."""
+        number = self._fields.index(name)
+        return slice(self[number], self[number + 1])
+
+
+def parts(design: int, fields: int, bright: int, dark: int, written: int) -> Parts:
+    """Places of the shared unknowns, from the numbers of each."""
+    return Parts(*accumulate([0, design, 2, fields, bright, dark, 1, 1, written]))
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """What was measured and how it is modelled; F frames of at most k contacts, P pixels, m nodes.
+
+    Attributes
+    ----------
+    frames : ndarray, shape (F, P)
+        Grey levels; not finite where a pixel is not used.
+    which : ndarray of int, shape (F, k)
+        Which of the places of `contacts` each contact has; -1 where there is none.
+    beside : ndarray, shape (F, k)
+        How far contacts are written down beside those places [m].
+    loads : BenchLoads
+        As written down.
+    contacts : ContactPhases
+        Phase of contacts at these places.
+    template : FrameModel
+        Of a frame: nodes, fields, light without that of single frames, lens.
+    places : ndarray, shape (s,)
+        Of the samples between the nodes along the frame, where a camera as drawn looks [m].
+    at : Parts
+        Where the shared unknowns stand.
+    lamp : ndarray, shape (2, 2, m)
+        Changes of amplitude and offset with the gain and the offset of one frame.
+    averaged : ndarray, shape (F,)
+        How many frames each row is the mean of.
+    turned : ndarray, shape (F,)
+        Phase that the analyser adds [rad].
+    moves : tuple of ndarray, length F, shape (l, w) each
+        What unknowns of the loads' list, such as the zero of its places, change in what is expected
+        of the own unknowns of a frame.
+    """
+
+    frames: Array
+    which: Index
+    beside: Array
+    loads: BenchLoads
+    contacts: ContactPhases
+    template: FrameModel
+    places: Array
+    at: Parts
+    lamp: Array
+    averaged: Array
+    turned: Array
+    moves: tuple[Array, ...]
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest force of a contact [N]."""
+        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
+
+    def positions(self, shared: Array, drawn: Array) -> Array:
+        """Where pixels or samples look that look at `drawn` as designed [m]."""
+        shift, scale = shared[self.at.own("camera")]
+        return shift * SHIFT + (1 + scale * SCALE) * drawn
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Values of all unknowns: the shared ones (S,), and those of every frame."""
+
+    shared: Array
+    own: list[Array]
+
+    def moved(self, step: Array, told: list[Eliminated]) -> State:
+        """A step (S,) of the shared unknowns away, which the others follow."""
+        own = [
+            value + one.step + one.response @ step
+            for value, one in zip(self.own, told, strict=True)
+        ]
+        return State(self.shared + step, own)
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """What is expected before the frames are seen.
+
+    Attributes
+    ----------
+    mean, precision : ndarray, shape (S,)
+        Of the shared unknowns.
+    sizes : dict of str to float
+        How much each of GROUPS scatters: forces over the whole force of the contact, places and
+        widths and light in the units of the model.
+    """
+
+    mean: Array
+    precision: Array
+    sizes: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class BenchPosterior:
+    """The posterior of a bench.
+
+    Attributes
+    ----------
+    bench : Bench
+        The frames.
+    expected : Expected
+        Before them.
+    shares : ndarray, shape (F,)
+        What every frame counts.
+    heat : float
+        Factor on the variance of the noise.
+    """
+
+    bench: Bench
+    expected: Expected
+    shares: Array
+    heat: float = 1.0
+
+    def start(self, shared: Array) -> State:
+        """Contacts as written down."""
+        return State(shared, [self.mean(f, shared) for f in range(len(self.bench.frames))])
+
+    def _contacts(self, f: int) -> Index:
+        return np.flatnonzero(self.bench.which[f] >= 0)
+
+    def mean(self, f: int, shared: Array) -> Array:
+        """What is expected of the own unknowns of a frame."""
+        own, loads = self._contacts(f), self.bench.loads
+        size = self.bench.contacts.size
+        stated = loads.widths[f, own]
+        widths = np.where(np.isfinite(stated), (stated - size.width) / size.width_std, 0.0)
+        forces, places = loads.forces[f, own].ravel(), self.bench.beside[f, own] / size.place
+        found = np.concatenate([forces, places, widths, np.zeros(LAMP)])
+        return found + self.bench.moves[f] @ shared[self.bench.at.own("written")]
+
+    def precision(self, f: int) -> Array:
+        """Inverse variances of the own unknowns of a frame before it is seen."""
+        sizes, own, loads = self.expected.sizes, self._contacts(f), self.bench.loads
+        size = self.bench.contacts.size
+        unit = self.unit("normal", f)
+        forces = np.stack([sizes["normal"] * unit, sizes["tangential"] * unit], axis=1)
+        places, widths = loads.place_std[f, own], loads.width_std[f, own]
+        found = np.concatenate(
+            [
+                _stated(loads.force_std[f, own], forces).ravel(),
+                _stated(places / size.place, sizes["place"]),
+                _stated(widths / size.width_std, sizes["width"]),
+                [sizes["gain"], sizes["offset"]],
+            ]
+        )
+        return 1 / np.square(found)
+
+    def free(self, name: str, f: int) -> Mask:
+        """Which of one of GROUPS of a frame have no standard deviation that somebody states."""
+        own, loads = self._contacts(f), self.bench.loads
+        stated = {
+            "normal": loads.force_std[f, own, 0],
+            "tangential": loads.force_std[f, own, 1],
+            "place": loads.place_std[f, own],
+            "width": loads.width_std[f, own],
+        }
+        return ~np.isfinite(stated[name]) if name in stated else np.ones(1, dtype=bool)
+
+    def group(self, name: str, f: int) -> Index:
+        """Which own unknowns of a frame belong to one of GROUPS."""
+        k, number = len(self._contacts(f)), GROUPS.index(name)
+        if number < 2:
+            return np.arange(number, 2 * k, 2)
+        if number < 4:
+            return np.arange(number * k, (number + 1) * k)
+        return np.array([4 * k + number - 4])
+
+    def unit(self, name: str, f: int) -> Array:
+        """What one of GROUPS is measured in, for each of its unknowns of a frame."""
+        own = self._contacts(f)
+        if name in ("normal", "tangential"):
+            whole = np.linalg.norm(self.bench.loads.forces[f, own], axis=1)
+            return np.hypot(whole, FULL_SCALE * self.bench.largest)
+        return np.ones(len(self.group(name, f)))
+
+    def models(self, shared: Array) -> FrameModels:
+        """Models of all frames for values of the shared unknowns."""
+        return FrameModels.of(self.bench, shared, self.heat)
+
+    def loss(self, state: State, models: FrameModels) -> tuple[float, Array, Array]:
+        """Twice the negative logarithm of the posterior, and what each frame and its pixels add.
+
+        Returns
+        -------
+        loss : float
+            Of the posterior.
+        squares : ndarray, shape (F,)
+            Weighted squared residuals in units of the noise, and how far the contacts and the lamp
+            lie from what is expected of them.
+        counts : ndarray, shape (F,)
+            Pixels that count.
+        """
+        total = self._shared_loss(state.shared)
+        told = []
+        for f, own in enumerate(state.own):
+            found, square, count = loss_at(
+                models.of_frame(f),
+                self._prior(f, state.shared, free=True),
+                self.bench.frames[f],
+                models.unknowns(f, own, state.shared),
+            )
+            total += self.shares[f] * found
+            off = own - self.mean(f, state.shared)
+            told.append((square * self.heat + self.precision(f) @ np.square(off), count))
+        squares, counts = np.array(told).T
+        return total, squares, counts
+
+    def _shared_loss(self, shared: Array) -> float:
+        return float(self.expected.precision @ np.square(shared - self.expected.mean))
+
+    def _prior(self, f: int, shared: Array, free: bool) -> Prior:
+        """Of the unknowns of a frame's model; the shared ones are free or do not move."""
+        own, at = self._contacts(f), self.bench.at
+        k, mean, precision = len(own), self.mean(f, shared), self.precision(f)
+        fields, light = shared[at.own("residual")], shared[at.bright : at.written]
+        rest = np.zeros if free else (lambda count: np.full(count, PINNED))
+        return Prior(
+            np.concatenate([mean[: 4 * k], fields, mean[4 * k :], light]),
+            np.concatenate(
+                [precision[: 4 * k], rest(len(fields)), precision[4 * k :], rest(len(light))]
+            ),
+            -1.0,
+            1e6,
+        )
+
+    def settled(self, state: State, models: FrameModels, steps: int) -> State:
+        """The own unknowns of all frames at their best."""
+        found = []
+        for f, own in enumerate(state.own):
+            best = climb(
+                models.of_frame(f),
+                self._prior(f, state.shared, free=False),
+                self.bench.frames[f],
+                models.unknowns(f, self._within(f, own, state.shared), state.shared),
+                1.0,
+                steps,
+                0.1,
+            )[0]
+            found.append(self._within(f, models.own(f, best), state.shared))
+        return replace(state, own=found)
+
+    def _within(self, f: int, own: Array, shared: Array) -> Array:
+        """The own unknowns of a frame, or those expected if contacts left where they are known."""
+        k, size = len(self._contacts(f)), self.bench.contacts.size
+        places = size.place * own[2 * k : 3 * k]
+        widths = size.width + size.width_std * own[3 * k : 4 * k]
+        reached = np.abs(places) + np.maximum(widths, 0.0) / 2
+        if np.isfinite(own).all() and (reached <= size.reach).all():
+            return own
+        return self.mean(f, shared)
+
+    def terms(self, state: State, models: FrameModels) -> Iterator[FrameTerms]:
+        """Half the loss of every frame to second order."""
+        slopes = models.slopes()
+        for f, own in enumerate(state.own):
+            yield self._terms(f, own, state.shared, models, slopes)
+
+    def _terms(
+        self, f: int, own: Array, shared: Array, models: FrameModels, slopes: Array
+    ) -> FrameTerms:
+        model, at = models.of_frame(f), self.bench.at
+        unknowns = models.unknowns(f, own, shared)
+        prior = self._prior(f, shared, free=True)
+        about = linearise(model, prior, self.bench.frames[f], unknowns)
+        waves = models.waves(f, unknowns, slopes)
+        spread = spread_profiles(model, unknowns, waves)
+        cross = shared_information(model, about, spread)
+        size = at.size
+        mine, others = models.split(f)
+        first, last = at.residual, at.written
+        moves, precision = self.bench.moves[f], self.precision(f)
+        pulled = -moves.T @ (precision * (own - self.mean(f, shared)))
+        gradient = np.concatenate([waves @ about.pulls[0], about.gradient[others], pulled])
+        whole = np.zeros((size, size))
+        whole[:first, :first] = spread @ banded(about, spread).T
+        whole[:first, first:last] = cross[others].T
+        whole[first:last, :first] = cross[others]
+        whole[first:last, first:last] = about.hessian[np.ix_(others, others)]
+        whole[last:, last:] = moves.T @ (precision[:, None] * moves)
+        mixed = np.empty((len(own), size))
+        mixed[:, :first] = cross[mine]
+        mixed[:, first:last] = about.hessian[np.ix_(mine, others)]
+        mixed[:, last:] = -precision[:, None] * moves
+        hessian = about.hessian[np.ix_(mine, mine)]
+        return FrameTerms(hessian, mixed, whole, about.gradient[mine], gradient)
+
+    def eliminated(self, state: State, models: FrameModels) -> list[Eliminated]:
+        """All frames with their own unknowns eliminated."""
+        return [Eliminated.of(terms) for terms in self.terms(state, models)]
+
+    def normal(self, state: State, told: list[Eliminated]) -> tuple[Array, Array]:
+        """Gradient and information of the shared unknowns, the prior included."""
+        expected = self.expected
+        gradient = expected.precision * (state.shared - expected.mean)
+        information = np.diag(expected.precision)
+        for share, one in zip(self.shares, told, strict=True):
+            gradient = gradient + share * one.gradient
+            information = information + share * one.information
+        return gradient, information
+
+
+@dataclass(frozen=True, eq=False)
+class FrameModels:
+    """Models of all frames of a bench for some values of the shared unknowns."""
+
+    bench: Bench
+    shared: Array
+    heat: float
+    profiles: Array
+    at: dict[int, Layout]
+
+    @classmethod
+    def of(cls, bench: Bench, shared: Array, heat: float) -> FrameModels:
+        """Solve for the profiles of all contacts."""
+        nodes = len(bench.template.fixed)
+        design = shared[bench.at.own("design")]
+        x = bench.positions(shared, bench.places)
+        profiles = bench.contacts.profiles(design, x, nodes)
+        fields, modes = len(bench.template.fields), len(bench.template.brightness) + LAMP
+        layouts = {
+            k: Layout(
+                2 * k,
+                2 * k,
+                3 * k,
+                4 * k,
+                4 * k + fields,
+                4 * k + fields + modes,
+                4 * k + fields + modes,
+                4 * k + fields + modes + 1,
+                4 * k + fields + modes + 2,
+            )
+            for k in range(bench.which.shape[1] + 1)
+        }
+        return cls(bench, shared, heat, np.ascontiguousarray(profiles), layouts)
+
+    def contacts(self, f: int) -> Index:
+        """Places of the contacts of a frame, as numbers of those of the bench."""
+        which = self.bench.which[f]
+        return which[which >= 0]
+
+    def of_frame(self, f: int, profiles: Array | None = None) -> FrameModel:
+        """Model of one frame."""
+        bench, own = self.bench, self.contacts(f)
+        template, averaged = bench.template, bench.averaged[f]
+        chosen = (self.profiles if profiles is None else profiles)[own]
+        lamp = bench.lamp
+        return template._replace(
+            moments=np.zeros((len(own), 2, 1, 1)),
+            profiles=np.ascontiguousarray(chosen),
+            brightness=np.concatenate([lamp[0], template.brightness]),
+            darkness=np.concatenate([lamp[1], template.darkness]),
+            influence=np.zeros((0, 1, len(own), 2, template.fixed.size)),
+            bias=template.bias + bench.turned[f],
+            variance=template.variance * self.heat / averaged,
+            at=self.at[len(own)],
+        )
+
+    def split(self, f: int) -> tuple[Index, Index]:
+        """Which unknowns of a frame's model are its own, and which are shared."""
+        at = self.at[len(self.contacts(f))]
+        lamp = np.arange(at.modes, at.modes + LAMP)
+        mine = np.concatenate([np.arange(at.fields), lamp])
+        others = np.concatenate([np.arange(at.fields, at.modes), np.arange(lamp[-1] + 1, at.size)])
+        return mine, others
+
+    def unknowns(self, f: int, own: Array, shared: Array) -> Array:
+        """Unknowns of a frame's model."""
+        mine, others = self.split(f)
+        found = np.empty(len(mine) + len(others))
+        at = self.bench.at
+        found[mine], found[others] = own, shared[at.residual : at.written]
+        return found
+
+    def own(self, f: int, unknowns: Array) -> Array:
+        """The own ones of the unknowns of a frame's model."""
+        return unknowns[self.split(f)[0]]
+
+    def slopes(self) -> Array:
+        """Changes of the profiles with design and camera, shape (d + 2, C, 2, k, m)."""
+        bench, nodes = self.bench, len(self.bench.template.fixed)
+        design = self.shared[bench.at.own("design")]
+        drawn, x = bench.places, bench.positions(self.shared, bench.places)
+        found = bench.contacts.slopes(design, x, drawn, nodes)
+        found[-2] *= SHIFT
+        found[-1] *= SCALE
+        return np.ascontiguousarray(found)
+
+    def waves(self, f: int, unknowns: Array, slopes: Array) -> Array:
+        """Changes of the phase at the nodes with design and camera, shape (d + 2, m)."""
+        at = self.at[len(self.contacts(f))]
+        alone = unknowns.copy()
+        alone[at.fields : at.modes] = 0.0
+        still = np.zeros_like(self.bench.template.fixed)
+        return np.array(
+            [node_phase(self.of_frame(f, one)._replace(fixed=still), alone) for one in slopes]
+        )
+
+
+def _stated(std: Array, else_: Array | float) -> Array:
+    """What is stated, and something else where nothing is."""
+    return np.where(np.isfinite(std), np.maximum(std, EXACT), else_)

@@ -1,0 +1,200 @@
+"""Phase of contacts at given places, as a function of the design and of the camera's place.
+
+A contact enters through the moments of its traction about its place (`frame_model`).  The influence
+of every moment is solved at one design and a step to both sides of each value, and a parabola goes
+through them; along the strip it is a spline, so that the camera may move.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fringeforce.base.arrays import Array, Index
+from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC, varied
+from fringeforce.design.strip import Sensor
+from fringeforce.estimation.frame_model import moment_table
+from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.models.uncertainty import ORDER, coefficients, inside, line_moments, mixtures
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+
+PER_COVER = 10
+"""Places along the strip per thickness of the cover, between which influence is a spline."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSize:
+    """How far contacts may lie from their places, and how wide they are.
+
+    Attributes
+    ----------
+    place : float
+        Unit of the unknown places [m].
+    width, width_std : float
+        Width that is expected, and unit of the unknown widths [m].
+    reach : float
+        Unit of length of the moments, as far as a contact reaches [m].
+    """
+
+    place: float
+    width: float
+    width_std: float
+    reach: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPhases:
+    """Phase per force of contacts at C places, about one design.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (d,)
+        Entries of the design, as in `design_entries`.
+    half : float
+        Half the length of the strip [m].
+    lead : CubicSpline
+        Along the strip [m]; values of shape (C, 2, k, 1 + 2d): of k mixtures of moments, then its
+        slopes and half curvatures by the entries [rad/N].
+    mixing : ndarray, shape (k, K)
+        The mixtures from the moments.
+    table : ndarray
+        Coefficients of the moments.
+    size : ContactSize
+        Of the contacts.
+    """
+
+    centre: Array
+    half: float
+    lead: CubicSpline
+    mixing: Array
+    table: Array
+    size: ContactSize
+
+    def profiles(self, design: Array, x: Array, nodes: int) -> Array:
+        """Coefficients at the nodes of the phase of every contact, shape (C, 2, k, m) [rad/N].
+
+        Parameters
+        ----------
+        design : ndarray, shape (d,)
+            Entries near the centre.
+        x : ndarray, shape (s,)
+            Places of the samples between the nodes [m].
+        nodes : int
+            Their number m.
+        """
+        t = design - self.centre
+        weights = np.concatenate([[1.0], t, np.square(t)])
+        return self._at(
+            np.asarray(self.lead(np.clip(x, -self.half, self.half))) @ weights, x, nodes
+        )
+
+    def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
+        """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
+
+        Parameters
+        ----------
+        design, x, nodes
+            As of `profiles`.
+        drawn : ndarray, shape (s,)
+            Where the samples lie for a camera as drawn [m].
+
+        Returns
+        -------
+        ndarray, shape (d + 2, C, 2, k, m)
+        """
+        t = design - self.centre
+        clipped = np.clip(x, -self.half, self.half)
+        values, d = np.asarray(self.lead(clipped)), len(t)
+        weights = np.concatenate([[1.0], t, np.square(t)])
+        along = np.asarray(self.lead(clipped, 1)) @ weights
+        changes = [values[..., 1 + i] + 2 * t[i] * values[..., 1 + d + i] for i in range(d)]
+        changes += [along, along * drawn[:, None, None, None]]
+        return np.array([self._at(change, x, nodes) for change in changes])
+
+    def _at(self, values: Array, x: Array, nodes: int) -> Array:
+        seen = values * inside(x, self.half)[:, None, None, None]
+        return coefficients(np.moveaxis(seen, 0, -1), nodes)
+
+
+def contact_phases(
+    sensor: Sensor,
+    paths: tuple[str, ...],
+    centre: Array,
+    places: Array,
+    size: ContactSize,
+    step: float,
+) -> ContactPhases:
+    """Solve a varied design, and a step of every entry to both sides.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    paths : tuple of str, length d
+        Values of the design that are unknown, without those of the tactels.
+    centre : ndarray, shape (d,)
+        Entries about which to solve.
+    places : ndarray, shape (C,)
+        Of contacts [m].
+    size : ContactSize
+        Of the contacts.
+    step : float
+        Of an entry.
+    """
+    assert POSITIONS not in paths
+    half, cover = sensor.transducer.length / 2, sensor.transducer.compliant.thickness
+    grid = np.linspace(-half, half, int(np.ceil(2 * half / cover * PER_COVER)) + 1)
+
+    def solved(design: Array) -> Array:
+        made = varied(sensor, paths, design)
+        first, last = places.min() - size.reach, places.max() + size.reach
+        surface = surface_influence(made.transducer, max(first, -half), min(last, half), grid)
+        constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
+        moments = line_moments(surface, places, size.reach)
+        return np.asarray(phase_lead(moments, constant))
+
+    middle = solved(centre)
+    slopes, curves = [], []
+    for number, path in enumerate(paths):
+        if path == STRAIN_OPTIC:  # the phase is proportional to it, equation (2)
+            slopes.append(middle)
+            curves.append(middle / 2)
+            continue
+        unit = step * np.eye(len(paths))[number]
+        ahead, behind = solved(centre + unit), solved(centre - unit)
+        slopes.append((ahead - behind) / (2 * step))
+        curves.append(((ahead + behind) / 2 - middle) / step**2)
+    mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
+    parts = np.stack([middle, *slopes, *curves], axis=-1)  # (C, 2, K, G, 1 + 2d)
+    mixed = np.einsum("kr,ctkgi->gctri", spread, parts, optimize=True)
+    table = moment_table(ORDER)
+    return ContactPhases(centre, half, CubicSpline(grid, mixed), mixing, table, size)
+
+
+def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:
+    """Evenly spaced places next to contacts, which of them each has, and how far it lies beside.
+
+    Parameters
+    ----------
+    places : ndarray, shape (F, k)
+        Of contacts [m]; not a number where a frame has fewer.
+    step : float
+        Between the places [m].
+
+    Returns
+    -------
+    found : ndarray, shape (C,)
+        Places that are needed [m].
+    which : ndarray of int, shape (F, k)
+        Numbers of these; -1 where there is no contact.
+    beside : ndarray, shape (F, k)
+        Contacts less these places [m]; zero where there is no contact.
+    """
+    there = np.isfinite(places)
+    found, number = np.unique(np.round(places[there] / step) * step, return_inverse=True)
+    which, beside = np.full(places.shape, -1), np.zeros(places.shape)
+    which[there] = number
+    beside[there] = places[there] - found[number]
+    return found, which, beside

@@ -1,0 +1,170 @@
+"""From a fit to a calibrated model: its covariance as modes, and what is to be said of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Index
+from fringeforce.calibration.bench_fit import SCALE, SHIFT
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
+from fringeforce.calibration.design_jacobian import design_jacobian
+from fringeforce.calibration.findings import findings, unidentified
+from fringeforce.calibration.fit import BenchFit
+from fringeforce.calibration.judgement import judgement
+from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Tolerances, with_values
+from fringeforce.estimation.frame_exposure import NARROWEST, positive
+from fringeforce.models.as_built import PLACEMENT, WIDTH
+from fringeforce.models.imaging import Calibration, Imaging
+from fringeforce.models.strip import SensorModel, characterize
+
+
+def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoads) -> SensorModel:
+    """The calibrated model with its covariance.
+
+    Parameters
+    ----------
+    fit : BenchFit
+        The fit.
+    levels : ndarray, shape (F, P)
+        Frames with loads.
+    loads : BenchLoads or TimedLoads
+        What was written down for them.
+    """
+    known = loads if isinstance(loads, BenchLoads) else loads.at(fit.delay)
+    sensor, paths, at = fit.sensor, fit.paths, fit.posterior.bench.at
+    shared = fit.state.shared
+    covariance = fit.covariance * max(fit.chi2, 1.0)
+    order = _entry_order(fit)
+    design, (shift, scale) = shared[order], shared[at.own("camera")]
+    made = _made(fit, covariance)
+    model = characterize(made)
+    whole = names(sensor, paths)
+    single = np.array([path != POSITIONS for path in entries(sensor, paths)], dtype=bool)
+    named = np.append(order, np.arange(at.camera, at.residual))
+    unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
+    own = fit.covariance[np.ix_(order[single], order[single])]
+    judged = judgement(fit, levels, known)
+    calibration = Calibration(
+        names=(*whole, "camera shift", "camera scale"),
+        drawing=np.append(values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0]),
+        values=np.append(values(sensor, paths, design), [shift * SHIFT, 1 + scale * SCALE]),
+        covariance=covariance[np.ix_(named, named)] * np.outer(unit, unit),
+        unidentified=unidentified(tuple(np.array(whole)[single].tolist()), own),
+        outliers=tuple(np.flatnonzero(~fit.kept[: len(levels)]).tolist()),
+        dead=tuple(np.flatnonzero(~fit.sound).tolist()),
+        chi2=fit.chi2,
+        findings=(),
+        checked=tuple(fit.checked),
+        usable=judged.usable,
+        delay=fit.delay,
+    )
+    model = replace(
+        model,
+        imaging=_imaging(fit, covariance),
+        calibration=calibration,
+        provenance={
+            **model.provenance,
+            "method": "finite elements, calibrated",
+            "calibration frames": int(fit.kept[: len(levels)].sum()),
+        },
+    )
+    said = findings(model, levels, known, fit.kept[len(levels) :])
+    return replace(model, calibration=replace(calibration, findings=(*judged.words, *said)))
+
+
+def _made(fit: BenchFit, covariance: Array) -> Sensor:
+    """The design as found; contacts keep their tolerances, blur and gamma have those of the fit."""
+    template, at = fit.posterior.bench.template, fit.posterior.bench.at
+    pixel = fit.sensor.transducer.length / fit.sensor.camera.pixels
+    wide = template.blur + template.blur_std * fit.state.shared[at.blur]
+    blur, slope = positive(wide, NARROWEST)
+    gamma = template.gamma + template.gamma_std * fit.state.shared[at.gamma]
+    std = np.sqrt(np.diag(covariance))
+    stated = {
+        path: std for path, std in fit.sensor.tolerances.items() if path in (PLACEMENT, WIDTH)
+    }
+    stated |= {
+        "camera.blur": float(slope * template.blur_std * std[at.blur] * pixel),
+        "camera.gamma": float(template.gamma_std * std[at.gamma]),
+    }
+    found = varied(fit.sensor, fit.paths, fit.state.shared[_entry_order(fit)])
+    lens = {
+        "camera.blur": float(blur * pixel),
+        "camera.gamma": float(gamma / _response_power(fit)),
+    }
+    return with_values(found, lens).model_copy(update={"tolerances": Tolerances(stated)})
+
+
+def _entry_order(fit: BenchFit) -> Index:
+    """Where the entries of the design, places of tactels included, stand among the unknowns."""
+    at = fit.posterior.bench.at
+    owners = np.array(entries(fit.sensor, fit.paths))
+    order = np.empty(len(owners), dtype=int)
+    places = owners == POSITIONS
+    order[~places] = np.arange(at.design, at.camera)
+    order[places] = at.written + np.arange(places.sum())
+    return order
+
+
+def _response_power(fit: BenchFit) -> float:
+    response = fit.sensor.camera.response
+    return 1.0 if response in ("linear", "sRGB") else float(response)
+
+
+def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
+    """Registration, light and residual, with their modes."""
+    bench, shared = fit.posterior.bench, fit.state.shared
+    sensor, at, template = fit.sensor, bench.at, bench.template
+    positions = bench.positions(shared, sensor.pixel_positions)
+    margin = 2 * sensor.transducer.length / sensor.camera.pixels
+    seen = np.abs(positions) < sensor.transducer.length / 2 - margin
+    entries_at = _entry_order(fit)
+    design = shared[entries_at]
+    jacobian = design_jacobian(sensor, fit.paths, design)
+    slope = jacobian.matrix(design, positions, slope=True)
+    changes = np.concatenate(
+        [
+            jacobian.at(positions)[1:],
+            [slope * SHIFT, slope * (sensor.pixel_positions * SCALE)[:, None]],
+        ]
+    )  # (d + 2, P, 2n)
+    order = np.concatenate([entries_at, np.arange(at.camera, at.blur)])
+    root = np.linalg.cholesky(covariance[np.ix_(order, order)])
+    first = len(changes)
+    moving = root[:first, :first]
+    influence = np.tensordot(moving.T, changes, 1)
+
+    def pixels(rows: Array) -> Array:
+        values = np.zeros((len(rows), len(positions)))
+        first, weights = template.first[: len(positions)], template.weights[: len(positions)]
+        for k in range(4):
+            values += rows[:, first + k] * weights[:, k]
+        return values
+
+    fields = pixels(template.fields)
+    bright, dark = pixels(template.brightness), pixels(template.darkness)
+    light = shared[at.bright : at.blur]
+    amplitude = template.amplitude[: len(positions)]
+    begin = first + at.bright - at.residual
+    modes = root[begin:].T
+    expected, sizes = fit.posterior.expected, bench.lamp
+    gain = expected.sizes["gain"] * float(sizes[0, 0, 0]) * fit.shown("gain")
+    offset = expected.sizes["offset"] * float(sizes[1, 1, 0]) * fit.shown("offset")
+    return Imaging(
+        positions=positions,
+        amplitude=amplitude * (1 + light @ bright),
+        offset=template.offset[: len(positions)] + light @ dark,
+        usable=fit.sound & seen,
+        influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
+        amplitude_modes=amplitude * (modes @ bright),
+        offset_modes=modes @ dark,
+        light_variance=0.0 if fit.pattern is None else fit.pattern.variance_of(fit.sound & seen),
+        drift=(gain, offset),
+        residual=shared[at.own("residual")] @ fields,
+        phase_modes=root[first:begin].T @ fields,
+    )

@@ -1,0 +1,127 @@
+"""Whether a calibrated model can be used, and if not, what is the likeliest cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import binom
+
+from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.fit import BenchFit, roughly_fitted
+
+EXPLAINED = 1.3
+"""Reduced chi-square up to which frames count as explained."""
+LEFT_OUT = 0.2
+"""Share of frames that may contradict the others: one press in five is not an accident."""
+CHANCE = 1e-4
+"""Chance of a coverage as low as that of the frames that were put aside below which intervals do
+not hold."""
+EXPLAINS = 0.5
+"""Share of what the misfit has beyond noise that a cause must leave at most to be named."""
+FEW = 12
+"""Frames on which causes are tried."""
+
+
+class Judgement(NamedTuple):
+    """Whether a model can be used, and what is said of it."""
+
+    usable: bool
+    words: tuple[str, ...]
+
+
+def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
+    """Judge a fit by its frames, and by those that were put aside.
+
+    Parameters
+    ----------
+    fit : BenchFit
+        The fit.
+    levels : ndarray, shape (F, P)
+        Frames with loads.
+    loads : BenchLoads
+        What was written down for them.
+    """
+    wrong = _wrong(fit, len(levels))
+    checked = fit.checked
+    words = []
+    if checked.forces:
+        words.append(
+            f"{checked.frames} frames were put aside and checked: {checked.explained} are "
+            f"explained, and {checked.inside / checked.forces:.0%} of their forces lie within 95 % "
+            "intervals."
+        )
+    if not wrong:
+        return Judgement(True, tuple(words))
+    cause = _cause(fit, levels, loads)
+    return Judgement(False, (f"Do not use this model: {wrong} {cause}", *words))
+
+
+def _wrong(fit: BenchFit, frames: int) -> str:
+    """What is wrong with a fit, if anything."""
+    left, checked = int((~fit.kept[:frames]).sum()), fit.checked
+    if fit.chi2 > EXPLAINED:
+        return f"its frames are not explained (reduced chi-square {fit.chi2:.3g} instead of 1)."
+    if left > LEFT_OUT * frames:
+        return f"{left} of {frames} frames contradict the others."
+    if checked.frames - checked.explained > LEFT_OUT * checked.frames:
+        return (
+            f"{checked.frames - checked.explained} of {checked.frames} frames that were put aside "
+            "are not explained."
+        )
+    if checked.forces and binom.cdf(checked.inside, checked.forces, 0.95) < CHANCE:
+        return (
+            f"only {checked.inside / checked.forces:.0%} of the forces of frames that were put "
+            "aside lie within their 95 % intervals."
+        )
+    return ""
+
+
+def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
+    """The likeliest cause, by what explains some of the frames better."""
+    loaded = np.flatnonzero(loads.present.any(axis=1))
+    some = loaded[:: max(len(loaded) // FEW, 1)][:FEW]
+    chosen, own = levels[some], loads.rows(some)
+    usual = roughly_fitted(fit.sensor, chosen, own, fit.paths)
+    limit = 1 + EXPLAINS * (usual - 1)
+    tried = {
+        "The places seem to be written down with the other sign: mirror x.": (
+            _turned(own, places=-1)
+        ),
+        "Places and tangential forces seem to be written down with the other sign: the strip, or "
+        "the camera, is turned round.": _turned(own, places=-1, shear=-1),
+        "The tangential forces seem to be written down with the other sign.": (
+            _turned(own, shear=-1)
+        ),
+        "The frames seem to belong to the loads of the next row: rows are off by one.": (
+            loads.rows((some + 1) % len(loads))
+        ),
+        "The frames seem to belong to the loads of the row before: rows are off by one.": (
+            loads.rows(some - 1)
+        ),
+    }
+    misfits = {
+        words: roughly_fitted(fit.sensor, chosen, other, fit.paths)
+        for words, other in tried.items()
+        if other.present.any()
+    }
+    words = min(misfits, key=lambda each: misfits[each])
+    if misfits[words] < limit:
+        return words
+    free = replace(own, force_std=np.full(own.forces.shape, np.nanmax(loads.magnitude)))
+    if roughly_fitted(fit.sensor, chosen, free, fit.paths) < limit:
+        return (
+            "Other forces at these places explain the frames: the loads may be those of another "
+            "day, in another unit, or of a load cell that was not zeroed."
+        )
+    return (
+        "No forces at these places explain the frames: the sensor is not the one of the design, or "
+        "the loads are those of other frames. Compare a frame with `fringeforce show`."
+    )
+
+
+def _turned(loads: BenchLoads, places: float = 1.0, shear: float = 1.0) -> BenchLoads:
+    forces = loads.forces * [1.0, shear]
+    return replace(loads, places=places * loads.places, forces=forces, tactels=None)

@@ -1,0 +1,86 @@
+"""Many frames with unknowns of their own, and unknowns that all of them share.
+
+Of a frame f with own unknowns u_f and shared ones s, half the loss is to second order
+
+    [u; s]' [A_f B_f; B_f' C_f] [u; s] / 2 + [a_f; c_f]' [u; s],
+
+so that the own ones follow every step of the shared: u_f = -A_f^-1 (a_f + B_f s).  What is left
+for s has the matrix sum_f C_f - B_f' A_f^-1 B_f, a Schur complement (Triggs et al., Bundle
+adjustment, a modern synthesis, Vision Algorithms, 298-372, 2000, section 6).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+Array = NDArray[np.float64]
+
+
+class FrameTerms(NamedTuple):
+    """Half the loss of one frame to second order; l own unknowns, S shared ones.
+
+    Attributes
+    ----------
+    own, cross, shared : ndarray, shapes (l, l), (l, S) and (S, S)
+        Second derivatives A, B and C.
+    own_gradient, gradient : ndarray, shapes (l,) and (S,)
+        First derivatives a and c.
+    """
+
+    own: Array
+    cross: Array
+    shared: Array
+    own_gradient: Array
+    gradient: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Eliminated:
+    """One frame with its own unknowns eliminated.
+
+    Attributes
+    ----------
+    information : ndarray, shape (S, S)
+        Schur complement.
+    gradient : ndarray, shape (S,)
+        By the shared unknowns, the own ones at their best.
+    step : ndarray, shape (l,)
+        Of the own unknowns where the shared ones stay.
+    response : ndarray, shape (l, S)
+        What the own unknowns do with each shared one.
+    spread : ndarray, shape (l, l)
+        Covariance of the own unknowns where the shared ones are known.
+    """
+
+    information: Array
+    gradient: Array
+    step: Array
+    response: Array
+    spread: Array
+
+    @classmethod
+    def of(cls, terms: FrameTerms) -> Eliminated:
+        """Eliminate the own unknowns of a frame."""
+        if not len(terms.own):
+            none = np.zeros((0, len(terms.gradient)))
+            return cls(terms.shared, terms.gradient, np.zeros(0), none, terms.own)
+        factor = cho_factor(terms.own)
+        response = -cho_solve(factor, terms.cross)
+        step = -cho_solve(factor, terms.own_gradient)
+        return cls(
+            terms.shared + terms.cross.T @ response,
+            terms.gradient + response.T @ terms.own_gradient,
+            step,
+            response,
+            np.asarray(cho_solve(factor, np.eye(len(step)))),
+        )
+
+    def variances(self, covariance: Array) -> Array:
+        """Variances of the own unknowns, from the covariance (S, S) of the shared ones."""
+        moved = (self.response @ covariance * self.response).sum(axis=1)
+        return np.diag(self.spread) + moved

@@ -1,0 +1,110 @@
+"""What readers of pads have in common, whether forces act at tactels or anywhere on a skin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
+from fringeforce.estimation.likelihood import Response
+from fringeforce.models.imaging import camera_response
+from fringeforce.models.pad import PadModel
+from fringeforce.optics.arrangement import signed
+from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.pads.verdict import FrameClassifier
+from fringeforce.reading.reading import Reading
+
+
+@dataclass(frozen=True, eq=False)
+class PadFrames(FrameReader):
+    """Reads frames of one pad, each for itself."""
+
+    model: PadModel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.friction is not None:
+            if self.model.sensor.skin is None:
+                raise InputError("friction is for strips; read a pad without it.")
+            raise InputError("The friction of a pad's skin is that of its design; change it there.")
+
+    def check_signed(self) -> None:
+        """Raise InputError if frames do not tell a force from its negative."""
+        forms = np.concatenate([picture.forms for picture in self.model.pictures])
+        if not signed(forms):
+            raise InputError(
+                "Frames of this polariscope are the same for a force and its negative, so that "
+                "nothing can be read without an earlier state; take a polarisation camera, or "
+                'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
+            )
+
+    @cached_property
+    def response(self) -> Response:
+        """What the camera makes of light."""
+        return camera_response(self.model.sensor.camera)
+
+    def phase(self, forces: Array) -> Array:
+        """Retardance over both passes, shape (2, rows, columns) [rad]."""
+        return self.model.retardance(forces)
+
+    def trial_forces(self) -> Array:
+        """A newton on the tactel in the middle, shape (n, 3) [N]."""
+        forces = np.zeros(self.forces_shape)
+        forces[len(forces) // 2, 0] = 1.0
+        return forces
+
+    @property
+    def pixels(self) -> int:
+        """Of a frame, all channels together."""
+        return int(np.prod(self.model.frame_shape))
+
+    def classifier(self, used: Mask) -> FrameClassifier:
+        """What judges frames of which some pixels count."""
+        if self.complete(used):
+            return self._unmasked
+        last = self._last.get("classifier")
+        if last is None or last.used is not used:
+            last = self._last["classifier"] = FrameClassifier(
+                self.model, self.response, used, self.confidence
+            )
+        return last
+
+    @cached_property
+    def _last(self) -> dict[str, FrameClassifier]:
+        """The judge of the last mask, which others with the same mask take."""
+        return {}
+
+    @cached_property
+    def _unmasked(self) -> FrameClassifier:
+        return FrameClassifier(self.model, self.response, confidence=self.confidence)
+
+
+class PadFramesFollower(Follower):
+    """Reads the frames of one pad in the order in which they were taken.
+
+    Parameters
+    ----------
+    frames : PadFrames
+        What reads single ones.
+    """
+
+    def __init__(self, frames: PadFrames) -> None:
+        self._frames = frames
+        self.reset()
+
+    def read_on(
+        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
+    ) -> None:
+        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
+        for row, image in enumerate(levels):
+            checked = self._frames.checked(image.reshape(self._frames.model.frame_shape), used)
+            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
+            batch.store(row, reading)
+            if progress is not None:
+                progress(1)
