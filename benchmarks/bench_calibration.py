@@ -9,9 +9,9 @@ with new places, widths and light.
 
 OK: held-out frames that are read as OK.  far: of these, a force lies more than six stated standard
 deviations off.  inside: forces within their 95 % intervals.  ratio: error over that of the same
-reader with the true sensor.  chi2: of the calibration, which takes s seconds.  off: the largest deviation of a
-calibrated value from the truth, in its stated standard deviations, and of which; behind it the
-frames and pixels that were left out.
+reader with the true sensor.  chi2: of the calibration, which takes s seconds.  off: the largest
+deviation of a calibrated value from the truth, in its stated standard deviations, and of which;
+behind it the frames and pixels that were left out.
 """
 
 from __future__ import annotations
