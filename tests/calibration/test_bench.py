@@ -150,6 +150,7 @@ def test_a_bench_that_cannot_be_explained_is_not_to_be_used(bench, change, cause
     some = slice(None, None, 3)
     model = ff.calibrate(sensor, frames[some], change(loads.rows(some)), [STRAIN_OPTIC, COVER])
     found = model.calibration
+    assert found is not None
     assert not found.usable
     assert "Do not use" in found.findings[0]
     assert cause in found.findings[0]
@@ -179,6 +180,7 @@ def test_the_delay_of_a_log_is_found() -> None:
     some = slice(None, None, 2)
     frames = exposed(true, presses[some], rng)
     model = ff.calibrate(sensor, frames, log, [STRAIN_OPTIC, COVER], times=times[some])
+    assert model.calibration is not None
     assert model.calibration.delay == pytest.approx(delay, abs=5e-3)
     assert model.calibration.usable
 

@@ -58,7 +58,7 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         **{name: read_as.get(name, read)(file, f"imaging/{name}") for name in ARRAYS},
         light_variance=float(np.asarray(attributes["light_variance"])),
         drift=(gain, offset),
-        **{name: read(file, f"imaging/{name}") for name in FIELDS if name in file["imaging"]},
+        **{n: read(file, f"imaging/{n}") for n in FIELDS if f"imaging/{n}" in file},
     )
     pixels = len(imaging.positions)
     lengths = (

@@ -161,10 +161,13 @@ def _of_calibration(
     # the names of all tactels' places stand for one path
     paths = tuple(dict.fromkeys(POSITIONS if n.startswith("tactel ") else n for n in single))
     unit, count = _units(model.sensor, paths), len(found.names)
-    root = np.zeros((count + 2 * basis.shape[1],) * 2)
-    root[:count, :count] = np.linalg.cholesky(found.covariance / np.outer(unit, unit))
+    own = np.asarray(np.linalg.cholesky(found.covariance / np.outer(unit, unit)), dtype=float)
     modes = [imaging.amplitude_modes, imaging.offset_modes]
-    root[count:] = np.concatenate([_coefficients(basis, mode.T) for mode in modes])
+    size = count + 2 * basis.shape[1]
+    wide = np.zeros((size, max(len(modes[0]), size)))
+    wide[:count, :count] = own
+    wide[count:, : len(modes[0])] = np.concatenate([_coefficients(basis, m.T) for m in modes])
+    root = np.asarray(np.linalg.qr(wide.T)[1], dtype=float).T  # of the same covariance, square
     lights = np.stack([imaging.amplitude, imaging.offset])
     smooth = _coefficients(basis, lights.T)
     place = np.array([found.values[-2] / SHIFT, found.values[-1] - 1])
@@ -172,7 +175,7 @@ def _of_calibration(
     single_pixels = lights - (basis @ smooth).T
     pattern = FixedPatternNoise(single_pixels, single_pixels, np.full(lights.shape, np.inf))
     measured = replace(measured, pattern=pattern, drift=imaging.drift)
-    jacobian = _jacobian_of_modes(model, imaging, root[:count, :count], prior(model.sensor, paths))
+    jacobian = _jacobian_of_modes(model, imaging, own, prior(model.sensor, paths))
     return Knowledge(
         measured, paths, jacobian, unknowns, root, imaging.usable, imaging.light_variance
     )
