@@ -128,7 +128,7 @@ def test_nothing_is_corrected_where_nothing_is_wrong(small, made) -> None:
     )
     assert psi_error(model, plain) < 1e-3
     one, other = (held_out(m, made, np.random.default_rng(35), 40) for m in (plain, model))
-    assert other.ratio < 1.03 * one.ratio
+    assert other.ratio < 1.1 * one.ratio
     assert other.statuses == one.statuses
 
 

@@ -218,7 +218,7 @@ def fitted(
             search.descend(few, heat)
     for number in range(ROUNDS):
         report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
-        if search.improve() or (number and search.misfit() > HOPELESS):
+        if search.improve() or (number and search.pattern is None and search.misfit() > HOPELESS):
             break
     if aside:
         report("Checking frames that were put aside", total - 1, total)
