@@ -618,7 +618,7 @@ class _Search:
             return False
         before = self.pattern
         models = self._posterior(self.kept.astype(float), 1.0).models(self.state.shared)
-        used = self.sound & self.seen
+        used = self.alive & self.seen
         self.pattern = before.improved(models, self.state, self.levels, self.kept, used)
         amplitude, offset = self.pattern.noise.levels
         light = self.light

@@ -15,8 +15,9 @@ FIRST = 0.02, 0.01
 """Deviations of amplitude and offset from pixel to pixel at first, over the amplitude."""
 BRIGHTER = 1e-3
 """Relative step of the amplitude of all pixels, by which levels are differentiated."""
-SOUND = 5.0
-"""Residual beyond which a level says nothing of its pixel, in deviations of the noise."""
+SOUND = 10.0
+"""Residual beyond which a level says nothing of its pixel, in deviations of one frame's noise: a
+pattern of several is not a defect."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ class Pattern:
             sigma = np.sqrt(model.variance)
             slopes = np.stack([(brighter - level) / step, darker - level]) / sigma
             left = (level - levels[f]) / sigma
-            counts = used & (np.abs(left) < SOUND)
+            counts = used & (np.abs(left) < SOUND * np.sqrt(models.bench.averaged[f]))
             gradient += slopes * left * counts
             pixels += slopes[:, None] * slopes * counts
         noise = FixedPatternNoise.unseen(len(used), self.sizes, self.dark, self.variance)
