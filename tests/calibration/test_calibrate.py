@@ -10,10 +10,6 @@ import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.measurements import Measurements
-from fringeforce.calibration.normal_equations import linearised
-from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.strip_reader import StripFrameReader
@@ -205,24 +201,6 @@ def test_derivatives_of_the_design_do_not_depend_on_their_step(sensor) -> None:
     fine, coarse = (design_jacobian(sensor, paths, centre, step).at(x) for step in (0.002, 0.004))
     scale = np.abs(fine).max(axis=(1, 2))
     assert (np.abs(fine - coarse).max(axis=(1, 2)) < 3e-3 * scale).all()
-
-
-def test_the_gradient_of_the_fit_is_that_of_its_loss(sensor) -> None:
-    rng = np.random.default_rng(17)
-    forces = combined(rng, 5, largest=0.7)
-    jacobian = design_jacobian(sensor, PARAMETERS, np.zeros(3))
-    frames = jacobian.model.expose(forces, rng=rng).astype(float)
-    bench = Measurements(sensor, frames, forces.reshape(5, -1), light_basis(PIXELS, 6))
-    at = start(bench, 3).moved(np.full(17, 0.01))
-    weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
-    gradient = linearised(bench, at, jacobian, weight).gradient
-
-    def loss(step: np.ndarray) -> float:
-        return float((predict(bench, at.moved(step), jacobian).residuals ** 2 @ weight).sum()) / 2
-
-    steps = 1e-5 * np.eye(len(gradient))
-    differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]
-    np.testing.assert_allclose(gradient, differences, rtol=1e-4, atol=1e-3)
 
 
 def test_imaging_as_designed_changes_no_frame_and_no_reading(model, sensor) -> None:

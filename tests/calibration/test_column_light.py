@@ -4,18 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benches import PIXELS, STRAIN_OPTIC, combined, drawing, findings, held_out, lit, seen_by
+from benches import STRAIN_OPTIC, drawing, findings, held_out, lit, seen_by
 from scipy.linalg import eigh
 
 from benches import presses, shots  # isort: skip
 
+
 import fringeforce as ff
-from fringeforce.calibration.columns.prior import shapes
-from fringeforce.calibration.columns.quadratic import expanded
-from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
-from fringeforce.calibration.measurements import Measurements
+from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.frame_fit import Prior
 from fringeforce.reading.strip_reader import StripFrameReader
 
@@ -96,6 +92,7 @@ def test_what_a_calibration_leaves_moves_loads_as_every_pixel_says(steady, size)
     used, loads = single.usable(None), ff.polar(size, 8, n=11).ravel()
     assert single.calibration_uncertainty is not None
     assert imaging is not None
+    assert imaging.lens_modes is not None
     model = single.uncertain.frame
     phase = single.influence @ loads
     light = response.amplitude * response.brightness(phase)
@@ -103,49 +100,23 @@ def test_what_a_calibration_leaves_moves_loads_as_every_pixel_says(steady, size)
     gain, offset = imaging.drift
     slopes += [gain * light] * bool(gain) + [np.full_like(light, offset)] * bool(offset)
     seen = np.array(slopes)[:, used] / np.sqrt(response.variance)
-    modes = imaging.level_modes(loads, phase)[:, used] / np.sqrt(response.variance)
-    known = seen @ seen.T + np.eye(len(seen))
-    moved = np.linalg.solve(known, seen @ modes.T)[:22]
     unknowns = np.zeros(model.at.size)
     unknowns[:22] = loads
+
+    def change(name: str, step: float) -> np.ndarray:
+        ahead, behind = (
+            expose(model._replace(**{name: getattr(model, name) + by}), unknowns)[0]
+            for by in (step, -step)
+        )
+        return (ahead - behind) / (2 * step)
+
+    pixel = steady.sensor.transducer.length / steady.sensor.camera.pixels
+    lens = np.stack([change("blur", model.blur / 4) / pixel, change("gamma", 1e-4)])
+    modes = imaging.level_modes(loads, phase) + imaging.lens_modes @ lens
+    modes = modes[:, used] / np.sqrt(response.variance)
+    known = seen @ seen.T + np.eye(len(seen))
+    moved = np.linalg.solve(known, seen @ modes.T)[:22]
     prior = Prior(np.zeros(model.at.size), np.ones(model.at.size), -1.0, 1e6)
     found = single.calibration_uncertainty.covariance(model, prior, unknowns, used)
     scale = np.sqrt(np.diag(np.linalg.inv(known)[:22, :22] + moved @ moved.T))
     assert (np.abs(found - moved @ moved.T) < 0.02 * np.outer(scale, scale)).all()
-
-
-def test_the_free_light_is_a_schur_complement_and_the_gradient_that_of_the_loss() -> None:
-    """Against the columns' own loss, minimised over pattern and frames' light by least squares."""
-    rng, sensor = np.random.default_rng(66), drawing()
-    forces = combined(rng, 6)
-    jacobian = design_jacobian(sensor, (STRAIN_OPTIC,), np.zeros(1))
-    levels = shots(lit(jacobian.model, rng), forces, rng).astype(float)
-    bench = Measurements(
-        sensor, levels, forces.reshape(6, -1), light_basis(PIXELS, 6), drift=(0.02, 0.7),
-        pattern=FixedPatternNoise.unseen(PIXELS, (3.0, 1.0), None, 1.0),
-    )  # fmt: skip
-    at, possible = start(bench, 1), shapes(sensor, jacobian, np.zeros(1))
-    weight = (np.abs(sensor.pixel_positions) < 11e-3).astype(float)
-    found = expanded(bench, at, jacobian, possible, weight)
-    normal, pattern = found.normal, bench.pattern
-    assert pattern is not None
-    # all derivatives at once, pattern included, as one dense least-squares problem
-    change = rng.normal(size=(44, possible.count))
-    positions = at.positions(sensor)
-    derivatives, view = normal.jacobian, normal.predicted
-    turned = derivatives.turn * (bench.loads @ possible.correction(change, positions).T)
-    root = np.sqrt(normal.weights)
-    pixel = np.stack([(root * lit)[:, :, None] * np.eye(PIXELS) for lit in derivatives.lit])
-    columns = np.concatenate(np.moveaxis(pixel, 3, 1)).reshape(2 * PIXELS, -1)
-    prior = pattern.precision.ravel()
-    inside = columns @ columns.T + np.diag(prior)
-    mixed = columns @ (root * turned).ravel()
-    alone = (root * turned).ravel() @ (root * turned).ravel()
-    whole = alone - mixed @ np.linalg.solve(inside, mixed)
-    flat = change.ravel()
-    assert flat @ found.information @ flat == pytest.approx(whole, rel=1e-6)
-    left = (root * view.residuals).ravel()
-    pulled = columns @ left + prior * (pattern.levels - pattern.known).ravel()
-    slope = (root * turned).ravel() @ left - mixed @ np.linalg.solve(inside, pulled)
-    assert flat @ found.column_gradient == pytest.approx(slope, rel=1e-6)
-    assert np.linalg.eigvalsh(found.hessian).min() > -1e-6

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from benches import (
-    COVER,
     PIXELS,
     PLACE,
     STRAIN_OPTIC,
@@ -18,11 +17,6 @@ from benches import (
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.measurements import Measurements
-from fringeforce.calibration.normal_equations import linearised
-from fringeforce.calibration.predictions import predict
 from fringeforce.estimation.frame_illumination import frame_illumination
 
 pytestmark = pytest.mark.slow
@@ -76,48 +70,6 @@ def test_estimates_under_a_drift_scatter_as_their_covariance_says(true) -> None:
         reached = np.append(np.log(found.values[0] / found.drawing[0]), found.values[1:])
         total += (reached - truth) @ np.linalg.solve(found.covariance, reached - truth)
     assert is_plausible(float(total), 5 * 3)
-
-
-def test_the_gradient_of_a_drifting_fit_is_that_of_its_loss(true) -> None:
-    rng, sensor = np.random.default_rng(44), drawing()
-    jacobian = design_jacobian(sensor, (STRAIN_OPTIC, COVER), np.zeros(2))
-    forces = presses(rng, 0)[::4]
-    frames = shots(true, forces, rng, 0.02, 0.7)
-    loads, basis = forces.reshape(len(forces), -1), light_basis(PIXELS, 5)
-    bench = Measurements(
-        sensor, frames, loads, basis, averaged=np.arange(1.0, 7), drift=(0.03, 1.0)
-    )
-    at, even = start(bench, 2).moved(np.full(14, 0.01)), np.ones(PIXELS)
-    normal = linearised(bench, at, jacobian, even)
-
-    def loss(step: np.ndarray) -> float:
-        predicted = predict(bench, at.moved(step), jacobian, even)
-        sizes = np.median(normal.predicted.residuals**2, axis=1) / bench.averaged
-        weights = 1 / np.maximum(1, sizes / (3 * np.median(sizes))) ** 2
-        return (
-            float(
-                weights @ ((predicted.residuals**2).sum(axis=1) + (predicted.drift**2).sum(axis=0))
-            )
-            / 2
-        )
-
-    steps = 1e-5 * np.eye(len(at.flat))
-    differences = [(loss(step) - loss(-step)) / 2e-5 for step in steps]
-    np.testing.assert_allclose(normal.gradient, differences, rtol=1e-4, atol=1e-3)
-
-
-def test_eliminating_the_frames_own_light_is_a_schur_complement(true) -> None:
-    rng, sensor = np.random.default_rng(45), drawing()
-    jacobian = design_jacobian(sensor, (STRAIN_OPTIC,), np.zeros(1))
-    forces = presses(rng, 0)[::4]
-    frames = shots(true, forces, rng, 0.02, 0.7)
-    loads, basis = forces.reshape(len(forces), -1), light_basis(PIXELS, 5)
-    bench = Measurements(sensor, frames, loads, basis, drift=(0.03, 1.0))
-    normal = linearised(bench, start(bench, 1), jacobian, np.ones(PIXELS))
-    m = len(normal.hessian)
-    whole = normal.whole
-    expected = whole[:m, :m] - whole[:m, m:] @ np.linalg.solve(whole[m:, m:], whole[m:, :m])
-    np.testing.assert_allclose(normal.profiled, expected, rtol=1e-8, atol=1e-7)
 
 
 def test_a_frame_tells_its_own_gain_beside_its_loads(true) -> None:

@@ -19,11 +19,6 @@ from benches import (
 from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
-from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import light_basis, start
-from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise, eliminated
-from fringeforce.calibration.measurements import Measurements
-from fringeforce.calibration.normal_equations import linearised
 from fringeforce.optics.camera import expose, noise_variance
 
 pytestmark = pytest.mark.slow
@@ -123,25 +118,6 @@ def test_estimates_scatter_as_their_covariance_says(plain) -> None:
         reached = np.append(np.log(found.values[0] / found.drawing[0]), found.values[1:])
         total += (reached - truth) @ np.linalg.solve(found.covariance, reached - truth)
     assert is_plausible(float(total), 5 * 3)
-
-
-def test_eliminating_the_pattern_is_a_schur_complement() -> None:
-    rng, sensor, pixels = np.random.default_rng(36), drawing().replace(camera={"pixels": 24}), 24
-    jacobian = design_jacobian(sensor, (STRAIN_OPTIC,), np.zeros(1))
-    forces = presses(rng, 0)[::5]
-    frames = jacobian.model.expose(forces, rng=rng).astype(float)
-    pattern = FixedPatternNoise.unseen(pixels, (6.0, 2.0), None, 1.0)
-    basis = light_basis(pixels, 4)
-    bench = Measurements(sensor, frames, forces.reshape(len(forces), -1), basis, pattern=pattern)
-    normal = linearised(bench, start(bench, 1), jacobian, np.ones(pixels))
-    blocks = pattern.information(normal.pixels)
-    corner = np.zeros((pixels, 2, pixels, 2))
-    corner[np.arange(pixels), :, np.arange(pixels), :] = blocks
-    side = np.moveaxis(normal.coupling, 1, 0).reshape(len(normal.hessian), -1)
-    corner = corner.reshape(2 * pixels, 2 * pixels)
-    expected = normal.hessian - side @ np.linalg.solve(corner, side.T)
-    found = eliminated(normal.hessian, normal.coupling, blocks)
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_model_with_a_pattern_and_a_drift_survives_its_file(plain, tmp_path) -> None:

@@ -22,6 +22,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactPhases
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import (
@@ -35,6 +36,7 @@ from fringeforce.estimation.frame_fit import (
 )
 from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
+from fringeforce.models.uncertainty import coefficients
 
 SHIFT, SCALE = 1e-3, 1e-2
 """Units of the camera's shift [m] and scale."""
@@ -55,6 +57,8 @@ class Parts(NamedTuple):
 
     design: int
     camera: int
+    height: int
+    slope: int
     residual: int
     bright: int
     dark: int
@@ -69,9 +73,9 @@ class Parts(NamedTuple):
         return slice(self[number], self[number + 1])
 
 
-def parts(design: int, fields: int, bright: int, dark: int, written: int) -> Parts:
-    """Places of the shared unknowns, from the numbers of each."""
-    return Parts(*accumulate([0, design, 2, fields, bright, dark, 1, 1, written]))
+def parts(design: int, columns: int, fields: int, bright: int, dark: int, written: int) -> Parts:
+    """Places of the shared unknowns, from the numbers of each; columns have two kinds of errors."""
+    return Parts(*accumulate([0, design, 2, columns, columns, fields, bright, dark, 1, 1, written]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,8 @@ class Bench:
     moves : tuple of ndarray, length F, shape (l, w) each
         What unknowns of the loads' list, such as the zero of its places, change in what is expected
         of the own unknowns of a frame.
+    columns : Columns, optional
+        Errors that the columns of tactels may have.
     """
 
     frames: Array
@@ -119,6 +125,7 @@ class Bench:
     averaged: Array
     turned: Array
     moves: tuple[Array, ...]
+    columns: Columns | None = None
 
     @cached_property
     def largest(self) -> float:
@@ -326,18 +333,21 @@ class BenchPosterior:
 
     def terms(self, state: State, models: FrameModels) -> Iterator[FrameTerms]:
         """Half the loss of every frame to second order."""
-        slopes = models.slopes()
+        slopes, rows = models.slopes(), models.column_rows()
         for f, own in enumerate(state.own):
-            yield self._terms(f, own, state.shared, models, slopes)
+            unknowns = models.unknowns(f, own, state.shared)
+            waves = models.waves(f, unknowns, slopes)
+            turned = rows * models.whole(f, own)[:, None, None]
+            waves = np.concatenate([waves, turned.reshape(-1, waves.shape[1])])
+            yield self._terms(f, own, state.shared, models, waves)
 
     def _terms(
-        self, f: int, own: Array, shared: Array, models: FrameModels, slopes: Array
+        self, f: int, own: Array, shared: Array, models: FrameModels, waves: Array
     ) -> FrameTerms:
         model, at = models.of_frame(f), self.bench.at
         unknowns = models.unknowns(f, own, shared)
         prior = self._prior(f, shared, free=True)
         about = linearise(model, prior, self.bench.frames[f], unknowns)
-        waves = models.waves(f, unknowns, slopes)
         spread = spread_profiles(model, unknowns, waves)
         cross = shared_information(model, about, spread)
         size = at.size
@@ -382,6 +392,7 @@ class FrameModels:
     shared: Array
     heat: float
     profiles: Array
+    corrections: Array
     at: dict[int, Layout]
 
     @classmethod
@@ -391,6 +402,11 @@ class FrameModels:
         design = shared[bench.at.own("design")]
         x = bench.positions(shared, bench.places)
         profiles = bench.contacts.profiles(design, x, nodes)
+        corrections = np.zeros((0, 2, nodes))
+        if bench.columns is not None:
+            errors = shared[bench.at.height : bench.at.residual]
+            columns = coefficients(bench.columns.correction(errors, x).T, nodes)
+            corrections = columns.reshape(-1, 2, nodes)
         fields, modes = len(bench.template.fields), len(bench.template.brightness) + LAMP
         layouts = {
             k: Layout(
@@ -406,7 +422,7 @@ class FrameModels:
             )
             for k in range(bench.which.shape[1] + 1)
         }
-        return cls(bench, shared, heat, np.ascontiguousarray(profiles), layouts)
+        return cls(bench, shared, heat, np.ascontiguousarray(profiles), corrections, layouts)
 
     def contacts(self, f: int) -> Index:
         """Places of the contacts of a frame, as numbers of those of the bench."""
@@ -418,6 +434,9 @@ class FrameModels:
         bench, own = self.bench, self.contacts(f)
         template, averaged = bench.template, bench.averaged[f]
         chosen = (self.profiles if profiles is None else profiles)[own]
+        if profiles is None and bench.columns is not None:
+            more = self.corrections[self.tactels(f)]
+            chosen = chosen + self.middling[:, None] * more[:, :, None]
         lamp = bench.lamp
         return template._replace(
             moments=np.zeros((len(own), 2, 1, 1)),
@@ -429,6 +448,38 @@ class FrameModels:
             variance=template.variance * self.heat / averaged,
             at=self.at[len(own)],
         )
+
+    def tactels(self, f: int) -> Index:
+        """Numbers of the tactels on which the contacts of a frame are."""
+        numbers = self.bench.loads.tactels
+        assert numbers is not None, "columns are those of tactels"
+        return numbers[f, self.bench.which[f] >= 0]
+
+    @cached_property
+    def middling(self) -> Array:
+        """What the mixtures of moments are for a narrow contact at its place, shape (k,)."""
+        mixing = self.bench.template.mixing
+        narrow = np.eye(1, mixing.shape[1])[0]
+        return np.asarray(np.linalg.lstsq(mixing.T, narrow, rcond=None)[0], dtype=float)
+
+    def whole(self, f: int, own: Array) -> Array:
+        """Forces of a frame on all tactels, shape (2n,); none if columns have no errors."""
+        columns = self.bench.columns
+        if columns is None:
+            return np.zeros(0)
+        found = np.zeros((columns.tactels, 2))
+        tactels = self.tactels(f)
+        found[tactels] = own[: 2 * len(tactels)].reshape(-1, 2)
+        return found.ravel()
+
+    def column_rows(self) -> Array:
+        """What the errors of columns turn per force, shape (2, 2n, r, m) [rad/N]."""
+        bench, nodes = self.bench, len(self.bench.template.fixed)
+        if bench.columns is None:
+            return np.zeros((2, 0, 0, nodes))
+        x = bench.positions(self.shared, bench.places)
+        rows = coefficients(bench.columns.rows(x), nodes)
+        return rows.reshape(2, 2 * bench.columns.tactels, -1, nodes)
 
     def split(self, f: int) -> tuple[Index, Index]:
         """Which unknowns of a frame's model are its own, and which are shared."""

@@ -7,45 +7,20 @@ place and the lighting, all together.  Phases are never recovered, so small load
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import cast
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.columns.fit import fit_columns
-from fringeforce.calibration.design_entries import checked_paths, entries
-from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian, relinearised
+from fringeforce.calibration.design_entries import checked_paths
 from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.fitted_model import calibrated_model
-from fringeforce.calibration.frame_fit import (
-    STAGES,
-    CalibrationFit,
-    consistent,
-    levenberg_marquardt,
-    light_basis,
-    on_strip,
-    pixel_weight,
-    small_phases,
-    start,
-)
-from fringeforce.calibration.light.drift import drifting
-from fringeforce.calibration.light.references import (
-    References,
-    improved,
-    patterned,
-    with_references,
-)
+from fringeforce.calibration.light.references import References
 from fringeforce.calibration.load_log import LoadLog
-from fringeforce.calibration.measurements import Measurements, Unknowns
-from fringeforce.calibration.predictions import predict
-from fringeforce.calibration.result import built
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
-from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.models.presses import Presses
 from fringeforce.models.strip import SensorModel
 
@@ -57,10 +32,6 @@ PARAMETERS = (
 """Design values that drawings know worst."""
 LIGHTS = 10
 """Smooth functions along the frame that make up amplitude and offset each."""
-SHIFTS = np.arange(-2.0, 2.1, 0.25)
-"""Shifts that are tried first, in units of SHIFT."""
-RELINEARISATIONS = 10
-"""Largest number of linearizations in the last stage."""
 
 
 def calibrate(
@@ -135,81 +106,10 @@ def calibrate(
     0.054
     """
     report = progress or (lambda title, done, expected: None)
-    if not columns:
-        levels, known = checks.checked_bench(sensor, frames, forces, times)
-        paths = checked_paths(sensor, tuple(parameters))
-        lights = (references or References()).checked(sensor)
-        fit = fitted(sensor, levels, known, paths, report, lights, aside)
-        return calibrated_model(fit, levels, known)
-    levels, loads = checks.checked_measurements(sensor, frames, cast(ArrayLike, forces))
+    levels, known = checks.checked_bench(sensor, frames, forces, times)
+    if columns and (isinstance(known, TimedLoads) or known.tactels is None):
+        raise InputError("columns=True corrects the columns of tactels; give loads of tactels.")
     paths = checked_paths(sensor, tuple(parameters))
     lights = (references or References()).checked(sensor)
-    measured = Measurements(sensor, levels, loads, light_basis(sensor.camera.pixels, LIGHTS))
-    found = _fitted(with_references(measured, lights), paths, lights, report)
-    report("Correcting the columns", 2 * len(STAGES) - 1, 2 * len(STAGES))
-    found = _corrected(found, paths)
-    model = built(found, paths, len(levels))
-    report("Done", 2 * len(STAGES), 2 * len(STAGES))
-    return model
-
-
-def _fitted(
-    measured: Measurements, paths: tuple[str, ...], lights: dict[str, Array], report: Progress
-) -> CalibrationFit:
-    """The fit, in stages of growing phase, and what it leaves out."""
-    report("Finding the strip", 0, 2 * len(STAGES))
-    sensor, at = measured.sensor, start(measured, len(entries(measured.sensor, paths)))
-    sound = ~stuck_pixels(measured.levels, sensor.camera.noise)
-    kept = np.ones(len(measured.levels), dtype=bool)
-    jacobian = design_jacobian(sensor, paths, at.design)
-    at = _placed(measured, at, jacobian, sound)
-    for number, limit in enumerate(STAGES):
-        chosen = small_phases(measured, at, jacobian, limit)
-        report(f"Fitting {chosen.sum()} frames", 1 + number, 2 * len(STAGES))
-        fit = levenberg_marquardt(measured.rows(chosen), at, jacobian, sound)
-        at = fit.unknowns
-        jacobian = relinearised(sensor, paths, at.design, fit.covariance, jacobian)
-    fit = levenberg_marquardt(measured, at, jacobian, sound)
-    if lights:
-        measured = patterned(measured, fit, lights, sound)
-        fit = levenberg_marquardt(measured, fit.unknowns, jacobian, sound)
-    previous = None
-    for number in range(RELINEARISATIONS):
-        report(f"Fitting {kept.sum()} frames", min(4 + number, 5), 2 * len(STAGES))
-        weight = pixel_weight(measured, fit.unknowns, sound)
-        before = measured, kept, sound
-        measured, at = improved(measured, fit)
-        if previous is jacobian:
-            measured = drifting(measured, at, jacobian, weight)
-        clear, kept = consistent(measured, at, jacobian, sound)
-        sound = sound & clear
-        same = measured is before[0] and all(map(np.array_equal, before[1:], (kept, sound)))
-        if same and previous is jacobian:
-            break
-        share, design = 0.5 if number else 1.0, fit.unknowns.design
-        previous = jacobian
-        jacobian = relinearised(sensor, paths, design, fit.covariance, jacobian, share)
-        fit = levenberg_marquardt(measured.rows(kept), at, jacobian, sound)
-    return CalibrationFit(measured, fit, sound, kept)
-
-
-def _corrected(found: CalibrationFit, paths: tuple[str, ...]) -> CalibrationFit:
-    """The fit with corrected columns, or the one without if the frames show no error of them."""
-    measured = found.measured
-    stuck = stuck_pixels(measured.levels, measured.sensor.camera.noise)
-    columns = fit_columns(measured, paths, found.fit, stuck, found.kept)
-    return columns if columns.posterior.size else found
-
-
-def _placed(
-    measured: Measurements, at: Unknowns, jacobian: DesignJacobian, sound: Mask
-) -> Unknowns:
-    """The start with the shift under which calm frames fit best."""
-    few = measured.rows(small_phases(measured, at, jacobian, STAGES[0]))
-    trials = [replace(at, place=np.array([shift, 0.0])) for shift in SHIFTS]
-    losses = []
-    for trial in trials:
-        seen = sound & on_strip(trial.positions(measured.sensor), measured.sensor)
-        left = predict(few, trial, jacobian).residuals[:, seen] ** 2
-        losses.append(np.minimum(left, 1e3).mean(axis=1).sum())
-    return trials[int(np.argmin(losses))]
+    fit = fitted(sensor, levels, known, paths, report, lights, aside, columns)
+    return calibrated_model(fit, levels, known)

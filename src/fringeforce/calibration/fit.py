@@ -21,8 +21,9 @@ from fringeforce.calibration.bench_fit import (
 )
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.checks import misfitting_pixels
+from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
-from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior
+from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
@@ -56,6 +57,8 @@ ENTRY_STEP = 0.1, 0.03
 """Steps of an entry to both sides of the first design and of later ones."""
 SETTLED = 0.1
 """Change of an unknown, in its standard deviations, below which a solution is near enough."""
+NEAR_DESIGN = 1e-3
+"""Change of the logarithm of a value that expansions bear, however well it is known."""
 CHANGED = 0.1
 """Relative change of a size below which it is found."""
 DOUBT = {
@@ -71,13 +74,22 @@ force of a contact, gain of the lamp, and offset over the amplitude.  The frames
 FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
 """The same of the residual [rad], the unevenness of the light and that of the offset, over the
 amplitude."""
+ERRORS = {"height": 0.03, "slope": 0.03}
+"""The same of columns' errors in height and in place, over the columns."""
+SMOOTH = {"residual": 0, "bright": 1, "dark": 1, "height": 0, "slope": 0}
+"""What has a size that the frames tell, and how many unknowns of each are free: the mean of the
+light."""
 LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
 """Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
+FREED = 2
+"""Rounds of the last stage before errors of columns enter: design and camera come first."""
 FEWEST_ASIDE, REFITS = 4, 3
 """Frames to put aside at least, for fewer tell nothing of a share, and rounds with them."""
 UNSTATED, INTERVAL = 300.0, 1.96
 """Times the usual error of forces that stands for forces nobody states, and standard deviations of
 a 95 % interval."""
+PINNED = 1e-3
+"""Size of what does not scatter."""
 DELAY = 1e-3
 """Unit of a delay, over which loads are differentiated [s]."""
 DETECTED = 4.0
@@ -143,8 +155,11 @@ class BenchFit:
     checked : Check
         How frames that were put aside compare with their loads.
     told : mapping
-        Share of what scatters, by GROUPS, that a frame tells rather than what is expected of it,
-        and how many tell.
+        Share of what scatters, by GROUPS, or varies, by SMOOTH, that frames tell rather than what
+        is expected of it, and how many tell.
+    moved : ndarray, shape (S, S)
+        What the shared unknowns move in readings of these frames: the sum of squared motions of
+        forces that nobody states, in their deviations.
     pattern : Pattern, optional
         What single pixels add to the smooth light.
     """
@@ -160,10 +175,11 @@ class BenchFit:
     delay: float
     checked: Check
     told: Mapping[str, tuple[float, float]]
+    moved: Array
     pattern: Pattern | None = None
 
     def shown(self, name: str) -> bool:
-        """Whether frames show that something scatters, or it is lost in their noise."""
+        """Whether frames show that something scatters or varies, or it is lost in their noise."""
         share, count = self.told[name]
         return share > DETECTED / (DETECTED + np.sqrt(count / 2))
 
@@ -186,6 +202,7 @@ def fitted(
     report: Progress,
     references: Mapping[str, Array] | None = None,
     aside: int = 0,
+    columns: bool = False,
 ) -> BenchFit:
     """Fit all that is unknown of a bench.
 
@@ -205,8 +222,10 @@ def fitted(
         Frames that show the light alone, by kind, as checked.
     aside : int
         Every so many frames one is put aside at first and checked; none if zero.
+    columns : bool
+        Whether columns of tactels may differ from those of any design.
     """
-    search = _Search(sensor, levels, loads, paths, references or {})
+    search = Search(sensor, levels, loads, paths, references or {})
     search.put_aside(aside)
     total = len(STAGES) + ROUNDS + 2
     report("Finding the strip", 0, total)
@@ -218,9 +237,12 @@ def fitted(
             search.descend(few, heat)
     for number in range(ROUNDS):
         report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
-        if search.improve() or (number and search.pattern is None and search.misfit() > HOPELESS):
+        if columns and number == FREED:
+            search.free_columns()
+        hopeless = not columns and search.pattern is None and search.misfit() > HOPELESS
+        if (search.improve() and (number > FREED or not columns)) or (number and hopeless):
             break
-    if aside:
+    if not search.wanted.all():
         report("Checking frames that were put aside", total - 1, total)
         search.check()
         for _ in range(REFITS if search.misfit() < HOPELESS else 0):
@@ -234,7 +256,7 @@ def roughly_fitted(
     sensor: Sensor, levels: Array, loads: BenchLoads, paths: tuple[str, ...]
 ) -> float:
     """Usual misfit per pixel of a few frames after the first stages; parameters as of `fitted`."""
-    search = _Search(sensor, levels, loads, paths, {})
+    search = Search(sensor, levels, loads, paths, {})
     search.find_shift()
     for heat in HEATS[:-1]:
         search.descend(search.calm(STAGES[0]), heat)
@@ -248,7 +270,7 @@ def inverse(information: Array) -> Array:
     return np.asarray(np.linalg.inv(information), dtype=float)
 
 
-class _Search:
+class Search:
     """Where the search for the most probable sensor is."""
 
     def __init__(
@@ -275,7 +297,7 @@ class _Search:
         self.wanted = np.ones(len(levels), dtype=bool)
         self.kept = self.wanted.copy()
         self.checked = Check(0, 0, 0, 0)
-        self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0)
+        self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
         self.size = self._contact_size()
@@ -284,7 +306,7 @@ class _Search:
         self.light = self.bench.template
         self.pattern = self._first_pattern(references) if references else None
         shared = np.zeros(self.bench.at.size)
-        self.state = self._posterior(np.ones(len(levels)), 1.0).start(shared)
+        self.state = self.posterior(np.ones(len(levels)), 1.0).start(shared)
         self.told: list[Eliminated] = []
         self.information = np.eye(len(shared))
 
@@ -301,11 +323,8 @@ class _Search:
         Their contacts are found with forces that nobody states; then they are taken in.
         """
         aside = np.flatnonzero(~self.wanted)
-        sizes = dict(self.sizes)
-        self.sizes |= {"normal": UNSTATED, "tangential": UNSTATED}
-        free = self._posterior(np.ones(len(self.levels)), 1.0)
-        self.sizes = sizes
-        plain = self._posterior(np.ones(len(self.levels)), 1.0)
+        free = self._unstated()
+        plain = self.posterior(np.ones(len(self.levels)), 1.0)
         models = free.models(self.state.shared)
         state = free.settled(self.state, models, STEPS)
         _, squares, counts = free.loss(state, models)
@@ -324,6 +343,32 @@ class _Search:
         self.checked = Check(len(aside), explained, inside, total)
         self.wanted[:] = True
         self.kept[aside] = True
+
+    def _unstated(self) -> BenchPosterior:
+        """The posterior if nobody stated the forces."""
+        plain = self.posterior(np.ones(len(self.levels)), 1.0)
+        sizes = plain.expected.sizes | {"normal": UNSTATED, "tangential": UNSTATED}
+        return replace(plain, expected=replace(plain.expected, sizes=sizes))
+
+    def _moved(self, models: FrameModels) -> Array:
+        """`BenchFit.moved`; readings take contacts where they are drawn unless told otherwise."""
+        free = self._unstated()
+        drawn = {
+            name: PINNED
+            for name, path in (("place", PLACEMENT), ("width", WIDTH))
+            if path not in self.stated
+        }
+        free = replace(free, expected=replace(free.expected, sizes=free.expected.sizes | drawn))
+        total = np.zeros((self.bench.at.size,) * 2)
+        for f, terms in enumerate(free.terms(self.state, models)):
+            loads = 2 * int((self.which[f] >= 0).sum())
+            if self.kept[f] and loads:
+                one = Eliminated.of(terms)
+                moved = np.linalg.solve(
+                    np.linalg.cholesky(one.spread)[:loads, :loads], one.response[:loads]
+                )
+                total += moved.T @ moved
+        return total
 
     def _load(self, loads: BenchLoads) -> None:
         """Take the loads of all frames; references have none."""
@@ -418,7 +463,7 @@ class _Search:
             ceiling=frame.full_scale,
         )
         moves, self.written = self._moves()
-        at = parts(len(self.centre), len(residual), len(bright), len(dark), len(self.written))
+        at = parts(len(self.centre), 0, len(residual), len(bright), len(dark), len(self.written))
         return Bench(
             self.levels,
             self.which,
@@ -451,16 +496,15 @@ class _Search:
         deviations[at.own("design")] = prior(self.sensor, self.mechanical)
         deviations[at.own("written")] = self.written
         deviations[at.own("camera")] = SHIFT, SCALE
-        for name in FIELDS:
-            own = at.own(name)
-            begin = own.start + (name != "residual")  # the mean of the light is free
-            deviations[begin : own.stop] = sizes[name]
+        for name, first in SMOOTH.items():
+            deviations[at.own(name)][first:] = sizes[name]
         scatter = {name: sizes[name] for name in GROUPS}
         scatter["normal"] *= DOUBT["normal"]
         scatter["tangential"] *= DOUBT["tangential"]
         return Expected(np.zeros(at.size), 1 / np.square(deviations), scatter)
 
-    def _posterior(self, shares: Array, heat: float) -> BenchPosterior:
+    def posterior(self, shares: Array, heat: float) -> BenchPosterior:
+        """The posterior with what scatters as found so far; parameters as of `BenchPosterior`."""
         return BenchPosterior(self.bench, self._expected(), shares, heat)
 
     def _mask(self) -> None:
@@ -474,7 +518,7 @@ class _Search:
 
     def _peaks(self) -> Array:
         """Largest phase of every frame [rad]."""
-        models = self._posterior(np.ones(len(self.levels)), 1.0).models(self.state.shared)
+        models = self.posterior(np.ones(len(self.levels)), 1.0).models(self.state.shared)
         return np.array(
             [
                 np.abs(
@@ -486,7 +530,7 @@ class _Search:
 
     def misfit(self) -> float:
         """Median over the frames of the reduced chi-square, contacts included."""
-        posterior = self._posterior(np.ones(len(self.levels)), 1.0)
+        posterior = self.posterior(np.ones(len(self.levels)), 1.0)
         models = posterior.models(self.state.shared)
         _, squares, counts = posterior.loss(self.state, models)
         return float(np.median(squares / np.maximum(counts, 1.0)))
@@ -499,7 +543,7 @@ class _Search:
     def find_shift(self) -> None:
         """The shift of the camera under which calm frames fit best."""
         self._mask()
-        posterior = self._posterior(self.calm(STAGES[0]).astype(float), HEATS[0])
+        posterior = self.posterior(self.calm(STAGES[0]).astype(float), HEATS[0])
         camera, losses, trials = self.bench.at.own("camera").start, [], []
         for shift in SHIFTS:
             shared = self.state.shared.copy()
@@ -513,7 +557,7 @@ class _Search:
         self._mask()
         before = np.full(len(few), np.inf)
         for _ in range(WEIGHINGS):
-            posterior = self._posterior(few.astype(float), heat)
+            posterior = self.posterior(few.astype(float), heat)
             models = posterior.models(self.state.shared)
             _, squares, counts = posterior.loss(self.state, models)
             misfit = squares / np.maximum(counts, 1.0)
@@ -544,6 +588,19 @@ class _Search:
         moved = found.place.moved(found.step, self.told)
         return posterior.settled(moved, posterior.models(moved.shared), SETTLING)
 
+    def free_columns(self) -> None:
+        """Let the columns of tactels differ from those of the design."""
+        made = characterize(varied(self.sensor, self.mechanical, self.centre))
+        columns, before = Columns.of(made), self.bench.at
+        lengths = np.diff(before).tolist()
+        at = parts(lengths[0], columns.count, *lengths[4:7], lengths[9])
+        self.bench = replace(self.bench, columns=columns, at=at)
+        added = np.arange(at.height, at.residual)
+        kept = np.delete(np.arange(at.size), added)
+        shared, information = np.zeros(at.size), np.diag(self._expected().precision)
+        shared[kept], information[np.ix_(kept, kept)] = self.state.shared, self.information
+        self.state, self.information = replace(self.state, shared=shared), information
+
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""
         kept, sizes, sound = self.kept.copy(), dict(self.sizes), self.sound.copy()
@@ -562,9 +619,12 @@ class _Search:
     def _recentred(self) -> bool:
         """Solve the mechanics about the design that was found, if that is not near enough."""
         at = self.bench.at
-        design = self.state.shared[at.own("design")]
-        unsure = np.sqrt(np.diag(np.linalg.inv(self.information))[at.own("design")])
-        if (np.abs(design - self.centre) <= np.maximum(SETTLED * unsure, 1e-3)).all():
+        own = at.own("design")
+        design = self.state.shared[own]
+        off = design - self.centre
+        # in deviations of all values together: what frames do not tell apart has wide ones alone
+        squared = off @ np.linalg.solve(inverse(self.information)[own, own], off)
+        if squared <= SETTLED**2 or (np.abs(off) <= NEAR_DESIGN).all():
             return False
         self.centre = design.copy()
         contacts = contact_phases(
@@ -603,7 +663,7 @@ class _Search:
         )
         shared = self.state.shared.copy()
         shared[own] = 0.0
-        fresh = self._posterior(np.ones(len(self.levels)), 1.0).start(shared)
+        fresh = self.posterior(np.ones(len(self.levels)), 1.0).start(shared)
         same = (before >= 0).sum(axis=1) == (self.which >= 0).sum(axis=1)
         own_unknowns = [
             old if alike else new
@@ -617,7 +677,7 @@ class _Search:
         if self.pattern is None:
             return False
         before = self.pattern
-        models = self._posterior(self.kept.astype(float), 1.0).models(self.state.shared)
+        models = self.posterior(self.kept.astype(float), 1.0).models(self.state.shared)
         used = self.alive & self.seen
         self.pattern = before.improved(models, self.state, self.levels, self.kept, used)
         amplitude, offset = self.pattern.noise.levels
@@ -630,21 +690,26 @@ class _Search:
 
     def _resize(self) -> None:
         """The sizes under which the frames are most probable, of what nobody states."""
-        covariance, at = inverse(self.information), self.bench.at
-        for name, (square, freedom, count) in self._scatter(self.told, covariance).items():
+        covariance = inverse(self.information)
+        scatter = self._scatter(self.told, covariance) | self._smooth(covariance)
+        for name, (square, freedom, count) in scatter.items():
             self._scale(name, square, freedom, count)
-        precision = self._expected().precision
-        for name in FIELDS:
-            own = slice(at.own(name).start + (name != "residual"), at.own(name).stop)
+
+    def _smooth(self, covariance: Array) -> dict[str, tuple[float, float, float]]:
+        """The same as `_scatter` of what is smooth along the strip."""
+        precision, at, found = self._expected().precision, self.bench.at, {}
+        for name, first in SMOOTH.items():
+            own = slice(at.own(name).start + first, at.own(name).stop)
             square = float(precision[own] @ np.square(self.state.shared[own]))
             freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
-            self._scale(name, square, freedom, own.stop - own.start)
+            found[name] = (square, freedom, float(own.stop - own.start))
+        return found
 
     def _scatter(
         self, told: list[Eliminated], covariance: Array
     ) -> dict[str, tuple[float, float, float]]:
         """What scatters and is stated nowhere: sum of squares, and what frames tell of how many."""
-        posterior = self._posterior(self.kept.astype(float), 1.0)
+        posterior = self.posterior(self.kept.astype(float), 1.0)
         found: dict[str, tuple[float, float, float]] = dict.fromkeys(GROUPS, (0.0, 0.0, 0.0))
         for f in np.flatnonzero(self.kept).tolist():
             off = self.state.own[f] - posterior.mean(f, self.state.shared)
@@ -670,7 +735,7 @@ class _Search:
 
     def _leave_out(self) -> None:
         """Leave out frames and pixels that contradict the others."""
-        posterior = self._posterior(self.kept.astype(float), 1.0)
+        posterior = self.posterior(self.kept.astype(float), 1.0)
         models = posterior.models(self.state.shared)
         _, squares, counts = posterior.loss(self.state, models)
         excess = squares - counts
@@ -695,13 +760,14 @@ class _Search:
 
     def found(self) -> BenchFit:
         """The fit."""
-        posterior = self._posterior(self.kept.astype(float), 1.0)
+        posterior = self.posterior(self.kept.astype(float), 1.0)
         models = posterior.models(self.state.shared)
         told = posterior.eliminated(self.state, models)
         _, information = posterior.normal(self.state, told)
         _, squares, counts = posterior.loss(self.state, models)
-        scatter = self._scatter(told, inverse(information))
-        free = len(information)
+        covariance = inverse(information)
+        scatter = self._scatter(told, covariance) | self._smooth(covariance)
+        free = float((1 - posterior.expected.precision * np.diag(covariance)).sum())
         if self.pattern is not None:
             free += self.pattern.freedom(self.sound & self.seen)
         chi2 = float(squares[self.kept].sum() / (counts[self.kept].sum() - free))
@@ -717,5 +783,6 @@ class _Search:
             self.delay,
             self.checked,
             {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},
+            self._moved(models),
             self.pattern,
         )

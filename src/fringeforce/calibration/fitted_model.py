@@ -22,6 +22,9 @@ from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel, characterize
 
+LEFT_OUT = 0.001
+"""Share of what the calibration adds to the readings' variances that need not be kept."""
+
 
 def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoads) -> SensorModel:
     """The calibrated model with its covariance.
@@ -41,11 +44,11 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
     covariance = fit.covariance * max(fit.chi2, 1.0)
     order = _entry_order(fit)
     design, (shift, scale) = shared[order], shared[at.own("camera")]
-    made = _made(fit, covariance)
-    model = characterize(made)
+    made = _made(fit)
+    model, origin = _corrected(characterize(made), fit)
     whole = names(sensor, paths)
     single = np.array([path != POSITIONS for path in entries(sensor, paths)], dtype=bool)
-    named = np.append(order, np.arange(at.camera, at.residual))
+    named = np.append(order, np.arange(at.camera, at.height))
     unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
     own = fit.covariance[np.ix_(order[single], order[single])]
     judged = judgement(fit, levels, known)
@@ -71,33 +74,35 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
             **model.provenance,
             "method": "finite elements, calibrated",
             "calibration frames": int(fit.kept[: len(levels)].sum()),
+            **origin,
         },
     )
     said = findings(model, levels, known, fit.kept[len(levels) :])
     return replace(model, calibration=replace(calibration, findings=(*judged.words, *said)))
 
 
-def _made(fit: BenchFit, covariance: Array) -> Sensor:
-    """The design as found; contacts keep their tolerances, blur and gamma have those of the fit."""
-    template, at = fit.posterior.bench.template, fit.posterior.bench.at
-    pixel = fit.sensor.transducer.length / fit.sensor.camera.pixels
-    wide = template.blur + template.blur_std * fit.state.shared[at.blur]
-    blur, slope = positive(wide, NARROWEST)
-    gamma = template.gamma + template.gamma_std * fit.state.shared[at.gamma]
-    std = np.sqrt(np.diag(covariance))
+def _made(fit: BenchFit) -> Sensor:
+    """The design as found; contacts keep their tolerances."""
     stated = {
         path: std for path, std in fit.sensor.tolerances.items() if path in (PLACEMENT, WIDTH)
     }
-    stated |= {
-        "camera.blur": float(slope * template.blur_std * std[at.blur] * pixel),
-        "camera.gamma": float(template.gamma_std * std[at.gamma]),
-    }
     found = varied(fit.sensor, fit.paths, fit.state.shared[_entry_order(fit)])
-    lens = {
-        "camera.blur": float(blur * pixel),
-        "camera.gamma": float(gamma / _response_power(fit)),
-    }
-    return with_values(found, lens).model_copy(update={"tolerances": Tolerances(stated)})
+    blur, gamma = _lens(fit)[0].tolist()
+    return with_values(found, {"camera.blur": blur, "camera.gamma": gamma}).model_copy(
+        update={"tolerances": Tolerances(stated)}
+    )
+
+
+def _corrected(model: SensorModel, fit: BenchFit) -> tuple[SensorModel, dict[str, str]]:
+    """The model with the errors of its columns that were found, and words on them."""
+    bench = fit.posterior.bench
+    if bench.columns is None or not (fit.shown("height") or fit.shown("slope")):
+        return model, {}
+    errors = fit.state.shared[bench.at.height : bench.at.residual]
+    change = bench.columns.correction(errors, model.x).reshape(model.psi.shape)
+    share = np.sqrt(np.square(change).sum() / np.square(model.psi).sum())
+    words = f"{share:.2%}, smooth over {1e3 * bench.columns.depth:.2g} mm"
+    return replace(model, psi=model.psi + change), {"column correction": words}
 
 
 def _entry_order(fit: BenchFit) -> Index:
@@ -111,9 +116,30 @@ def _entry_order(fit: BenchFit) -> Index:
     return order
 
 
-def _response_power(fit: BenchFit) -> float:
-    response = fit.sensor.camera.response
-    return 1.0 if response in ("linear", "sRGB") else float(response)
+def _lens(fit: BenchFit) -> tuple[Array, Array]:
+    """Blur [m] and gamma of the camera, and what their unknowns change in them; shapes (2,)."""
+    template, at = fit.posterior.bench.template, fit.posterior.bench.at
+    camera, shared = fit.sensor.camera, fit.state.shared
+    pixel = fit.sensor.transducer.length / camera.pixels
+    blur, slope = positive(template.blur + template.blur_std * shared[at.blur], NARROWEST)
+    power = template.gamma / camera.gamma  # of the response itself
+    gamma = template.gamma + template.gamma_std * shared[at.gamma]
+    changes = slope * template.blur_std * pixel, template.gamma_std / power
+    return np.array([blur * pixel, gamma / power]), np.array(changes)
+
+
+def _modes(root: Array, fit: BenchFit, order: Index) -> Array:
+    """A root of a covariance, of which columns enter, in as few modes as readings need.
+
+    Modes are turned so that they show in readings of the calibration's frames one after the other;
+    those that add next to nothing are left out.
+    """
+    if fit.posterior.bench.columns is None:
+        return root
+    sizes, turn = np.linalg.eigh(root.T @ fit.moved[np.ix_(order, order)] @ root)
+    sizes, turn = np.maximum(sizes[::-1], 0.0), turn[:, ::-1]
+    enough = int(np.searchsorted(np.cumsum(sizes), (1 - LEFT_OUT) * sizes.sum())) + 1
+    return np.asarray(root @ turn[:, :enough])
 
 
 def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
@@ -133,11 +159,14 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
             [slope * SHIFT, slope * (sensor.pixel_positions * SCALE)[:, None]],
         ]
     )  # (d + 2, P, 2n)
-    order = np.concatenate([entries_at, np.arange(at.camera, at.blur)])
-    root = np.linalg.cholesky(covariance[np.ix_(order, order)])
-    first = len(changes)
-    moving = root[:first, :first]
-    influence = np.tensordot(moving.T, changes, 1)
+    order = np.concatenate([entries_at, np.arange(at.camera, at.written)])
+    root = np.asarray(np.linalg.cholesky(covariance[np.ix_(order, order)]), dtype=float)
+    root = _modes(root, fit, order)
+    begins = len(entries_at) - at.camera + np.array(at)
+    height, residual, bright, blur = begins[[2, 4, 5, 7]]
+    influence = np.tensordot(root[:height].T, changes, 1)
+    if bench.columns is not None:
+        influence += bench.columns.correction(root[height:residual].T, positions)
 
     def pixels(rows: Array) -> Array:
         values = np.zeros((len(rows), len(positions)))
@@ -147,24 +176,24 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
         return values
 
     fields = pixels(template.fields)
-    bright, dark = pixels(template.brightness), pixels(template.darkness)
+    brightness, darkness = pixels(template.brightness), pixels(template.darkness)
     light = shared[at.bright : at.blur]
     amplitude = template.amplitude[: len(positions)]
-    begin = first + at.bright - at.residual
-    modes = root[begin:].T
+    modes = root[bright:blur].T
     expected, sizes = fit.posterior.expected, bench.lamp
     gain = expected.sizes["gain"] * float(sizes[0, 0, 0]) * fit.shown("gain")
     offset = expected.sizes["offset"] * float(sizes[1, 1, 0]) * fit.shown("offset")
     return Imaging(
         positions=positions,
-        amplitude=amplitude * (1 + light @ bright),
-        offset=template.offset[: len(positions)] + light @ dark,
+        amplitude=amplitude * (1 + light @ brightness),
+        offset=template.offset[: len(positions)] + light @ darkness,
         usable=fit.sound & seen,
         influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
-        amplitude_modes=amplitude * (modes @ bright),
-        offset_modes=modes @ dark,
+        amplitude_modes=amplitude * (modes @ brightness),
+        offset_modes=modes @ darkness,
         light_variance=0.0 if fit.pattern is None else fit.pattern.variance_of(fit.sound & seen),
         drift=(gain, offset),
         residual=shared[at.own("residual")] @ fields,
-        phase_modes=root[first:begin].T @ fields,
+        phase_modes=root[residual:bright].T @ fields,
+        lens_modes=root[blur:].T * _lens(fit)[1],
     )

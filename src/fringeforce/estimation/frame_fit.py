@@ -780,3 +780,25 @@ def shared_information(model: FrameModel, about: Linearised, waves: Array) -> Ar
     if at.size > at.gamma:
         found[at.gamma] = waves @ weights[0, 5]
     return found
+
+
+def light_information(model: FrameModel, about: Linearised, bright: Array, dark: Array) -> Array:
+    """Information that unknowns share with changes of the light at the nodes, shape (size, k).
+
+    Parameters
+    ----------
+    model, about
+        Of a frame, with modes of its own.
+    bright, dark : ndarray, shape (k, m)
+        Changes of the amplitude, relative to it, and of the offset, grey levels.
+    """
+    at, weights = model.at, about.weights
+    by_phase, by_bright, by_dark = (weights[u, 1] * bright + weights[u, 2] * dark for u in range(3))
+    found = np.zeros((at.size, len(bright)))
+    found[: at.visibility] = about.columns[: at.visibility] @ by_phase.T
+    modes = slice(at.modes, at.visibility)
+    found[modes] += model.brightness @ by_bright.T + model.darkness @ by_dark.T
+    for u, begin, end in zip((3, 4, 5), at[5:8], at[6:9], strict=True):
+        if end > begin:
+            found[begin] = bright @ weights[1, u] + dark @ weights[2, u]
+    return found

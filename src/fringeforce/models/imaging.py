@@ -50,6 +50,8 @@ class Imaging:
         Phase lead without load [rad]; that of the design if not given.
     phase_modes : ndarray, shape (k, P), optional
         Modes of the residual [rad]; none if not given.
+    lens_modes : ndarray, shape (k, 2), optional
+        Modes of the camera's blur [m] and gamma; none if not given.
     """
 
     positions: Array
@@ -63,6 +65,7 @@ class Imaging:
     drift: tuple[float, float] = (0.0, 0.0)
     residual: Array | None = None
     phase_modes: Array | None = None
+    lens_modes: Array | None = None
 
     @classmethod
     def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
@@ -88,7 +91,7 @@ class Imaging:
         )
 
     def level_modes(self, loads: Array, phase: Array) -> Array:
-        """Modes of the grey levels under given loads.
+        """Modes of the grey levels under given loads, those of the lens left out.
 
         Parameters
         ----------

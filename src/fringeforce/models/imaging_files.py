@@ -22,7 +22,7 @@ ARRAYS = {
     "amplitude_modes": "grey levels",
     "offset_modes": "grey levels",
 }
-FIELDS = {"residual": "rad", "phase_modes": "rad"}
+FIELDS = {"residual": "rad", "phase_modes": "rad", "lens_modes": "m, 1"}
 """Arrays that an imaging may lack."""
 NUMBERS = ("drawing", "values", "covariance")
 WORDS = ("names", "unidentified", "outliers", "dead", "findings", "checked")
@@ -72,6 +72,9 @@ def read_imaging(file: h5py.File) -> Imaging | None:
     )
     if any(length != pixels for length in lengths):
         raise ValueError(f"imaging of {pixels} pixels holds arrays of {lengths}")
+    lens, count = imaging.lens_modes, len(imaging.amplitude_modes)
+    if lens is not None and lens.shape != (count, 2):
+        raise ValueError(f"imaging of {count} modes holds lens modes of the shape {lens.shape}")
     return imaging
 
 

@@ -107,7 +107,7 @@ class StripFollower(Follower):
             return self._read_alone(levels, used)
         single = self._single
         loads, covariance = followed.loads[0], followed.covariances[0]
-        covariance = covariance + single.calibration_covariance(loads, used, covariance)
+        covariance = covariance + single.calibration_covariance(loads, used)
         limited = np.zeros(len(loads) // 2, dtype=bool)
         if single.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, single.friction)

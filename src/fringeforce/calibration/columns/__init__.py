@@ -1,1 +1,0 @@
-"""Corrections of the influence matrix, column by column."""
