@@ -147,6 +147,8 @@ class BenchFit:
         and how many tell.
     pattern : Pattern, optional
         What single pixels add to the smooth light.
+    aside : tuple
+        Forces of frames put aside: frame, component, error and its deviation, as in `BenchRecord`.
     """
 
     sensor: Sensor
@@ -161,6 +163,7 @@ class BenchFit:
     checked: Check
     told: Mapping[str, tuple[float, float]]
     pattern: Pattern | None = None
+    aside: tuple[tuple[float, ...], ...] = ()
 
     def shown(self, name: str) -> bool:
         """Whether frames show that something scatters, or it is lost in their noise."""
@@ -275,6 +278,7 @@ class _Search:
         self.wanted = np.ones(len(levels), dtype=bool)
         self.kept = self.wanted.copy()
         self.checked = Check(0, 0, 0, 0)
+        self.aside: list[tuple[float, ...]] = []
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0)
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
@@ -313,6 +317,7 @@ class _Search:
         inside = total = explained = 0
         for f in aside.tolist():
             if squares[f] > square_limit(counts[f]) * self._usual:
+                self.aside.append((f, 0, np.nan, np.nan))
                 continue
             explained += 1
             count = 2 * int((self.which[f] >= 0).sum())
@@ -321,6 +326,8 @@ class _Search:
             unsure = unsure + 1 / plain.precision(f)[:count]
             inside += int((np.abs(off) < INTERVAL * np.sqrt(unsure)).sum())
             total += count
+            stds = np.sqrt(unsure)
+            self.aside += [(f, j % 2, off[j], stds[j]) for j in range(count)]
         self.checked = Check(len(aside), explained, inside, total)
         self.wanted[:] = True
         self.kept[aside] = True
@@ -718,4 +725,5 @@ class _Search:
             self.checked,
             {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},
             self.pattern,
+            tuple(self.aside),
         )
