@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.contacts.resultant import Resultant, touch
+from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.shared_fit import Eliminated
+from fringeforce.models.as_built import PLACEMENT
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
@@ -46,7 +49,7 @@ def bench_record(
     covariance, terms = fit.covariance, posterior.terms(fit.state, models)
     frames, written, found, std, residuals = [], [], [], [], []
     left_out = np.flatnonzero(~fit.kept[:count])
-    reader = Reader(model) if left_out.size else None
+    reader = _anywhere(model) if left_out.size else None
     for f, told in zip(range(count), terms, strict=False):
         unknowns, frame = fit.state.own[f], models.of_frame(f)
         level = expose(frame, models.unknowns(f, unknowns, fit.state.shared))[0]
@@ -99,12 +102,21 @@ def _grouped(left: Array) -> Array:
     return np.where(number > 0, sums / np.sqrt(np.maximum(number, 1)), np.nan)
 
 
+def _anywhere(model: SensorModel) -> Reader:
+    """A reader that allows for contacts anywhere between the tactels, where no tolerance does."""
+    if model.sensor.skin is not None or PLACEMENT in model.sensor.tolerances:
+        return Reader(model)
+    between = 1e3 * model.sensor.tactels.pitch / np.sqrt(12)  # of what is uniform over a pitch
+    return Reader(model.with_tolerances(**{PLACEMENT: f"0 +/- {between:.6g} mm"}))
+
+
 def _read(reader: Reader, levels: Array) -> tuple[Array, Array]:
     """Place, forces and width of the one contact of a frame, and their deviations."""
     reading = reader.search(levels)
     if not reading.trusted:
         return np.full(4, np.nan), np.full(4, np.nan)
-    total: Resultant = reading.total or touch(reader.model.sensor, reading).total
+    sensor = cast(Sensor, reader.model.sensor)
+    total: Resultant = reading.total or touch(sensor, reading).total
     centre = float(total.centre_covariance[0, 0])
     values = [total.centre[0], *total.force, np.nan]
     unsure = [np.sqrt(centre), *np.sqrt(np.diag(total.force_covariance)), np.nan]

@@ -75,6 +75,7 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
         },
     )
     calibration = replace(calibration, record=bench_record(fit, model, levels, known))
+    model = replace(model, calibration=calibration)
     said = findings(model, levels, known, fit.kept[len(levels) :])
     return replace(model, calibration=replace(calibration, findings=(*judged.words, *said)))
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.special import chdtrc
 
 from fringeforce.base.arrays import Array
@@ -20,6 +21,8 @@ CENTRE = 5
 """Where the centre of pressure stands in the covariance of a strip's resultant."""
 DELAYS = np.linspace(-2.0, 2.0, 81)
 """Delays of a log that are tried about the one that frames alone tell, in its deviations."""
+FAR = 5.0
+"""Deviations beyond which an error tells of a wrong load, not of the delay."""
 
 
 class Beside(NamedTuple):
@@ -57,9 +60,18 @@ def compared(sensor: Sensor, readings: Sequence[Reading], known: BenchLoads | Ti
     read = [_read(sensor, reading) for reading in readings]
     if isinstance(known, BenchLoads):
         return _beside(read, known)
-    tried = [_beside(read, known.at(known.delay + step * known.unsure)) for step in DELAYS]
-    misfits = [np.nanmedian(np.abs(one.errors / one.std)[:, :2]) for one in tried]
-    return tried[int(np.argmin(misfits))]
+
+    def late(steps: float) -> Beside:
+        return _beside(read, known.at(known.delay + steps * known.unsure))
+
+    def misfit(steps: float) -> float:
+        one = late(steps)
+        return float(np.nansum(np.minimum(np.square(one.errors / one.std)[:, :2], FAR**2)))
+
+    best = float(DELAYS[np.argmin([misfit(float(steps)) for steps in DELAYS])])
+    step = float(DELAYS[1] - DELAYS[0])
+    found: Any = minimize_scalar(misfit, bounds=(best - step, best + step), method="bounded")
+    return late(float(found.x))
 
 
 def _read(sensor: Sensor, reading: Reading) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -95,7 +96,7 @@ def verify(
     if isinstance(forces, BenchLoads | LoadLog) or are_presses(forces):
         levels, known = checked_bench(model.sensor, frames, forces, times)
         return _by_position(model, levels, known)
-    levels, loads = checked_measurements(model.sensor, frames, forces)
+    levels, loads = checked_measurements(model.sensor, frames, cast(ArrayLike, forces))
     reader = Reader(model)
     readings = [reader.search(frame) for frame in levels]
     read = np.array([np.isfinite(reading.forces).all() for reading in readings])

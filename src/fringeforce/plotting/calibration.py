@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.plotting.axes import MILLI, STYLE
@@ -49,6 +49,7 @@ def draw_misfit(record: BenchRecord, outliers: tuple[int, ...]) -> Figure:
             if own.any():
                 beside.plot(record.misfits[own], rows[own], "o", color=colour, ms=4, label=label)
         beside.set(xlabel="misfit", xscale="log", ylim=(count - 0.5, -0.5))
+        beside.xaxis.set_minor_formatter("")
         if wrong.any():
             beside.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=8)
         return canvas
@@ -100,9 +101,10 @@ def draw_contacts(record: BenchRecord, outliers: tuple[int, ...]) -> Figure:
         return canvas
 
 
-def _places(ax: Axes, record: BenchRecord, wrong: Array) -> None:
+def _places(ax: Axes, record: BenchRecord, wrong: Mask) -> None:
     written, found = (v[:, :2] * [MILLI, 1.0] for v in (record.written, record.found))
-    for own, colour, label in ((~wrong, MARK, "found"), (wrong, WRONG, "found, left out")):
+    parts = (~wrong, MARK, "found", "-"), (wrong, WRONG, "found, left out", "-|>")
+    for own, colour, label, style in parts:
         if not own.any():
             continue
         for (x, n), (to_x, to_n) in zip(written[own], found[own], strict=True):
@@ -110,10 +112,11 @@ def _places(ax: Axes, record: BenchRecord, wrong: Array) -> None:
                 "",
                 (to_x, to_n) if np.isfinite(to_x) else (x, n),
                 (x, n),
-                arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.2, "shrinkB": 3},
+                arrowprops={"arrowstyle": style, "color": colour, "lw": 1.2, "shrinkB": 2},
             )
         ax.plot(*found[own].T, "o", color=colour, ms=5, label=label)
     ax.plot(*written.T, "o", mfc="white", mec="#444444", ms=5, zorder=1, label="written")
+    middle = np.mean(ax.get_xlim())
     for frame, (x, n), there in zip(
         record.frames[wrong], written[wrong], found[wrong], strict=True
     ):
@@ -122,8 +125,9 @@ def _places(ax: Axes, record: BenchRecord, wrong: Array) -> None:
         ax.annotate(
             f"frame {frame}{unknown}",
             (x, n),
-            (6, 7),
+            (6 if x < middle else -6, 7),
             textcoords="offset points",
+            ha="left" if x < middle else "right",
             color=WRONG,
             fontsize=8,
         )

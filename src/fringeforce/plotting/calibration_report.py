@@ -95,7 +95,8 @@ def _figures(model: SensorModel, found: Calibration) -> Iterator[Shown]:
         yield (
             "Contacts as written and as found",
             "Open circles are contacts as written down, dots where the frames show them. Frames "
-            "that contradict the others are marked; their dots are readings by the model. Below: "
+            "that contradict the others are marked; their dots are readings that know "
+            "nothing of what was written. Below: "
             "differences, with 95 % intervals, which hold what was stated or found of the "
             "scatter of loads.",
             lambda: draw_contacts(record, found.outliers),
