@@ -10,6 +10,8 @@ import fringeforce as ff
 from fringeforce.calibration.bench_loads import presses_as_loads
 from fringeforce.plotting.calibration_report import calibration_report
 
+pytestmark = pytest.mark.slow
+
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
 TITLES = [
     "What the model leaves of the frames",

@@ -13,6 +13,8 @@ from fringeforce.calibration.verification import verify
 from fringeforce.cli import app
 from fringeforce.io.bench_loads import save_bench_loads
 
+pytestmark = pytest.mark.slow
+
 WIDTH = 0.8e-3
 PITCH = 1e-3
 

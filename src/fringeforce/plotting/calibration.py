@@ -114,7 +114,9 @@ def _places(ax: Axes, record: BenchRecord, wrong: Mask) -> None:
                 (x, n),
                 arrowprops={"arrowstyle": style, "color": colour, "lw": 1.2, "shrinkB": 2},
             )
-        ax.plot(*found[own].T, "o", color=colour, ms=5, label=label)
+        reach = INTERVAL * record.std[own, :2] * [MILLI, 1.0]
+        across = {"xerr": reach[:, 0], "yerr": reach[:, 1]} if colour == WRONG else {}
+        ax.errorbar(*found[own].T, fmt="o", color=colour, ms=5, lw=1.2, label=label, **across)
     ax.plot(*written.T, "o", mfc="white", mec="#444444", ms=5, zorder=1, label="written")
     middle = np.mean(ax.get_xlim())
     for frame, (x, n), there in zip(

@@ -24,7 +24,7 @@ from fringeforce.plotting.calibration import (
     draw_values,
 )
 
-LINES = 4
+DIGITS = 4
 """Digits of values in the table."""
 
 
@@ -97,8 +97,7 @@ def _figures(model: SensorModel, found: Calibration) -> Iterator[Shown]:
             "Open circles are contacts as written down, dots where the frames show them. Frames "
             "that contradict the others are marked; their dots are readings that know "
             "nothing of what was written. Below: "
-            "differences, with 95 % intervals, which hold what was stated or found of the "
-            "scatter of loads.",
+            "differences of the frames that were kept, with 95 % intervals.",
             lambda: draw_contacts(record, found.outliers),
         )
         if len(record.aside):
@@ -143,7 +142,7 @@ def _rows(found: Calibration) -> Iterator[tuple[str, ...]]:
         unit = " m" if name == "camera shift" or name.startswith("tactel ") else ""
         yield (
             name,
-            f"{drawn:.{LINES}g}{unit}",
-            f"{value:.{LINES}g}{unit}",
+            f"{drawn:.{DIGITS}g}{unit}",
+            f"{value:.{DIGITS}g}{unit}",
             f"± {reach:.2g}{unit}",
         )
