@@ -49,7 +49,9 @@ def bench_record(
     covariance, terms = fit.covariance, posterior.terms(fit.state, models)
     frames, written, found, std, residuals = [], [], [], [], []
     left_out = np.flatnonzero(~fit.kept[:count])
-    reader = _anywhere(model) if left_out.size else None
+    # a model of no use reads nothing that can be believed
+    usable = model.calibration is not None and model.calibration.usable
+    reader = _anywhere(model) if usable and left_out.size else None
     for f, told in zip(range(count), terms, strict=False):
         unknowns, frame = fit.state.own[f], models.of_frame(f)
         level = expose(frame, models.unknowns(f, unknowns, fit.state.shared))[0]
@@ -73,10 +75,10 @@ def bench_record(
                 size.width_std * deviations[3 * k :],
             ]
         )
-        if reader is not None and f in left_out:
+        if not fit.kept[f]:
             # contacts that contradict cannot move as far as they are wrong
             there, unsure = np.full((2, k, 4), np.nan)
-            if k == 1 and f in left_out[:READ]:
+            if reader is not None and k == 1 and f in left_out[:READ]:
                 there[0], unsure[0] = _read(reader, levels[f])
         frames += [f] * k
         written.append(stated)

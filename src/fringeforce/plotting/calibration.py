@@ -122,7 +122,7 @@ def _places(ax: Axes, record: BenchRecord, wrong: Mask) -> None:
     for frame, (x, n), there in zip(
         record.frames[wrong], written[wrong], found[wrong], strict=True
     ):
-        unknown = "" if np.isfinite(there).all() else ", no load explains it"
+        unknown = "" if np.isfinite(there).all() else ", see the findings"
         ax.plot(x, n, "o", mfc="white", mec=WRONG, mew=1.8, ms=7)
         ax.annotate(
             f"frame {frame}{unknown}",
@@ -171,12 +171,15 @@ def draw_aside(record: BenchRecord) -> Figure:
         order = np.unique(record.aside[:, 0])
         for part, ax in enumerate(axes):
             rows = record.aside[record.aside[:, 1] == part]
-            at = np.searchsorted(order, rows[:, 0])
+            first = np.searchsorted(rows[:, 0], rows[:, 0])
+            many = np.searchsorted(rows[:, 0], rows[:, 0], "right") - first
+            beside = (np.arange(len(rows)) - first + 0.5) / many - 0.5
+            at = np.searchsorted(order, rows[:, 0]) + 0.6 * beside  # contacts side by side
             off, reach = rows[:, 2], INTERVAL * rows[:, 3]
             inside = np.abs(off) < reach
             ax.axhline(0, color="#888888", linewidth=1)
             for own, colour in ((inside, MARK), (~inside & np.isfinite(off), WRONG)):
-                ax.errorbar(at[own], off[own], reach[own], fmt="o", ms=4, color=colour, capsize=3)
+                ax.errorbar(at[own], off[own], reach[own], fmt="o", ms=3.5, lw=1.2, color=colour)
             lost = np.unique(at[~np.isfinite(off)])
             ax.plot(lost, np.zeros(len(lost)), "x", color=WRONG, ms=8)
             ax.set_ylabel(f"{PARTS[part]}\n[N]")
