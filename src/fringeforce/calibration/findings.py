@@ -139,6 +139,8 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
     recorded = described(loads.rows([row]))
     said = f"Frame {row}, recorded as {recorded}, contradicts the others and was left out"
+    if there := _found_elsewhere(model, row):
+        return f"{said}; it looks like {there}."
     reading = Reader(model).search(levels)
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
@@ -146,6 +148,17 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
         seen = loads_on_tactels(clear[None], model.sensor.tactels.positions[:, None])
         return f"{said}; it looks like {described(seen)}{unsure}."
     return f"{said}; no load explains it: the contact may have slipped."
+
+
+def _found_elsewhere(model: SensorModel, row: int) -> str:
+    """The single contact of a frame left out, if it was found."""
+    record = None if model.calibration is None else model.calibration.record
+    if record is None:
+        return ""
+    for x, normal, tangential, _ in record.found[record.frames == row]:
+        if np.isfinite([x, normal, tangential]).all():
+            return f"{normal:.3g} N normal, {tangential:.3g} N tangential at {x * 1e3:.3g} mm"
+    return ""
 
 
 def described(loads: BenchLoads) -> str:

@@ -162,6 +162,8 @@ class BenchFit:
         forces that nobody states, in their deviations.
     pattern : Pattern, optional
         What single pixels add to the smooth light.
+    aside : tuple
+        Forces of frames put aside: frame, component, error and its deviation, as in `BenchRecord`.
     """
 
     sensor: Sensor
@@ -177,6 +179,7 @@ class BenchFit:
     told: Mapping[str, tuple[float, float]]
     moved: Array
     pattern: Pattern | None = None
+    aside: tuple[tuple[float, ...], ...] = ()
 
     def shown(self, name: str) -> bool:
         """Whether frames show that something scatters or varies, or it is lost in their noise."""
@@ -297,6 +300,7 @@ class Search:
         self.wanted = np.ones(len(levels), dtype=bool)
         self.kept = self.wanted.copy()
         self.checked = Check(0, 0, 0, 0)
+        self.aside: list[tuple[float, ...]] = []
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
@@ -332,6 +336,7 @@ class Search:
         inside = total = explained = 0
         for f in aside.tolist():
             if squares[f] > square_limit(counts[f]) * self._usual:
+                self.aside.append((f, 0, np.nan, np.nan))
                 continue
             explained += 1
             count = 2 * int((self.which[f] >= 0).sum())
@@ -340,6 +345,8 @@ class Search:
             unsure = unsure + 1 / plain.precision(f)[:count]
             inside += int((np.abs(off) < INTERVAL * np.sqrt(unsure)).sum())
             total += count
+            stds = np.sqrt(unsure)
+            self.aside += [(f, j % 2, off[j], stds[j]) for j in range(count)]
         self.checked = Check(len(aside), explained, inside, total)
         self.wanted[:] = True
         self.kept[aside] = True
@@ -785,4 +792,5 @@ class Search:
             {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},
             self._moved(models),
             self.pattern,
+            tuple(self.aside),
         )

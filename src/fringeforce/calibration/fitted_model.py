@@ -9,6 +9,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.bench_fit import SCALE, SHIFT
 from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.bench_record import bench_record
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.findings import findings, unidentified
@@ -77,6 +78,8 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
             **origin,
         },
     )
+    calibration = replace(calibration, record=bench_record(fit, model, levels, known))
+    model = replace(model, calibration=calibration)
     said = findings(model, levels, known, fit.kept[len(levels) :])
     return replace(model, calibration=replace(calibration, findings=(*judged.words, *said)))
 

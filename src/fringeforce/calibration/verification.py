@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,12 @@ from scipy.special import chdtri
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.checks import checked_measurements
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.checks import checked_bench, checked_measurements
+from fringeforce.calibration.load_log import LoadLog
+from fringeforce.calibration.resultants import compared
+from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
@@ -38,6 +44,9 @@ class Verification:
         Frames by the name of their status.
     wrong : tuple of int
         Rows of frames whose reading contradicts the load far beyond its covariance.
+    places : pair of float, optional
+        Root-mean-square error of the centre of pressure, and of the deviations that were stated,
+        those of the load's place included [m]; of loads by position.
     """
 
     error: float
@@ -45,6 +54,7 @@ class Verification:
     coverage: float
     statuses: Counter[str]
     wrong: tuple[int, ...]
+    places: tuple[float, float] | None = None
 
     @property
     def passed(self) -> bool:
@@ -52,8 +62,17 @@ class Verification:
         return not self.wrong and set(self.statuses) <= {"OK", "NO_CONTACT"}
 
 
-def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verification:
+def verify(
+    model: SensorModel,
+    frames: ArrayLike,
+    forces: ArrayLike | BenchLoads | LoadLog | Presses,
+    *,
+    times: ArrayLike | None = None,
+) -> Verification:
     """Read frames and compare with their loads.
+
+    Forces of tactels are compared one by one.  Of loads by position or time, which do not tell the
+    forces of tactels, the whole force of a frame and its centre are.
 
     Parameters
     ----------
@@ -61,15 +80,23 @@ def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verifica
         The model to check.
     frames : array_like, shape (F, n_pixels)
         Grey levels.
-    forces : array_like, shape (F, n, 2)
-        Known forces [N].
+    forces : array_like, shape (F, n, 2), BenchLoads, LoadLog, or sequences of Press
+        Known forces of tactels [N]; or contacts at any place, for every frame; or a log of them by
+        time.
+    times : array_like, shape (F,), optional
+        When the frames were taken [s]; with a log by time.
 
     Raises
     ------
     InputError
         If they do not fit the sensor or each other, or not one frame can be read.
     """
-    levels, loads = checked_measurements(model.sensor, frames, forces)
+    if isinstance(forces, BenchLoads) and forces.named:
+        forces = forces.on_tactels(model.sensor.tactels.count)
+    if isinstance(forces, BenchLoads | LoadLog) or are_presses(forces):
+        levels, known = checked_bench(model.sensor, frames, forces, times)
+        return _by_position(model, levels, known)
+    levels, loads = checked_measurements(model.sensor, frames, cast(ArrayLike, forces))
     reader = Reader(model)
     readings = [reader.search(frame) for frame in levels]
     read = np.array([np.isfinite(reading.forces).all() for reading in readings])
@@ -84,6 +111,27 @@ def verify(model: SensorModel, frames: ArrayLike, forces: ArrayLike) -> Verifica
         coverage=float(np.mean(np.abs(off[read]) < INTERVAL * std[read])),
         statuses=Counter(reading.status.name for reading in readings),
         wrong=tuple(np.flatnonzero(wrong).tolist()),
+    )
+
+
+def _by_position(model: SensorModel, levels: Array, known: BenchLoads | TimedLoads) -> Verification:
+    """Whole forces and their centres beside those of contacts anywhere."""
+    reader = Reader(model)
+    readings = [reader.search(frame) for frame in levels]
+    if not any(np.isfinite(reading.forces).all() for reading in readings):
+        raise InputError(f"Not one of {len(levels)} frames can be read: {readings[0].advice}")
+    beside = compared(model.sensor, readings, known)
+    off, std = beside.errors[..., :2], beside.std[..., :2]
+    read = np.isfinite(off).all(axis=1)
+    there = np.isfinite(beside.errors[:, 2])
+    square = [float(np.sqrt(np.mean(v[there, 2] ** 2))) for v in (beside.errors, beside.std)]
+    return Verification(
+        error=float(np.sqrt(np.mean(off[read] ** 2))),
+        stated=float(np.sqrt(np.mean(std[read] ** 2))),
+        coverage=float(np.mean(np.abs(off[read]) < INTERVAL * std[read])),
+        statuses=Counter(reading.status.name for reading in readings),
+        wrong=tuple(np.flatnonzero(read & (beside.chances < CHANCE)).tolist()),
+        places=(square[0], square[1]) if there.any() else None,
     )
 
 

@@ -92,6 +92,10 @@ def calibrate(
     plot: Annotated[
         bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
     ] = True,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="HTML page to write: verdict, residuals, fields, contacts and values."),
+    ] = None,
 ) -> None:
     """Make the model agree with the sensor on the bench; ends with status 1 if it must not be used.
 
@@ -105,6 +109,7 @@ def calibrate(
     from fringeforce.design.files import load_strip
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
+    from fringeforce.plotting.calibration_report import calibration_report
     from fringeforce.plotting.figures import draw_residuals
     from fringeforce.studies.summary import calibration_summary
 
@@ -144,6 +149,9 @@ def calibrate(
             "what the model leaves of the frames, in units of the noise",
             lambda path: draw_residuals(model, images, forces, path),
         )
+    if report is not None:
+        calibration_report(model, report)
+        print(f"{report}: the calibration in pictures")
     if model.calibration is not None and not model.calibration.usable:
         raise typer.Exit(1)
 
@@ -152,18 +160,33 @@ def check(
     model: Model,
     frames: Annotated[Path, typer.Argument(help="Frames that the model has not seen.")],
     loads: Loads,
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
+    ] = None,
 ) -> None:
-    """Compare readings with known loads; ends with status 1 if a frame contradicts them."""
+    """Compare readings with known loads; ends with status 1 if a frame contradicts them.
+
+    Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s). Of the
+    last two the whole force and its centre are compared, not the forces of tactels.
+    """
+    from fringeforce.calibration.load_log import LoadLog
     from fringeforce.calibration.verification import verify
+    from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
-    from fringeforce.io.tables import load_forces
     from fringeforce.models.files import load_strip_model
 
     sensor_model = load_strip_model(model)
-    forces = load_forces(loads, sensor_model.sensor.tactels.count)
-    found = verify(sensor_model, load_frames(frames), forces)
+    images = load_frames(frames)
+    known = load_bench_loads(loads, sensor_model.sensor, len(images))
+    by_time = isinstance(known, LoadLog)
+    times = load_frame_times(frames, len(images), fps) if by_time else None
+    found = verify(sensor_model, images, known, times=times)
     print("frames: " + ", ".join(f"{count} {name}" for name, count in found.statuses.items()))
     print(f"error {found.error:.3g} N rms, stated {found.stated:.3g} N")
+    if found.places is not None:
+        off, stated = (1e3 * value for value in found.places)
+        print(f"centre of pressure off by {off:.3g} mm rms, stated {stated:.3g} mm")
     print(f"95 % intervals hold {found.coverage:.1%} of the forces")
     if found.wrong:
         print("readings contradict the loads of frames " + ", ".join(map(str, found.wrong)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fringeforce.design.parts import Converter
 from fringeforce.design.strip import Camera
 from fringeforce.estimation.likelihood import Response
+from fringeforce.models.bench_record import BenchRecord
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.jones import Fringe
 from fringeforce.optics.polariscope import Picture
@@ -146,6 +147,8 @@ class Calibration:
         Whether readings by the model can be trusted.
     delay : float
         By which the log of the loads was behind the frames, if there was one [s].
+    record : BenchRecord, optional
+        Contacts as found and residuals, for pictures.
     """
 
     names: tuple[str, ...]
@@ -160,6 +163,7 @@ class Calibration:
     checked: tuple[int, ...] = (0, 0, 0, 0)
     usable: bool = True
     delay: float = 0.0
+    record: BenchRecord | None = None
 
     @property
     def std(self) -> Array:

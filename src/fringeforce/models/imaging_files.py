@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fringeforce.base.storage import read, read_by_tactel
+from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration, Imaging
 
 if TYPE_CHECKING:
@@ -25,6 +26,16 @@ ARRAYS = {
 FIELDS = {"residual": "rad", "phase_modes": "rad", "lens_modes": "m, 1"}
 """Arrays that an imaging may lack."""
 NUMBERS = ("drawing", "values", "covariance")
+RECORD = {
+    "frames": "",
+    "written": "m, N, N, m",
+    "found": "m, N, N, m",
+    "std": "m, N, N, m",
+    "residuals": "",
+    "misfits": "",
+    "aside": ", , N, N",
+}
+"""Arrays of the record of a bench with their units."""
 WORDS = ("names", "unidentified", "outliers", "dead", "findings", "checked")
 
 
@@ -87,6 +98,12 @@ def write_calibration(file: h5py.File, found: Calibration) -> None:
         group.attrs[name] = json.dumps(getattr(found, name))
     group.attrs["chi2"], group.attrs["delay"] = found.chi2, found.delay
     group.attrs["usable"] = found.usable
+    for name, unit in RECORD.items() if found.record is not None else ():
+        data = getattr(found.record, name)
+        dataset = group.create_dataset(
+            f"record/{name}", data=data, compression="gzip" if data.size else None
+        )
+        dataset.attrs["units"] = unit
 
 
 def read_calibration(file: h5py.File) -> Calibration | None:
@@ -102,5 +119,13 @@ def read_calibration(file: h5py.File) -> Calibration | None:
         chi2=float(np.asarray(attributes["chi2"])),
         usable=bool(attributes.get("usable", True)),
         delay=float(np.asarray(attributes.get("delay", 0.0))),
+        record=_read_record(file),
         **found,
     )
+
+
+def _read_record(file: h5py.File) -> BenchRecord | None:
+    """Contacts and residuals behind a calibration, if the file has them."""
+    if "calibration/record" not in file:
+        return None
+    return BenchRecord(**{name: read(file, f"calibration/record/{name}") for name in RECORD})

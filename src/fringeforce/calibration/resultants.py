@@ -1,0 +1,128 @@
+"""Whole forces of readings and their centres beside those of contacts at any place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import chdtrc
+
+from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.fit import DOUBT
+from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.contacts.resultant import touch
+from fringeforce.design.strip import Sensor
+from fringeforce.reading.reading import Reading
+
+CENTRE = 5
+"""Where the centre of pressure stands in the covariance of a strip's resultant."""
+DELAYS = np.linspace(-2.0, 2.0, 81)
+"""Delays of a log that are tried about the one that frames alone tell, in its deviations."""
+FAR = 5.0
+"""Deviations beyond which an error tells of a wrong load, not of the delay."""
+
+
+class Beside(NamedTuple):
+    """Readings beside known loads; rows of frames that cannot be read are not numbers.
+
+    Attributes
+    ----------
+    errors, std : ndarray, shape (F, 3)
+        Of normal and tangential force [N] and centre of pressure [m]; deviations of the load are in
+        the latter.  Frames without pressure have no centre.
+    chances : ndarray, shape (F,)
+        Chances of errors as large.
+    """
+
+    errors: Array
+    std: Array
+    chances: Array
+
+
+def compared(sensor: Sensor, readings: Sequence[Reading], known: BenchLoads | TimedLoads) -> Beside:
+    """Whole forces of frames beside those of their contacts.
+
+    Deviations that the loads do not state are those that a calibration starts from.  The delay of a
+    log is the one at which it fits the readings best.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        A strip.
+    readings : sequence of Reading, length F
+        Of the frames.
+    known : BenchLoads or TimedLoads
+        What was written down.
+    """
+    read = [_read(sensor, reading) for reading in readings]
+    if isinstance(known, BenchLoads):
+        return _beside(read, known)
+
+    def late(steps: float) -> Beside:
+        return _beside(read, known.at(known.delay + steps * known.unsure))
+
+    def misfit(steps: float) -> float:
+        one = late(steps)
+        return float(np.nansum(np.minimum(np.square(one.errors / one.std)[:, :2], FAR**2)))
+
+    best = float(DELAYS[np.argmin([misfit(float(steps)) for steps in DELAYS])])
+    step = float(DELAYS[1] - DELAYS[0])
+    found: Any = minimize_scalar(misfit, bounds=(best - step, best + step), method="bounded")
+    return late(float(found.x))
+
+
+def _read(sensor: Sensor, reading: Reading) -> tuple[Array, Array]:
+    """Forces and centre that a reading and its alternatives tell, shape (k, 3), and covariance."""
+    if not np.isfinite(reading.forces).all():
+        return np.full((1, 3), np.nan), np.full((3, 3), np.nan)
+    total = reading.total or touch(sensor, reading).total
+    part = np.array([0, 1, CENTRE])
+    found = [np.append(total.force, total.centre)]
+    for forces in reading.alternatives:
+        whole = forces.sum(axis=0)
+        moment = sensor.tactels.positions @ forces[:, 0]
+        found.append(np.append(whole, moment / whole[0] if whole[0] > 0 else np.nan))
+    return np.array(found), total.covariance[np.ix_(part, part)]
+
+
+def _beside(read: Sequence[tuple[Array, Array]], loads: BenchLoads) -> Beside:
+    errors, std = np.full((2, len(read), 3), np.nan)
+    chances = np.ones(len(read))
+    for f, (found, covariance) in enumerate(read):
+        if not np.isfinite(found[0, :2]).all():
+            continue
+        values, unsure = _written(loads, f)
+        whole = covariance + unsure
+        off = found - values
+        errors[f], std[f] = off[0], np.sqrt(np.diag(whole))
+        explained = []
+        for one in off:
+            told = np.isfinite(one) & np.isfinite(np.diag(whole))
+            square = one[told] @ np.linalg.solve(whole[np.ix_(told, told)], one[told])
+            explained.append(float(chdtrc(int(told.sum()), square)))
+        chances[f] = max(explained)
+    return Beside(errors, std, chances)
+
+
+def _written(loads: BenchLoads, f: int) -> tuple[Array, Array]:
+    """Whole force and centre of the contacts of a frame, shape (3,), and covariance (3, 3)."""
+    own = np.flatnonzero(loads.present[f])
+    forces, places = loads.forces[f, own], loads.places[f, own]
+    size = np.linalg.norm(forces, axis=1)
+    doubt = np.outer(size, [DOUBT["normal"], DOUBT["tangential"]])
+    stated, apart = loads.force_std[f, own], loads.place_std[f, own]
+    unsure = np.where(np.isfinite(stated), stated, doubt)
+    apart = np.where(np.isfinite(apart), apart, DOUBT["place"])
+    whole = forces.sum(axis=0)
+    covariance = np.diag([*np.square(unsure).sum(axis=0), np.nan])
+    if whole[0] <= 0:
+        return np.array([*whole, np.nan]), covariance
+    centre = float(forces[:, 0] @ places / whole[0])
+    lever = (places - centre) / whole[0]
+    shares = forces[:, 0] / whole[0]
+    covariance[2, 2] = np.square(lever * unsure[:, 0]).sum() + np.square(shares * apart).sum()
+    covariance[0, 2] = covariance[2, 0] = lever @ np.square(unsure[:, 0])
+    return np.array([*whole, centre]), covariance
