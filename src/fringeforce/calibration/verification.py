@@ -124,14 +124,17 @@ def _by_position(model: SensorModel, levels: Array, known: BenchLoads | TimedLoa
     off, std = beside.errors[..., :2], beside.std[..., :2]
     read = np.isfinite(off).all(axis=1)
     there = np.isfinite(beside.errors[:, 2])
-    square = [float(np.sqrt(np.mean(v[there, 2] ** 2))) for v in (beside.errors, beside.std)]
+    places = None
+    if there.any():
+        error, stated = (np.sqrt(np.mean(v[there, 2] ** 2)) for v in (beside.errors, beside.std))
+        places = float(error), float(stated)
     return Verification(
         error=float(np.sqrt(np.mean(off[read] ** 2))),
         stated=float(np.sqrt(np.mean(std[read] ** 2))),
         coverage=float(np.mean(np.abs(off[read]) < INTERVAL * std[read])),
         statuses=Counter(reading.status.name for reading in readings),
         wrong=tuple(np.flatnonzero(read & (beside.chances < CHANCE)).tolist()),
-        places=(square[0], square[1]) if there.any() else None,
+        places=places,
     )
 
 
