@@ -1,50 +1,98 @@
-"""Simulated calibrations whose errors, and nothing else, disturb readings."""
+"""Simulated benches that scatter, fitted; their errors, and nothing else, disturb readings."""
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.calibration.frame_fit import levenberg_marquardt
-from fringeforce.calibration.measurements import Measurements
-from fringeforce.calibration.planning.knowledge import knowledge
+from fringeforce.calibration.bench_fit import State
+from fringeforce.calibration.bench_loads import loads_on_tactels
+from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.calibration.fit import DOUBT, FIELDS, Search
 from fringeforce.estimation.bounds import covariance
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.models.as_built import BuiltSensor
 from fringeforce.models.imaging import camera_response
 
-REPEATS = 40
+REPEATS = 60
+ENTRIES = tuple(PARAMETERS)
+SCATTER = {
+    "tactels.placement": f"0 +/- {DOUBT['place'] * 1e3} mm",
+    "tactels.contact_width": f"0.5 +/- {DOUBT['width'] * 1e3} mm",
+    "camera.drift": DOUBT["gain"],
+}
+"""What scatters from frame to frame, beside forces."""
+LASTING = {
+    "camera.unevenness": FIELDS["bright"],
+    "polariscope.residual": f"0 +/- {FIELDS['residual']} rad",
+}
+"""What differs from sensor to sensor and that no design value explains."""
+
+
+def scattered(loads: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """What is applied where `loads` are written down: off by a share, and by the full scale's."""
+    sizes = np.linalg.norm(loads, axis=2, keepdims=True)
+    unit = np.hypot(sizes, 0.05 * sizes.max()) * (sizes > 0)
+    return loads + unit * [DOUBT["normal"], DOUBT["tangential"]] * rng.standard_normal(loads.shape)
+
+
+def shaken(sensor: ff.Sensor) -> BuiltSensor:
+    """The sensor on a bench whose contacts and lamp scatter."""
+    return ff.characterize(sensor.replace(**SCATTER)).as_built(0)
 
 
 class Simulation:
     """Frames of loads, fitted; then typical loads read without noise: only the fit's errors act."""
 
     def __init__(self, model: ff.SensorModel, typical: np.ndarray) -> None:
-        self.model, self.known = model, knowledge(model)
+        self.model, self.bench = model, shaken(model.sensor)
         truth = model.pixel_influence.reshape(model.sensor.camera.pixels, -1)
-        response, used = camera_response(model.sensor.camera), self.known.used
+        response = camera_response(model.sensor.camera)
         self.typical = typical.reshape(len(typical), -1)
-        self.levels = [response.level(truth @ load)[used] for load in self.typical]
-        spreads = [covariance(truth[used] @ f, truth[used], response) for f in self.typical]
+        spreads = [covariance(truth @ f, truth, response) for f in self.typical]
         self.noise = float(np.mean([np.trace(spread) for spread in spreads]))
+        self.levels = response.level(self.typical @ truth.T)
 
-    def added(self, loads: np.ndarray) -> np.ndarray:
-        """Squared share of error that each of REPEATS calibrations adds."""
-        rng = np.random.default_rng(6)
-        return np.array([self._one(loads, rng) for _ in range(REPEATS)])
+    def added(self, loads: np.ndarray, repeats: int = REPEATS, seed: int = 6) -> np.ndarray:
+        """Squared share of error that each of so many calibrations adds."""
+        rng, listed = np.random.default_rng(seed), loads_on_tactels(loads, self._places)
+        search = Search(self.model.sensor, self._frames(loads, rng), listed, ENTRIES, {})
+        start, reader = search.state, self._reader()
+        found = []
+        for _ in range(repeats):
+            search.levels, search.state = self._frames(loads, rng), start
+            search.descend(search.kept, 1.0)
+            found.append(reader(search.state))
+        return np.array(found)
 
-    def _one(self, loads: np.ndarray, rng: np.random.Generator) -> float:
-        frames, sensor = self.model.expose(loads, rng=rng).astype(float), self.model.sensor
-        flat, used = loads.reshape(len(loads), -1), self.known.used
-        bench = Measurements(sensor, frames, flat, self.known.measured.basis)
-        at = levenberg_marquardt(bench, self.known.unknowns, self.known.jacobian, used).unknowns
-        matrix = self.known.jacobian.matrix(at.design, at.positions(sensor))[used]
-        response = at.response(bench).at(used)
-        off = [
-            least_squares(
-                lambda f, level=level: response.level(matrix @ f) - level,
-                load,
-                jac=lambda f: response.slope(matrix @ f)[:, None] * matrix,  # pyright: ignore
-                method="lm",
-            ).x
-            - load
-            for level, load in zip(self.levels, self.typical, strict=True)
-        ]
-        return float(np.square(off).sum(axis=1).mean() / self.noise)
+    @property
+    def _places(self) -> np.ndarray:
+        return self.model.sensor.tactels.positions[:, None]
+
+    def _frames(self, loads: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        return self.bench.expose(scattered(loads, rng), rng=rng).astype(float)
+
+    def _reader(self) -> Callable[[State], float]:
+        """What reads typical loads with the sensor that a fit found, and says how far it errs."""
+        loads = self.typical.reshape(len(self.typical), -1, 2) + 1e-9  # all tactels are read
+        listed = loads_on_tactels(loads, self._places)
+        search = Search(self.model.sensor, self.levels, listed, ENTRIES, {})
+        plain, used = search.posterior(np.ones(len(loads)), 1.0), slice(2, -2)
+
+        def share(state: State) -> float:
+            models, total = plain.models(state.shared), 0.0
+            for f, level in enumerate(self.levels):
+                own = plain.mean(f, state.shared)
+                count = 2 * int((search.which[f] >= 0).sum())
+                unknowns, model = models.unknowns(f, own, state.shared), models.of_frame(f)
+
+                def left(loads: np.ndarray) -> np.ndarray:
+                    unknowns[:count] = loads  # noqa: B023
+                    return (expose(model, unknowns)[0] - level)[used]  # noqa: B023
+
+                off = least_squares(left, own[:count], method="lm", xtol=1e-6).x - own[:count]
+                total += float(off @ off)
+            return total / len(self.levels) / self.noise
+
+        return share

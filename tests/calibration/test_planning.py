@@ -6,26 +6,20 @@ import numpy as np
 import pytest
 from benches import shots
 from scipy.stats import chi2 as chi_square
-from simulation import REPEATS, Simulation
+from simulation import LASTING, REPEATS, SCATTER, Simulation, scattered, shaken
 
 import fringeforce as ff
+from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.calibration.calibrate import PARAMETERS
-from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC
+from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC, units
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.frame_fit import (
-    CalibrationFit,
-    levenberg_marquardt,
-    light_basis,
-    start,
-)
-from fringeforce.calibration.measurements import Measurements
+from fringeforce.calibration.fit import DOUBT
 from fringeforce.calibration.planning.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.calibration.planning.plan import next_presses, planning_problem
 from fringeforce.calibration.planning.selection import CandidateExperiments
-from fringeforce.calibration.result import built
-from fringeforce.estimation.bounds import covariance
-from fringeforce.estimation.frame_illumination import frame_illumination
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_fit import linearise
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.strip_reader import StripFrameReader
 
@@ -33,6 +27,7 @@ pytestmark = pytest.mark.slow
 
 N, BUDGET = 11, 8
 TWO = PARAMETERS[:2]
+POISSON = "transducer.photoelastic.poissons_ratio"
 LIGHT = np.full(256, 200.0), np.full(256, 20.0)
 
 
@@ -77,14 +72,8 @@ def moved(small, small_model):
     loads = typical_loads(small_model, ff.Limits(force=1.5), 12)
     lit = replace(small_model, imaging=Imaging.known(small.pixel_positions, *LIGHT))
     frames = shots(lit, loads, rng, gains=0.02 * rng.standard_normal(12)).astype(float)
-    paths = (STRAIN_OPTIC, "transducer.photoelastic.poissons_ratio", POSITIONS)
-    jacobian = design_jacobian(small, paths, np.zeros(2 + N))
-    bench = Measurements(
-        small, frames, loads.reshape(12, -1), light_basis(256, 10), drift=(0.02, 0.0)
-    )
-    sound = np.ones(256, dtype=bool)
-    fit = levenberg_marquardt(bench, start(bench, 2 + N), jacobian, sound)
-    return built(CalibrationFit(bench, fit, sound, np.ones(12, dtype=bool)), paths, 12), jacobian
+    paths = (STRAIN_OPTIC, POISSON, POSITIONS)
+    return ff.calibrate(small, frames, loads, paths, aside=0)
 
 
 def even_singles() -> np.ndarray:
@@ -113,13 +102,16 @@ def planned_errors(simulation: Simulation, plan: ff.Plan) -> np.ndarray:
     return simulation.added(plan.loads)
 
 
-def test_calibrations_scatter_as_was_predicted_without_a_frame(small, small_model) -> None:
+def test_calibrations_scatter_as_was_predicted_without_a_frame(small) -> None:
     rng, parameters, truth = np.random.default_rng(2), [STRAIN_OPTIC], np.array([0.05, 0.0, 1.0])
-    loads = typical_loads(small_model, ff.Limits(force=1.0), 20)[-5:]
-    predicted = ff.assess_presses(small, loads, parameters).covariance[-1]
+    dim = small.replace(**{"camera.amplitude": 100.0})  # uneven light does not clip
+    loads = typical_loads(ff.characterize(dim), ff.Limits(force=1.0), 20)[-5:]
+    predicted = ff.assess_presses(dim, loads, parameters).covariance[-1]
+    drawn = ff.characterize(dim.replace(**SCATTER, **LASTING))
     total = 0.0
     for _ in range(8):
-        model = ff.calibrate(small, small_model.expose(loads, rng=rng), loads, parameters)
+        frames = drawn.as_built(rng).expose(scattered(loads, rng), rng=rng)
+        model = ff.calibrate(dim, frames, loads, parameters, aside=0)
         assert model.calibration is not None
         error = model.calibration.values - truth
         total += error @ np.linalg.solve(predicted, error)
@@ -189,52 +181,63 @@ def test_no_press_is_beyond_the_limits(few, limits) -> None:
         assert (np.abs(loads[..., 1]) <= limits.friction * loads[..., 0] + 1e-12).all()
 
 
-def test_a_calibration_is_the_prior_of_the_next(timid, small, small_model) -> None:
-    model, before = timid
-    more = typical_loads(small_model, ff.Limits(force=1.0), 4)
-    predicted = ff.assess_presses(model, more)
+def listed(small: ff.Sensor, forces: np.ndarray) -> BenchLoads:
+    """Loads on tactels, whose errors are stated as plans expect them if nobody states any."""
+    loads = loads_on_tactels(forces, small.tactels.positions[:, None])
+    sizes = np.linalg.norm(loads.forces, axis=-1)
+    whole = np.hypot(sizes, 0.05 * np.nanmax(sizes))
+    unsure = whole[..., None] * [DOUBT["normal"], DOUBT["tangential"]]
+    return replace(
+        loads,
+        force_std=np.where(loads.present[..., None], unsure, np.nan),
+        place_std=np.where(loads.present, DOUBT["place"], np.nan),
+        width_std=np.where(loads.present, DOUBT["width"], np.nan),
+    )
+
+
+def test_a_calibration_is_the_prior_of_the_next(small, small_model) -> None:
+    more = typical_loads(small_model, ff.Limits(force=1.0), 10)
+    before, after = more[:6], more[6:]
+    bench, rng = shaken(small), np.random.default_rng(3)
+    frames = bench.expose(scattered(more, rng), rng=rng)
+    model = ff.calibrate(small, frames[:6], listed(small, before), TWO, aside=0)
+    both = ff.calibrate(small, frames, listed(small, more), TWO, aside=0)
+    predicted = ff.assess_presses(model, after)
     np.testing.assert_allclose(predicted.std[0], model.calibration.std, rtol=1e-6)
-    forces = np.concatenate([before, more])
-    both = ff.calibrate(small, small_model.expose(forces, rng=3), forces, TWO)
-    assert both.calibration is not None
-    # plans take loads as written and the residual as drawn: what they leave out costs some
-    share = predicted.std[-1] / both.calibration.std
-    assert ((share > 0.6) & (share < 1.05)).all()
+    np.testing.assert_allclose(predicted.std[-1], both.calibration.std, rtol=0.1)
 
 
-def test_a_calibration_gives_back_its_derivatives_and_deviations(moved) -> None:
-    model, jacobian = moved
-    known, x = knowledge(model), model.pixel_positions[model.imaging.usable]
-    np.testing.assert_allclose(known.jacobian.at(x)[1:], jacobian.at(x)[1:], rtol=0, atol=1e-8)
-    slope = (model.influence(x + 1e-7) - model.influence(x - 1e-7)).reshape(len(x), -1) / 2e-7
-    off = known.jacobian.matrix(np.zeros(2 + N), x, slope=True) - slope
-    assert np.abs(off).max() < 0.01 * np.abs(slope).max()
-    said = ff.assess_presses(model, np.ones((1, N, 2)), typical=np.ones((1, N, 2)))
-    np.testing.assert_allclose(said.std[0], model.calibration.std, rtol=1e-6)
-    np.testing.assert_allclose(said.values, model.calibration.values, rtol=1e-12)
-    assert said.names == model.calibration.names
+def test_modes_move_values_as_they_move_the_matrix(moved) -> None:
+    known, paths = knowledge(moved), (STRAIN_OPTIC, POISSON, POSITIONS)
+    jacobian = design_jacobian(moved.sensor, paths, np.zeros(2 + N))
+    seen = moved.imaging.usable
+    x, drawn = moved.pixel_positions[seen], moved.sensor.pixel_positions[seen]
+    slope = jacobian.matrix(np.zeros(2 + N), x, slope=True)
+    unit = units(moved.sensor, paths, np.zeros(2 + N))[:, None, None]
+    changes = [*jacobian.at(x)[1:] / unit, slope, slope * drawn[:, None]]
+    modes = moved.imaging.influence_modes[:, seen].reshape(len(known.root.T), len(x), -1)
+    off = np.tensordot(known.root.T, changes, 1) - modes
+    assert np.abs(off).max() < 2e-3 * np.abs(modes).max()
+    said = ff.assess_presses(moved, np.ones((1, N, 2)), typical=np.ones((1, N, 2)))
+    np.testing.assert_allclose(said.std[0], moved.calibration.std, rtol=1e-6)
+    np.testing.assert_allclose(said.values, moved.calibration.values, rtol=1e-12)
+    assert said.names == moved.calibration.names
 
 
 def test_the_error_before_the_next_press_is_what_readings_state(timid, moved, typical) -> None:
-    for model in (timid[0], moved[0]):
+    for model in (timid[0], moved):
         reader, used = StripFrameReader(model), model.imaging.usable
-        influence, response = reader.influence[used], model.response.at(used)
-        noise = added = 0.0
+        frame, noise, added = reader.uncertain.frame, 0.0, 0.0
         for load in typical.reshape(len(typical), -1):
-            phase = influence @ load
-            spread = covariance(phase, influence, response)
-            drift = model.imaging.drift
-            if any(drift):
-                level = response.level(phase)
-                own = frame_illumination(level, load, influence, response, spread, drift)
-                spread = spread + own.covariance
-            noise += np.trace(spread)
+            unknowns = np.append(load, np.zeros(frame.at.size - len(load)))
+            level = np.where(used, expose(frame, unknowns)[0], np.nan)
+            about = linearise(frame, reader.prior_near(load), level, unknowns)
+            noise += np.trace(np.linalg.inv(about.hessian + about.cone)[: 2 * N, : 2 * N])
             added += np.trace(reader.calibration_covariance(load, used))
         # of the estimate alone: imagined designs, over which plans are averaged, differ from it
         problem = planning_problem(model, None, ff.Limits(), typical, pairs=0)
         planned = problem.plan(typical, problem.experiments(typical), [0])
-        # readings hold what is left of the residual too, of which plans know nothing
-        assert planned.ratio[0] == pytest.approx(np.sqrt(1 + added / noise), rel=0.02)
+        assert planned.ratio[0] == pytest.approx(np.sqrt(1 + added / noise), rel=1e-3)
 
 
 def test_what_was_pressed_changes_what_to_press_next(small, small_model, typical) -> None:
@@ -251,16 +254,12 @@ def test_a_calibration_says_what_to_press_next_or_that_it_is_enough(timid, small
     model, forces = timid
     said = next_presses(model, forces)
     assert said.count(" N normal") + said.count(" N tangential") == 3
-    imaging = model.imaging
+    modes = [f"{kind}_modes" for kind in ("influence", "amplitude", "offset", "phase", "lens")]
+    calibration = model.calibration
     sure = replace(
         model,
-        imaging=replace(
-            imaging,
-            influence_modes=imaging.influence_modes / 100,
-            amplitude_modes=imaging.amplitude_modes / 100,
-            offset_modes=imaging.offset_modes / 100,
-        ),
-        calibration=replace(model.calibration, covariance=model.calibration.covariance / 1e4),
+        imaging=replace(model.imaging, **{m: getattr(model.imaging, m) / 100 for m in modes}),
+        calibration=replace(calibration, modes=calibration.modes / 100),
     )
     assert "more loads gain less than" in next_presses(sure, forces)
     for impossible in (0.0 * forces, 400.0 * forces):

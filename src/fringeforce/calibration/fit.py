@@ -268,6 +268,39 @@ def roughly_fitted(
     return search.misfit()
 
 
+def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: float) -> tuple[Array, Array, Array]:
+    """Residual [rad], amplitude, relative, and offset [grey levels] that are expected, as modes.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    x : ndarray, shape (s,)
+        Places of the samples between the nodes [m].
+    nodes : int
+        Number of nodes m.
+    grey : float
+        Usual amplitude, grey levels.
+
+    Returns
+    -------
+    fields : ndarray, shape (r, m)
+        Of the residual.
+    brightness, darkness : ndarray, shape (2l, m)
+        What the same modes change in amplitude and offset: half of them the one, half the other.
+    """
+    residual = random_field(x, sensor.polariscope.residual_length, nodes)
+    uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
+    even, none = np.ones((1, nodes)), np.zeros((1 + len(uneven), nodes))
+    bright = np.concatenate([LAMP * even, FIELDS["bright"] * uneven])
+    dark = FIELDS["dark"] * grey * np.concatenate([even, uneven])
+    return (
+        np.ascontiguousarray(FIELDS["residual"] * residual),
+        np.concatenate([bright, none]),
+        np.concatenate([none, dark]),
+    )
+
+
 def inverse(information: Array) -> Array:
     """Covariance of unknowns, from what is known of them."""
     return np.asarray(np.linalg.inv(information), dtype=float)
@@ -439,12 +472,8 @@ class Search:
         found = uncertainty(replace(characterize(plain), sensor=plain))
         x, frame = found.places, found.frame
         nodes, seen = len(frame.fixed), frame.visibility
-        residual = random_field(x, sensor.polariscope.residual_length, nodes)
-        uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
-        even = np.ones((1, nodes))
-        bright = np.concatenate([LAMP * even, FIELDS["bright"] * uneven])
         grey = float(np.mean(frame.amplitude))
-        dark = FIELDS["dark"] * grey * np.concatenate([even, uneven])
+        fields, brightness, darkness = smooth_fields(sensor, x, nodes, grey)
         lamp = np.zeros((2, 2, nodes))
         lamp[0, 0], lamp[1, 1] = DOUBT["gain"], DOUBT["offset"] * grey
         size = self.size
@@ -456,9 +485,9 @@ class Search:
             width=size.width,
             width_std=size.width_std,
             narrow=NARROW * max(size.width, size.width_std),
-            fields=np.ascontiguousarray(FIELDS["residual"] * residual),
-            brightness=np.concatenate([bright, np.zeros_like(dark)]),
-            darkness=np.concatenate([np.zeros_like(bright), dark]),
+            fields=fields,
+            brightness=brightness,
+            darkness=darkness,
             amplitude=frame.amplitude * seen,
             offset=frame.offset + frame.amplitude * (1 - seen) / 2,
             visibility=1.0,
@@ -470,7 +499,8 @@ class Search:
             ceiling=frame.full_scale,
         )
         moves, self.written = self._moves()
-        at = parts(len(self.centre), 0, len(residual), len(bright), len(dark), len(self.written))
+        light = len(brightness) // 2  # as many modes of the offset as of the amplitude
+        at = parts(len(self.centre), 0, len(fields), light, light, len(self.written))
         return Bench(
             self.levels,
             self.which,

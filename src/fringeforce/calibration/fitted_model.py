@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.calibration.bench_fit import SCALE, SHIFT
+from fringeforce.calibration.bench_fit import GROUPS, SCALE, SHIFT
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_record import bench_record
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
@@ -53,6 +53,7 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
     unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
     own = fit.covariance[np.ix_(order[single], order[single])]
     judged = judgement(fit, levels, known)
+    root = _root(fit, covariance)
     calibration = Calibration(
         names=(*whole, "camera shift", "camera scale"),
         drawing=np.append(values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0]),
@@ -66,10 +67,12 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
         checked=tuple(fit.checked),
         usable=judged.usable,
         delay=fit.delay,
+        modes=root[: len(named)] * unit[:, None],
+        scatter=_scatter(fit),
     )
     model = replace(
         model,
-        imaging=_imaging(fit, covariance),
+        imaging=_imaging(fit, root),
         calibration=calibration,
         provenance={
             **model.provenance,
@@ -131,22 +134,45 @@ def _lens(fit: BenchFit) -> tuple[Array, Array]:
     return np.array([blur * pixel, gamma / power]), np.array(changes)
 
 
-def _modes(root: Array, fit: BenchFit, order: Index) -> Array:
-    """A root of a covariance, of which columns enter, in as few modes as readings need.
+def _scatter(fit: BenchFit) -> tuple[float, ...]:
+    """How much loads and lamp scatter as stated or as found; `Calibration.scatter`."""
+    posterior, size = fit.posterior, fit.posterior.bench.contacts.size
+    unit = {"place": size.place, "width": size.width_std} | _lamp(fit)
+    found, kept = [], np.flatnonzero(fit.kept).tolist()
+    for name in GROUPS:
+        squares = [
+            1 / (posterior.precision(f)[posterior.group(name, f)] * posterior.unit(name, f) ** 2)
+            for f in kept
+        ]
+        found.append(float(np.sqrt(np.mean(np.concatenate(squares)))) * unit.get(name, 1.0))
+    return tuple(found)
 
-    Modes are turned so that they show in readings of the calibration's frames one after the other;
-    those that add next to nothing are left out.
+
+def _lamp(fit: BenchFit) -> dict[str, float]:
+    """Units of a frame's own gain, and of its offset in grey levels."""
+    lamp = fit.posterior.bench.lamp
+    return {"gain": float(lamp[0, 0, 0]), "offset": float(lamp[1, 1, 0])}
+
+
+def _root(fit: BenchFit, covariance: Array) -> Array:
+    """Modes of what readings need of the covariance: design, camera, columns, fields, lens.
+
+    If columns enter, modes are turned so that they show in readings of the calibration's frames one
+    after the other, and those that add next to nothing are left out.
     """
+    at = fit.posterior.bench.at
+    order = np.concatenate([_entry_order(fit), np.arange(at.camera, at.written)])
+    root = np.asarray(np.linalg.cholesky(covariance[np.ix_(order, order)]), dtype=float)
     if fit.posterior.bench.columns is None:
         return root
     sizes, turn = np.linalg.eigh(root.T @ fit.moved[np.ix_(order, order)] @ root)
     sizes, turn = np.maximum(sizes[::-1], 0.0), turn[:, ::-1]
     enough = int(np.searchsorted(np.cumsum(sizes), (1 - LEFT_OUT) * sizes.sum())) + 1
-    return np.asarray(root @ turn[:, :enough])
+    return np.asarray(root @ turn[:, :enough], dtype=float)
 
 
-def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
-    """Registration, light and residual, with their modes."""
+def _imaging(fit: BenchFit, root: Array) -> Imaging:
+    """Registration, light and residual, with their modes as of `_root`."""
     bench, shared = fit.posterior.bench, fit.state.shared
     sensor, at, template = fit.sensor, bench.at, bench.template
     positions = bench.positions(shared, sensor.pixel_positions)
@@ -162,9 +188,6 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
             [slope * SHIFT, slope * (sensor.pixel_positions * SCALE)[:, None]],
         ]
     )  # (d + 2, P, 2n)
-    order = np.concatenate([entries_at, np.arange(at.camera, at.written)])
-    root = np.asarray(np.linalg.cholesky(covariance[np.ix_(order, order)]), dtype=float)
-    root = _modes(root, fit, order)
     begins = len(entries_at) - at.camera + np.array(at)
     height, residual, bright, blur = begins[[2, 4, 5, 7]]
     influence = np.tensordot(root[:height].T, changes, 1)
@@ -183,9 +206,8 @@ def _imaging(fit: BenchFit, covariance: Array) -> Imaging:
     light = shared[at.bright : at.blur]
     amplitude = template.amplitude[: len(positions)]
     modes = root[bright:blur].T
-    expected, sizes = fit.posterior.expected, bench.lamp
-    gain = expected.sizes["gain"] * float(sizes[0, 0, 0]) * fit.shown("gain")
-    offset = expected.sizes["offset"] * float(sizes[1, 1, 0]) * fit.shown("offset")
+    sizes = fit.posterior.expected.sizes
+    gain, offset = (sizes[name] * unit * fit.shown(name) for name, unit in _lamp(fit).items())
     return Imaging(
         positions=positions,
         amplitude=amplitude * (1 + light @ brightness),

@@ -149,6 +149,13 @@ class Calibration:
         By which the log of the loads was behind the frames, if there was one [s].
     record : BenchRecord, optional
         Contacts as found and residuals, for pictures.
+    modes : ndarray, shape (d, k), optional
+        What every mode of the imaging changes in the values, in the units of the covariance; if not
+        given, the first modes are the covariance's Cholesky factor.
+    scatter : tuple of float
+        Standard deviations from frame to frame of normal and tangential forces over the whole force
+        of a contact, places and widths of contacts [m], the lamp's gain and offset [grey levels];
+        empty if that was not found.
     """
 
     names: tuple[str, ...]
@@ -164,6 +171,8 @@ class Calibration:
     usable: bool = True
     delay: float = 0.0
     record: BenchRecord | None = None
+    modes: Array | None = None
+    scatter: tuple[float, ...] = ()
 
     @property
     def std(self) -> Array:

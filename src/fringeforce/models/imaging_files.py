@@ -36,7 +36,7 @@ RECORD = {
     "aside": ", , N, N",
 }
 """Arrays of the record of a bench with their units."""
-WORDS = ("names", "unidentified", "outliers", "dead", "findings", "checked")
+WORDS = ("names", "unidentified", "outliers", "dead", "findings", "checked", "scatter")
 
 
 def write_imaging(file: h5py.File, imaging: Imaging) -> None:
@@ -94,6 +94,8 @@ def write_calibration(file: h5py.File, found: Calibration) -> None:
     group = file.create_group("calibration")
     for name in NUMBERS:
         group.create_dataset(name, data=getattr(found, name))
+    if found.modes is not None:
+        group.create_dataset("modes", data=found.modes)
     for name in WORDS:
         group.attrs[name] = json.dumps(getattr(found, name))
     group.attrs["chi2"], group.attrs["delay"] = found.chi2, found.delay
@@ -115,6 +117,8 @@ def read_calibration(file: h5py.File) -> Calibration | None:
     found |= {
         name: tuple(json.loads(str(attributes[name]))) for name in WORDS if name in attributes
     }
+    if "calibration/modes" in file:
+        found["modes"] = np.asarray(file["calibration/modes"])
     return Calibration(
         chi2=float(np.asarray(attributes["chi2"])),
         usable=bool(attributes.get("usable", True)),

@@ -9,19 +9,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_exposure import NARROWEST, expose, positive
 from fringeforce.estimation.frame_fit import (
+    Linearised,
     Prior,
+    banded,
     light_information,
     linearise,
     shared_information,
     spread_profiles,
 )
 from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.estimation.shared_fit import FrameTerms
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import at_nodes
@@ -77,7 +81,20 @@ class CalibrationUncertainty:
         )
 
     def covariance(self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask) -> Array:
-        """Covariance that the modes add to loads, shape (2n, 2n) [N^2].
+        """Covariance that the modes add to loads, shape (2n, 2n) [N^2]; as of `terms`."""
+        about = self._linearised(model, prior, unknowns, used, None)
+        moved = np.linalg.solve(about.own, about.cross)[: model.at.loads]
+        return np.asarray(moved @ moved.T)
+
+    def terms(
+        self,
+        model: FrameModel,
+        prior: Prior,
+        unknowns: Array,
+        used: Mask,
+        modes: Array | None = None,
+    ) -> FrameTerms:
+        """Half the loss of a frame that is as expected; modes are shared, all else is its own.
 
         Parameters
         ----------
@@ -89,35 +106,92 @@ class CalibrationUncertainty:
             What explains the frame.
         used : ndarray of bool, shape (P,)
             Pixels that were used.
+        modes : ndarray, shape (k,), optional
+            What the sensor is; as calibrated if not given.
         """
-        at, nodes = model.at, model.fixed.size
+        one = self._linearised(model, prior, unknowns, used, modes)
+        weights, bright, dark = one.about.weights, self.brightness, self.darkness
+        by_bright, by_dark = (weights[u, 1] * bright + weights[u, 2] * dark for u in (1, 2))
+        # each pair of phase, light and lens once, then its transpose
+        half = (
+            one.spread
+            @ (banded(one.about, one.spread) / 2 + weights[0, 1] * bright + weights[0, 2] * dark).T
+        )
+        half += (bright @ by_bright.T + dark @ by_dark.T) / 2
+        half += one.lens @ (one.by_lens + one.lens_own @ one.lens.T / 2)
+        none = np.zeros(len(half))  # a frame that is as expected pulls nowhere
+        return FrameTerms(one.own, one.cross, half + half.T, np.zeros(len(one.own)), none)
+
+    def _linearised(
+        self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask, modes: Array | None
+    ) -> _About:
+        at, loads = model.at, unknowns[: model.at.loads]
         assert not len(model.influence), "a calibrated model has no modes of the matrix itself"
-        # blur and gamma are unknowns now, and one mode of no effect makes room for the light
-        sizes = np.add(np.diff(at[1:]), np.eye(1, 7, 3, dtype=int)[0])
+        # blur and gamma are unknowns now, and the first mode is what the sensor is
+        sizes = np.add(np.diff(at[1:]), [0, 0, 0, 1, 0, 0, 0])
         sizes[-2:] = 1
         wide = Layout(at.loads, *accumulate(sizes.tolist(), initial=at.loads))
-        lens = [model.blur_std or 1.0, model.gamma_std or 1.0]
-        none = np.zeros((1, nodes))
+        scale = np.array([model.blur_std or 1.0, model.gamma_std or 1.0])
+        start = 0.0
+        blur, slope = model.blur or NARROWEST / 2, 1.0
+        if at.gamma == at.blur:  # the unknown starts where it makes the blur what it is
+            start = blur - NARROWEST**2 / (4 * blur)
+            slope = positive(start, NARROWEST)[1]
+            start = (start - model.blur) / scale[0]
+        lens = self.lens / (scale * [slope, 1.0])
+        found = np.zeros(len(self.brightness)) if modes is None else modes
+        influence = np.tensordot(found[: len(self.influence)], self.influence, 1)
         whole = model._replace(
-            brightness=np.concatenate([model.brightness, none]),
-            darkness=np.concatenate([model.darkness, none]),
-            blur_std=lens[0],
-            gamma_std=lens[1],
+            fixed=model.fixed + found @ self.fields,
+            influence=np.ascontiguousarray(influence.T).reshape(1, 1, *model.moments.shape[:2], -1),
+            brightness=np.concatenate([[found @ self.brightness], model.brightness]),
+            darkness=np.concatenate([[found @ self.darkness], model.darkness]),
+            blur_std=float(scale[0]),
+            gamma_std=float(scale[1]),
             at=wide,
         )
         own = np.ones(wide.size, dtype=bool)
-        own[wide.visibility - 1] = False
+        own[wide.modes] = False
         own[wide.blur], own[wide.gamma] = at.gamma > at.blur, at.size > at.gamma
         there, precision, mean = np.zeros((3, wide.size))
         there[own], precision[own], mean[own] = unknowns, prior.precision, prior.mean
+        there[[wide.blur, wide.gamma]] += found @ lens
+        there[wide.blur] += start
+        there[wide.modes] = 1.0
         frame = np.where(used, expose(whole, there)[0], np.nan)
         wider = prior._replace(mean=mean, precision=precision, joint=np.empty((0, 0)))
         about = linearise(whole, wider, frame, there)
         hessian = about.hessian + about.cone
         turned = self.fields.copy()
-        turned[: len(self.influence)] += np.tensordot(self.influence, unknowns[: at.loads], 1)
-        shared = shared_information(whole, about, spread_profiles(whole, there, turned))
+        turned[: len(self.influence)] += np.tensordot(self.influence, loads, 1)
+        spread = spread_profiles(whole, there, turned)
+        shared = shared_information(whole, about, spread)
         shared += light_information(whole, about, self.brightness, self.darkness)
-        shared += hessian[:, [wide.blur, wide.gamma]] @ (self.lens / lens).T
-        moved = np.linalg.solve(hessian[np.ix_(own, own)], shared[own])[: at.loads]
-        return np.asarray(moved @ moved.T)
+        pair = [wide.blur, wide.gamma]
+        by_lens = shared[pair]
+        shared += hessian[:, pair] @ lens.T
+        return _About(
+            hessian[np.ix_(own, own)],
+            shared[own],
+            about,
+            spread,
+            lens,
+            by_lens,
+            hessian[np.ix_(pair, pair)],
+        )
+
+
+class _About(NamedTuple):
+    """A frame about what explains it: `own` and `cross` as of `FrameTerms`, and what modes do.
+
+    That is the change of the phase at the nodes (k, m) and of the unknowns of the lens (k, 2), what
+    the lens has to do with phase and light (2, k), and with itself (2, 2).
+    """
+
+    own: Array
+    cross: Array
+    about: Linearised
+    spread: Array
+    lens: Array
+    by_lens: Array
+    lens_own: Array

@@ -451,10 +451,14 @@ class StripFrameReader(StripFrames):
         whole = np.zeros(frame.at.size)
         whole[: len(unknowns)] = unknowns
         if prior is None:
-            least = self._search.pushing(np.zeros(len(frame.fixed)))
-            push = max(float(np.abs(unknowns[:count:2]).mean()), least)
-            prior = self.posterior(np.empty(0), push).prior
+            prior = self.prior_near(unknowns[:count])
         return self.calibration_uncertainty.covariance(frame, prior, whole, used)
+
+    def prior_near(self, loads: Array) -> Prior:
+        """Prior of unknowns for contacts that push as these loads (2n,) do [N]."""
+        least = self._search.pushing(np.zeros(len(self.uncertain.frame.fixed)))
+        push = max(float(np.abs(loads[::2]).mean()), least)
+        return self.posterior(np.empty(0), push).prior
 
     def reading(
         self,

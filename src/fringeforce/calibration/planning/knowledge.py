@@ -1,32 +1,44 @@
-"""What is known of a sensor before the next load: from its drawing, or from a calibration."""
+"""What is known of a sensor before the next load: from its drawing, or from a calibration.
+
+All that a bench shares is written as modes of unit variance, as a calibrated model states them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
-from fringeforce.calibration.calibrate import LIGHTS, PARAMETERS
+from fringeforce.calibration import fit
+from fringeforce.calibration.bench_fit import FULL_SCALE, GROUPS, PINNED
+from fringeforce.calibration.bench_fit import SCALE as SCALE_UNIT
+from fringeforce.calibration.bench_fit import SHIFT as SHIFT_UNIT
+from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import (
     POSITIONS,
     checked_paths,
-    entries,
     names,
     prior,
     units,
     values,
 )
-from fringeforce.calibration.design_jacobian import DesignJacobian, design_jacobian
-from fringeforce.calibration.frame_fit import light_basis, on_strip, precision, start
-from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
-from fringeforce.calibration.measurements import SHIFT, Measurements, Unknowns
+from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Tolerances
+from fringeforce.estimation.frame_fit import Prior
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.shared_fit import Eliminated
+from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import at_nodes, uncertainty
+from fringeforce.optics.camera import noise_variance
+from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
+from fringeforce.reading.strip_reader import StripFrameReader
 
 TOLERANCE = 0.1
 """Standard deviation of entries that a drawing is trusted to when the truth is imagined."""
@@ -34,80 +46,110 @@ TOLERANCE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """Estimate and covariance of all unknowns of a calibration.
+    """Estimate and covariance of all that a bench shares, as k modes of unit variance.
 
     Attributes
     ----------
-    measured : Measurements
-        The sensor as drawn or as calibrated, and its light; no frames yet.
-    paths : tuple of str
-        Design values that are unknown.
-    jacobian : DesignJacobian
-        The matrix about the estimate; design values enter relative to the sensor, as zeros.
-    unknowns : Unknowns
-        The estimate.
-    root : ndarray, shape (u, u)
-        A root of the covariance of all unknowns.
+    model : SensorModel
+        The sensor as drawn or as calibrated; of tolerances it has those of contacts alone.
+    paths, names : tuple of str
+        Design values that are unknown, and names of the design's entries and the camera's place.
+    values : ndarray, shape (d,)
+        Of what is named, in their own units.
+    root : ndarray, shape (d, k)
+        What every mode changes in the values, in the units of a calibration's covariance.
+    modes : CalibrationUncertainty
+        What every mode changes in a frame.
     used : ndarray of bool, shape (P,)
         Pixels that can be used.
-    light_variance : float
-        What readings add to the variance of their grey levels.
+    scatter : dict of str to float
+        How much loads and lamp scatter from frame to frame, as of `Calibration`.
     """
 
-    measured: Measurements
+    model: SensorModel
     paths: tuple[str, ...]
-    jacobian: DesignJacobian
-    unknowns: Unknowns
+    names: tuple[str, ...]
+    values: Array
     root: Array
+    modes: CalibrationUncertainty
     used: Mask
-    light_variance: float = 0.0
+    scatter: dict[str, float]
 
     @property
     def sensor(self) -> Sensor:
         """The sensor, as drawn or as calibrated."""
-        return self.measured.sensor
+        return self.model.sensor
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the design's entries and of the camera's place."""
-        return (*names(self.sensor, self.paths), "camera shift", "camera scale")
+    def own_root(self) -> Array:
+        """What every mode changes in the values, in their own units, shape (d, k)."""
+        own = [name.startswith(("camera s", "tactel ")) for name in self.names]
+        return np.where(own, 1.0, np.abs(self.values))[:, None] * self.root
 
-    @property
-    def values(self) -> Array:
-        """Values of what is named, in their own units."""
-        shift, scale = self.unknowns.place
-        design = values(self.sensor, self.paths, self.unknowns.design)
-        return np.array([*design, shift * SHIFT, 1 + scale])
-
-    @property
-    def units(self) -> Array:
-        """What a unit of the unknowns is in the values' own units."""
-        places = np.array([path == POSITIONS for path in entries(self.sensor, self.paths)], bool)
-        design = np.where(places, 1.0, np.abs(self.values[:-2]))
-        return np.concatenate([design, [1.0, 1.0]]) * _units(self.sensor, self.paths)
-
-    def expected(self, loads: Array, truth: Unknowns) -> Measurements:
-        """Calibration loads (F, n, 2) and the frames that are expected of them."""
-        flat, turned, averaged = loads.reshape(len(loads), -1), np.zeros(1), np.ones(1)
-        matrix = self.jacobian.matrix(truth.design, truth.positions(self.sensor))
-        levels = truth.response(self.measured).level(flat @ matrix.T)
-        return replace(self.measured, levels=levels, loads=flat, turned=turned, averaged=averaged)
-
-    def imagined(self, pairs: int) -> list[Unknowns]:
-        """The estimate, and designs that scatter about it as what is known allows.
+    def imagined(self, pairs: int) -> list[Array]:
+        """Modes (k,) of the estimate, and of designs that scatter about it as what is known allows.
 
         Drawings are trusted to TOLERANCE here: the wide prior of the fit is meant to leave all to
         the frames and not to describe a workshop.
         """
-        d = len(self.unknowns.design)
-        known = np.linalg.inv(self.root[:d, :d] @ self.root[:d, :d].T)
+        d = len(self.root) - 2
+        design = self.root[:d] / units(self.sensor, self.paths, np.zeros(d))[:, None]
+        known = np.linalg.inv(design @ design.T)
         root = np.linalg.cholesky(np.linalg.inv(known + np.eye(d) / TOLERANCE**2))
-        rest = np.zeros(len(self.root) - d)
         steps = np.random.default_rng(0).standard_normal((pairs, d)) @ root.T
-        return [
-            self.unknowns,
-            *(self.unknowns.moved(np.append(s, rest)) for step in steps for s in (step, -step)),
-        ]
+        moved = steps @ np.linalg.pinv(design).T
+        return [np.zeros(len(self.root.T)), *(s for step in moved for s in (step, -step))]
+
+    @cached_property
+    def _reader(self) -> StripFrameReader:
+        return StripFrameReader(self.model)
+
+    def read(self, loads: Array, modes: Array) -> Eliminated:
+        """Loads (2n,) as a reading tells them, and how far they follow the modes about some."""
+        reader = self._reader
+        frame, unknowns = reader.uncertain.frame, np.zeros(reader.uncertain.frame.at.size)
+        unknowns[: len(loads)] = loads
+        weak = reader.prior_near(loads)
+        return Eliminated.of(self.modes.terms(frame, weak, unknowns, self.used, modes))
+
+    @cached_property
+    def _bench(self) -> FrameModel:
+        """A frame of a bench, whose loads and lamp scatter."""
+        scatter, stated = self.scatter, self.sensor.tolerances
+        contacts = {
+            path: stated.get(path, scatter[name])
+            for path, name in ((PLACEMENT, "place"), (WIDTH, "width"))
+        }
+        made = self.sensor.model_copy(update={"tolerances": Tolerances(contacts)})
+        assert self.model.imaging is not None
+        lamp = replace(self.model.imaging, drift=(scatter["gain"], scatter["offset"]))
+        frame = uncertainty(replace(self.model, sensor=made, imaging=lamp)).frame
+        return frame._replace(variance=noise_variance(self.sensor.camera))
+
+    def calibrated(self, loads: Array, largest: float, modes: Array) -> Array:
+        """Information (k, k) on the modes of a frame of known loads (2n,) of a bench.
+
+        Parameters
+        ----------
+        loads : ndarray, shape (2n,)
+            As written down [N].
+        largest : float
+            Largest force of a contact of the bench [N].
+        modes : ndarray, shape (k,)
+            What the sensor is.
+        """
+        frame = self._bench
+        whole = np.repeat(np.linalg.norm(loads.reshape(-1, 2), axis=1), 2)
+        share = np.tile([self.scatter["normal"], self.scatter["tangential"]], len(loads) // 2)
+        unsure = share * np.hypot(whole, FULL_SCALE * largest)
+        precision, unknowns = np.ones(frame.at.size), np.zeros(frame.at.size)
+        precision[: len(loads)] = np.where(whole > 0, 1 / np.square(unsure), PINNED)
+        unknowns[: len(loads)] = loads
+        known = Prior(unknowns, precision, -1.0, 1e6)
+        told = Eliminated.of(self.modes.terms(frame, known, unknowns, self.used, modes))
+        # sums at nodes are good to some digits, so that what a frame does not tell may be negative
+        sizes, directions = np.linalg.eigh(told.information)
+        return (directions * np.maximum(sizes, 0.0)) @ directions.T
 
 
 def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = None) -> Knowledge:
@@ -126,79 +168,75 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
     InputError
         If a path cannot be calibrated, or differs from those of the model's calibration.
     """
-    sensor = source if isinstance(source, Sensor) else source.sensor
-    pixels, loads = sensor.camera.pixels, 2 * sensor.tactels.count
-    basis = light_basis(pixels, LIGHTS)
-    measured = Measurements(sensor, np.empty((0, pixels)), np.empty((0, loads)), basis)
     if isinstance(source, SensorModel) and source.calibration and source.imaging:
-        found = _of_calibration(measured, source, source.calibration, source.imaging)
+        found = _of_calibration(source, source.calibration, source.imaging)
         if parameters is not None and set(parameters) != set(found.paths):
             raise InputError(
                 f"The model was calibrated in {', '.join(found.paths)}; its covariance says "
                 "nothing of others. Leave the parameters out, or plan from the drawing."
             )
         return found
+    sensor = source if isinstance(source, Sensor) else source.sensor
     paths = checked_paths(sensor, tuple(PARAMETERS if parameters is None else parameters))
+    return _of_drawing(sensor, paths)
+
+
+def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
+    """What a calibration expects before it has seen a frame."""
+    stated = {path: std for path, std in sensor.tolerances.items() if path in (PLACEMENT, WIDTH)}
+    plain = sensor.model_copy(update={"tolerances": Tolerances(stated)})
     unsure = prior(sensor, paths)
-    unknowns = start(measured, len(unsure))
-    root = np.diag(1 / np.sqrt(precision(measured, unsure)))
-    used = on_strip(unknowns.positions(sensor), sensor)
-    jacobian = design_jacobian(sensor, paths, unknowns.design)
-    return Knowledge(measured, paths, jacobian, unknowns, root, used)
-
-
-def _of_calibration(
-    measured: Measurements, model: SensorModel, found: Calibration, imaging: Imaging
-) -> Knowledge:
-    """Estimate and covariance behind a calibrated model; its modes are the covariance's root.
-
-    What single pixels add to the smooth lighting is taken as known.
-    """
-    basis, single = (
-        measured.basis,
-        [name for name in found.names if not name.startswith("camera s")],
+    jacobian, x = design_jacobian(plain, paths, np.zeros(len(unsure))), sensor.pixel_positions
+    found = uncertainty(replace(jacobian.model, sensor=plain))
+    frame, dim = found.frame, 1 - found.frame.visibility
+    lit = Imaging.known(x, frame.amplitude * (1 - dim), frame.offset + frame.amplitude * dim / 2)
+    model = replace(jacobian.model, sensor=plain, imaging=lit)
+    grey = float(np.mean(frame.amplitude))
+    fields, brightness, darkness = fit.smooth_fields(sensor, found.places, len(frame.fixed), grey)
+    slope = jacobian.matrix(jacobian.centre, x, slope=True)
+    place = np.array([fit.SHIFT * SHIFT_UNIT, fit.SCALE * SCALE_UNIT])
+    changes = np.concatenate(
+        [
+            unsure[:, None, None] * jacobian.at(x)[1:],
+            place[:, None, None] * [slope, slope * x[:, None]],
+        ]
     )
+    moving, lights = len(changes), len(brightness)
+    count = moving + len(fields) + lights + 2
+
+    def among(rows: Array, before: int) -> Array:
+        return np.pad(rows, [(before, count - before - len(rows)), (0, 0)])
+
+    modes = CalibrationUncertainty(
+        at_nodes(model, changes.swapaxes(1, 2)).swapaxes(1, 2),
+        among(brightness, moving + len(fields)),
+        among(darkness, moving + len(fields)),
+        among(fields, moving),
+        among(np.diag([fit.BLUR, fit.GAMMA]), moving + len(fields) + lights),
+    )
+    root = np.append(unsure * units(sensor, paths, 0 * unsure), place)
+    margin = sensor.transducer.length * (1 / 2 - 2 / sensor.camera.pixels)
+    return Knowledge(
+        model,
+        paths,
+        (*names(sensor, paths), "camera shift", "camera scale"),
+        np.append(values(sensor, paths, 0 * unsure), [0.0, 1.0]),
+        np.eye(moving, count) * root[:, None],
+        modes,
+        np.abs(x) < margin,
+        fit.DOUBT | {"offset": fit.DOUBT["offset"] * grey},
+    )
+
+
+def _of_calibration(model: SensorModel, found: Calibration, imaging: Imaging) -> Knowledge:
+    """Estimate and covariance behind a calibrated model."""
+    single = [name for name in found.names if not name.startswith("camera s")]
     # the names of all tactels' places stand for one path
     paths = tuple(dict.fromkeys(POSITIONS if n.startswith("tactel ") else n for n in single))
-    unit, count = _units(model.sensor, paths), len(found.names)
-    own = np.asarray(np.linalg.cholesky(found.covariance / np.outer(unit, unit)), dtype=float)
-    modes = [imaging.amplitude_modes, imaging.offset_modes]
-    size = count + 2 * basis.shape[1]
-    wide = np.zeros((size, max(len(modes[0]), size)))
-    wide[:count, :count] = own
-    wide[count:, : len(modes[0])] = np.concatenate([_coefficients(basis, m.T) for m in modes])
-    root = np.asarray(np.linalg.qr(wide.T)[1], dtype=float).T  # of the same covariance, square
-    lights = np.stack([imaging.amplitude, imaging.offset])
-    smooth = _coefficients(basis, lights.T)
-    place = np.array([found.values[-2] / SHIFT, found.values[-1] - 1])
-    unknowns = Unknowns(np.zeros(count - 2), place, *smooth.T)
-    single_pixels = lights - (basis @ smooth).T
-    pattern = FixedPatternNoise(single_pixels, single_pixels, np.full(lights.shape, np.inf))
-    measured = replace(measured, pattern=pattern, drift=imaging.drift)
-    jacobian = _jacobian_of_modes(model, imaging, own, prior(model.sensor, paths))
-    return Knowledge(
-        measured, paths, jacobian, unknowns, root, imaging.usable, imaging.light_variance
-    )
-
-
-def _jacobian_of_modes(
-    model: SensorModel, imaging: Imaging, root: Array, deviations: Array
-) -> DesignJacobian:
-    """The matrix and its derivatives from the modes of a calibration, without any elements."""
-    seen = np.abs(imaging.positions) <= model.sensor.transducer.length / 2
-    modes = imaging.influence_modes[:, seen]
-    changes = np.linalg.solve(root.T, modes.reshape(len(modes), -1)).reshape(modes.shape)
-    matrix = np.concatenate([model.pixel_influence[None, seen], changes[:-2]])
-    parts = np.moveaxis(matrix.reshape(*matrix.shape[:2], -1), 0, 1)
-    spline = CubicSpline(imaging.positions[seen], parts)
-    return DesignJacobian(np.zeros(len(deviations)), model, spline, deviations)
-
-
-def _units(sensor: Sensor, paths: tuple[str, ...]) -> Array:
-    """What a unit of the unknowns is in terms of a calibration's covariance."""
-    return np.concatenate([units(sensor, paths, np.zeros(len(prior(sensor, paths)))), [SHIFT, 1.0]])
-
-
-def _coefficients(basis: Array, levels: Array) -> Array:
-    """What smooth functions along the frame are made of, shape (k, ...)."""
-    return np.asarray(np.linalg.lstsq(basis, levels, rcond=None)[0], float)
+    modes, root = CalibrationUncertainty.of(model, imaging), found.modes
+    if root is None:  # the first modes are those of the values
+        own = np.asarray(np.linalg.cholesky(found.covariance), dtype=float)
+        root = np.pad(own, [(0, 0), (0, len(modes.brightness) - len(own))])
+    scatter = fit.DOUBT | {"offset": fit.DOUBT["offset"] * float(np.mean(imaging.amplitude))}
+    scatter |= dict(zip(GROUPS, found.scatter, strict=False))
+    return Knowledge(model, paths, found.names, found.values, root, modes, imaging.usable, scatter)

@@ -17,8 +17,6 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_loads import BenchLoads, in_words, loads_on_tactels
 from fringeforce.calibration.findings import described
-from fringeforce.calibration.measurements import Unknowns
-from fringeforce.calibration.normal_equations import level_jacobian
 from fringeforce.calibration.planning.candidates import (
     Limits,
     candidates,
@@ -29,8 +27,6 @@ from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
 from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Sensor
-from fringeforce.estimation.bounds import covariance, systematic_errors
-from fringeforce.estimation.frame_illumination import frame_illumination
 from fringeforce.models.strip import SensorModel
 
 TYPICAL = 24
@@ -74,7 +70,7 @@ class Plan:
     >>> plan.loads.shape, plan.std.shape
     ((3, 11, 2), (4, 3))
     >>> print(plan.words[0])
-    push on tactel 6 at 0.0 mm, 3 N right
+    push on tactel 7 at 1.0 mm, 3 N right
     """
 
     loads: Array
@@ -230,50 +226,30 @@ class PlanningProblem:
     skin: bool = False
 
     def experiments(self, loads: Array) -> CandidateExperiments:
-        """What loads tell of the unknowns, and what the unknowns do to typical readings."""
-        information, weights = [], []
-        for truth in self.known.imagined(self.pairs):
-            information.append(self._information(truth, loads))
-            weights.append(self._weights(truth))
-        return CandidateExperiments(np.array(information), np.array(weights))
-
-    def _information(self, truth: Unknowns, loads: Array) -> Array:
-        known, expected = self.known, self.known.expected(loads, truth)
-        jacobian, used = level_jacobian(expected, truth, known.jacobian), known.used.astype(float)
-        return np.array(
-            [known.root.T @ one.normal(used).profiled @ known.root for one in jacobian.frames()]
+        """What loads tell of the modes, and what these do to typical readings."""
+        truths, n = self.known.imagined(self.pairs), loads.shape[1]
+        largest = float(np.linalg.norm(loads, axis=2).max())
+        information = [
+            [self.known.calibrated(load, largest, truth) for load in loads.reshape(-1, 2 * n)]
+            for truth in truths
+        ]
+        return CandidateExperiments(
+            np.array(information), np.array(list(map(self._weights, truths)))
         )
 
-    def _weights(self, truth: Unknowns) -> Array:
-        """Variance that errors of the unknowns add to readings, over that of noise alone."""
-        known, expected = self.known, self.known.expected(self.typical, truth)
-        used, root = known.used, known.root
-        influence = known.jacobian.matrix(truth.design, truth.positions(known.sensor))
-        jacobian = level_jacobian(expected, truth, known.jacobian)
-        found, drift = jacobian.predicted.response.at(used), expected.drift
-        response = replace(found, variance=found.variance + known.light_variance)
-        seen = np.ascontiguousarray(influence[used])
-        noise, added = 0.0, np.zeros_like(root)
-        for load, level, one in zip(
-            expected.loads, expected.levels, jacobian.frames(), strict=True
-        ):
-            phase, modes = one.predicted.phase[0, used], root.T @ one.dense[:, 0, used]
-            spread = covariance(phase, seen, response)
-            if any(drift):
-                spread += frame_illumination(
-                    level[used], load, seen, response, spread, drift
-                ).covariance
-            levels = modes / one.predicted.scale
-            moved = systematic_errors(
-                (levels * response.slope(phase)) @ seen, spread, response.variance
-            )
-            noise += float(np.trace(spread))
-            added += moved @ moved.T
+    def _weights(self, truth: Array) -> Array:
+        """Variance that errors of the modes add to readings, over that of noise alone."""
+        noise, added = 0.0, np.zeros((len(truth),) * 2)
+        for load in self.typical.reshape(len(self.typical), -1):
+            told = self.known.read(load, truth)
+            moved = told.response[: len(load)]
+            noise += float(np.trace(told.spread[: len(load), : len(load)]))
+            added += moved.T @ moved
         return added / noise
 
     def best(self, presses: int) -> Plan:
         """The best so many loads within the limits."""
-        loads = candidates(self.known.jacobian.model, self.limits)
+        loads = candidates(self.known.model, self.limits)
         experiments = self.experiments(loads)
         rows = experiments.chosen(presses)
         return self.plan(loads[rows], experiments, rows)
@@ -281,10 +257,9 @@ class PlanningProblem:
     def plan(self, loads: Array, experiments: CandidateExperiments, rows: list[int]) -> Plan:
         """What some of the loads achieve in order."""
         covariances = experiments.covariances(rows).mean(axis=0)
-        d = len(self.known.names)
-        root = self.known.units[:, None] * self.known.root[:d, :d]
+        root = self.known.own_root
         ratio = np.sqrt(1 + experiments.variances(rows))
-        covariance = root @ covariances[:, :d, :d] @ root.T
+        covariance = root @ covariances @ root.T
         places = self.known.sensor.tactels.positions
         names, values = self.known.names, self.known.values
         return Plan(loads, places, names, values, covariance, ratio, self.skin)
@@ -302,7 +277,7 @@ def planning_problem(
     drawn = isinstance(source, Sensor) or source.calibration is None
     known = knowledge(pressable(sensor) if drawn else source, parameters)
     if typical is None:
-        loads = typical_loads(known.jacobian.model, limits, TYPICAL)
+        loads = typical_loads(known.model, limits, TYPICAL)
     else:
         loads = _checked(typical, known.sensor)
     return PlanningProblem(known, limits, loads, pairs, sensor.skin is not None)
