@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from benches import (
-    PIXELS,
     PLACE,
     STRAIN_OPTIC,
     drawing,
@@ -16,8 +15,8 @@ from benches import (
 
 from benches import presses, shots  # isort: skip
 
+
 import fringeforce as ff
-from fringeforce.estimation.frame_illumination import frame_illumination
 
 pytestmark = pytest.mark.slow
 
@@ -70,25 +69,3 @@ def test_estimates_under_a_drift_scatter_as_their_covariance_says(true) -> None:
         reached = np.append(np.log(found.values[0] / found.drawing[0]), found.values[1:])
         total += (reached - truth) @ np.linalg.solve(found.covariance, reached - truth)
     assert is_plausible(float(total), 5 * 3)
-
-
-def test_a_frame_tells_its_own_gain_beside_its_loads(true) -> None:
-    """One joint least-squares step, solved as a whole by another library routine."""
-    rng = np.random.default_rng(46)
-    pixels = np.abs(true.pixel_positions) < 12e-3
-    influence = true.pixel_influence.reshape(PIXELS, -1)[pixels]
-    response = true.response.at(pixels)
-    loads = ff.polar(1.0, 10, n=11).ravel()
-    frame = response.level(influence @ loads) * 1.02 + rng.normal(0, 1.5, pixels.sum())
-    sigma = np.sqrt(response.variance)
-    turned = influence * (response.slope(influence @ loads) / sigma)[:, None]
-    spread = np.linalg.inv(turned.T @ turned)
-    found = frame_illumination(frame, loads, influence, response, spread, (0.03, 1.0))
-    level = response.level(influence @ loads)
-    shifts = np.stack([0.03 * (level - response.offset), np.ones_like(level)], axis=1) / sigma
-    design = np.block([[turned, shifts], [np.zeros((2, 22)), np.eye(2)]])
-    target = np.append((frame - level) / sigma, [0, 0])
-    solution = np.linalg.lstsq(design, target, rcond=None)[0]
-    np.testing.assert_allclose(found.shifts, solution[-2:], rtol=1e-6)
-    whole = np.linalg.inv(design.T @ design)[:22, :22]
-    np.testing.assert_allclose(found.covariance + spread, whole, rtol=1e-6, atol=1e-12)

@@ -203,6 +203,8 @@ def test_a_calibration_is_the_prior_of_the_next(small, small_model) -> None:
     model = ff.calibrate(small, frames[:6], listed(small, before), TWO, aside=0)
     both = ff.calibrate(small, frames, listed(small, more), TWO, aside=0)
     predicted = ff.assess_presses(model, after)
+    assert model.calibration is not None
+    assert both.calibration is not None
     np.testing.assert_allclose(predicted.std[0], model.calibration.std, rtol=1e-6)
     np.testing.assert_allclose(predicted.std[-1], both.calibration.std, rtol=0.1)
 

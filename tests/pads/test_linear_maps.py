@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
-from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator
 
 from fringeforce.base.linear_map import LinearMap
-from fringeforce.calibration.columns.prior import ColumnCorrection
 from fringeforce.models.int16_matrix import Packed
 from fringeforce.models.pad import PadModel
 from fringeforce.models.splines import Band
@@ -19,15 +16,13 @@ def operators(model: PadModel) -> dict[str, LinearOperator]:
     blurred = Lens.of(model.sensor.replace(camera={"blur": "60 um"}))
     assert blurred is not None
     matrix = np.random.default_rng(0).normal(size=(70, 30)).astype(np.float32)
-    samples, rng = np.linspace(-1, 1, 12), np.random.default_rng(3)
-    splines = BSpline.design_matrix(np.linspace(0.1, 4.9, 40), np.arange(-3.0, 9.0), 3)
+    samples = np.linspace(-1, 1, 12)
     maps: dict[str, LinearMap] = {
         "splines": Band.of(samples, np.linspace(-1.1, 1.1, 50)),
         "whole numbers": Packed.of(matrix),
         "influence of a pad": model.influence,
         "retardance of a pad": model.retarding,
         "lens": blurred,
-        "corrected columns": ColumnCorrection(rng.normal(size=(40, 12)), csr_array(splines)),
     }
     return {name: one.operator for name, one in maps.items()}
 

@@ -30,8 +30,6 @@ PARAMETERS = (
     "transducer.compliant.thickness",
 )
 """Design values that drawings know worst."""
-LIGHTS = 10
-"""Smooth functions along the frame that make up amplitude and offset each."""
 
 
 def calibrate(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,6 @@ from fringeforce.calibration.design_entries import (
     POSITIONS,
     STRAIN_OPTIC,
     entries,
-    prior,
     varied,
 )
 from fringeforce.design.strip import Sensor
@@ -22,10 +21,6 @@ from fringeforce.models.strip import SensorModel, characterize
 
 STEP = 0.004
 """Step of an entry for central differences."""
-ENTRY_TOLERANCE = 1e-3
-"""Change of a design's entry below which the linearization is as good as the matrix."""
-UNSURE = 0.1
-"""Change over an entry's own standard deviation below which following it is not worth the cost."""
 GRID = 2001
 """Places along the strip between which matrix and derivatives are interpolated."""
 
@@ -42,14 +37,11 @@ class DesignJacobian:
         The sensor characterised there.
     spline : CubicSpline
         Along the strip [m]; values of shape (1 + d, 2n): the matrix, then its derivatives.
-    deviations : ndarray, shape (d,)
-        Standard deviations of the entries before any frame is seen.
     """
 
     centre: Array
     model: SensorModel
     spline: CubicSpline
-    deviations: Array
 
     def at(self, x: ArrayLike, slope: bool = False) -> Array:
         """Matrix at the centre and derivatives, or all their slopes along x, (1 + d, m, 2n)."""
@@ -61,12 +53,6 @@ class DesignJacobian:
         """Matrix of a design near the centre, or its slope along x, shape (m, 2n)."""
         parts = self.at(x, slope)
         return parts[0] + np.tensordot(design - self.centre, parts[1:], 1)
-
-    def plus(self, change: Array) -> DesignJacobian:
-        """Derivatives as these, of a matrix that differs by values (GRID, 2n) on the grid."""
-        values = np.array(self.spline(self.spline.x))
-        values[:, 0] += change
-        return replace(self, spline=CubicSpline(self.spline.x, values))
 
 
 def design_jacobian(
@@ -117,37 +103,4 @@ def design_jacobian(
         # a tactel's place moves nothing but its own columns: all are differentiated at once
         values += [change * own[:, None] for own in np.eye(change.shape[1])]
     stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
-    return DesignJacobian(centre, middle, CubicSpline(grid, stacked), prior(sensor, paths))
-
-
-def relinearised(
-    sensor: Sensor,
-    paths: tuple[str, ...],
-    design: Array,
-    covariance: Array,
-    jacobian: DesignJacobian,
-    share: float = 1.0,
-) -> DesignJacobian:
-    """Jacobian at another design or on the way to it, or the old one if that is near enough.
-
-    Meshes follow the design, so that two linearizations may each point to the other along what
-    frames hardly show; halfway they agree.
-
-    Parameters
-    ----------
-    sensor, paths
-        As of `design_jacobian`.
-    design : ndarray, shape (d,)
-        Entries of the new design.
-    covariance : ndarray
-        Covariance of the unknowns, the design's entries first.
-    jacobian : DesignJacobian
-        The old one.
-    share : float
-        Share of the way to go.
-    """
-    step = design - jacobian.centre
-    unsure = np.sqrt(np.diag(covariance)[: len(step)])
-    if (np.abs(step) < np.maximum(ENTRY_TOLERANCE, UNSURE * unsure)).all():
-        return jacobian
-    return design_jacobian(sensor, paths, jacobian.centre + share * step)
+    return DesignJacobian(centre, middle, CubicSpline(grid, stacked))

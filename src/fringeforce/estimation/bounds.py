@@ -100,32 +100,6 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
     return _agreed(rows, cosine, most, _phase_variance(rows, found), rounds, found)
 
 
-def systematic_covariance(pulls: Array, spread: Array, variance: float) -> Array:
-    """Covariance that errors of the expected grey levels add to loads read from a frame, (m, m).
-
-    Parameters as in `systematic_errors`.
-    """
-    moved = systematic_errors(pulls, spread, variance)
-    return np.asarray(moved.T @ moved, dtype=float)
-
-
-def systematic_errors(pulls: Array, spread: Array, variance: float) -> Array:
-    """What errors of the expected grey levels do to loads read from a frame, shape (k, m) [N].
-
-    To first order a likelihood's top moves by -C J' d / sigma^2 when the levels are wrong by d.
-
-    Parameters
-    ----------
-    pulls : ndarray, shape (k, m)
-        J' d of independent errors of unit variance, squared grey levels per newton.
-    spread : ndarray, shape (m, m)
-        Covariance C from noise alone [N^2].
-    variance : float
-        Of the noise, sigma^2.
-    """
-    return pulls @ spread / variance
-
-
 def _agreed(
     influence: Array,
     cosine: Array,

@@ -71,13 +71,15 @@ class CalibrationUncertainty:
         columns = influence.reshape(len(influence), -1, influence.shape[-1])
         brightness = at_nodes(model, imaging.amplitude_modes / np.maximum(imaging.amplitude, 1.0))
         phase, lens = imaging.phase_modes, imaging.lens_modes
-        pixel = model.sensor.transducer.length / model.sensor.camera.pixels
+        camera = model.sensor.camera
+        pixel = model.sensor.transducer.length / camera.pixels
+        power = 1.0 if camera.response in ("linear", "sRGB") else float(camera.response)
         return cls(
             np.ascontiguousarray(np.swapaxes(columns, 1, 2)),
             brightness,
             at_nodes(model, imaging.offset_modes),
             np.zeros_like(brightness) if phase is None else at_nodes(model, phase),
-            np.zeros((len(brightness), 2)) if lens is None else lens / [pixel, 1.0],
+            np.zeros((len(brightness), 2)) if lens is None else lens * [1 / pixel, power],
         )
 
     def covariance(self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask) -> Array:

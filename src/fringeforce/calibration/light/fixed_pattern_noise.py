@@ -77,20 +77,3 @@ class FixedPatternNoise:
         """Information of frames, (2, 2, P), and of what was known, together, (P, 2, 2)."""
         diagonal = np.eye(2)[:, :, None] * self.precision
         return np.moveaxis(frames + diagonal, 2, 0)
-
-
-def eliminated(hessian: Array, coupling: Array, pixels: Array) -> Array:
-    """Information on the other unknowns once those of the pixels are free.
-
-    Parameters
-    ----------
-    hessian : ndarray, shape (m, m)
-        Information with the pattern fixed.
-    coupling : ndarray, shape (P, m, 2)
-        Mixed second derivatives.
-    pixels : ndarray, shape (P, 2, 2)
-        Information on the pattern.
-    """
-    roots = np.linalg.cholesky(np.linalg.inv(pixels))
-    told = np.moveaxis(coupling @ roots, 1, 0).reshape(len(hessian), -1)
-    return hessian - told @ told.T
