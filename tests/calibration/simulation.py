@@ -6,10 +6,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.calibration.bench_fit import State
+from fringeforce.calibration.bench_expectation import DOUBT, FIELDS
 from fringeforce.calibration.bench_loads import loads_on_tactels
+from fringeforce.calibration.bench_posterior import State
+from fringeforce.calibration.bench_search import Search
 from fringeforce.calibration.calibrate import PARAMETERS
-from fringeforce.calibration.fit import DOUBT, FIELDS, Search
 from fringeforce.estimation.bounds import covariance
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.models.as_built import BuiltSensor

@@ -10,8 +10,8 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration import fitted_model
 from fringeforce.calibration.bench_loads import loads_on_tactels
+from fringeforce.calibration.bench_search import Search
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
-from fringeforce.calibration.fit import Search
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.strip_reader import StripFrameReader
 

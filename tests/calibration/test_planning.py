@@ -9,11 +9,11 @@ from scipy.stats import chi2 as chi_square
 from simulation import LASTING, REPEATS, SCATTER, Simulation, scattered, shaken
 
 import fringeforce as ff
+from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC, units
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.fit import DOUBT
 from fringeforce.calibration.planning.candidates import candidates, fringes_per_pixel, typical_loads
 from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.calibration.planning.plan import next_presses, planning_problem

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.calibration.bench_fit import GROUPS, SCALE, SHIFT
 from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.bench_posterior import GROUPS, SCALE, SHIFT
 from fringeforce.calibration.bench_record import bench_record
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian

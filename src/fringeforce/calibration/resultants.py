@@ -10,8 +10,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import chdtrc
 
 from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.fit import DOUBT
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.resultant import touch
 from fringeforce.design.strip import Sensor

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.calibration.bench_fit import FrameModels, State
+from fringeforce.calibration.bench_posterior import FrameModels, State
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
 from fringeforce.estimation.frame_exposure import expose
 

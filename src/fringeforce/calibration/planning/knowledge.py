@@ -13,10 +13,10 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
-from fringeforce.calibration import fit
-from fringeforce.calibration.bench_fit import FULL_SCALE, GROUPS, PINNED
-from fringeforce.calibration.bench_fit import SCALE as SCALE_UNIT
-from fringeforce.calibration.bench_fit import SHIFT as SHIFT_UNIT
+from fringeforce.calibration import bench_expectation as before
+from fringeforce.calibration.bench_posterior import FULL_SCALE, GROUPS, PINNED
+from fringeforce.calibration.bench_posterior import SCALE as SCALE_UNIT
+from fringeforce.calibration.bench_posterior import SHIFT as SHIFT_UNIT
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.design_entries import (
     POSITIONS,
@@ -192,9 +192,11 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
     lit = Imaging.known(x, frame.amplitude * (1 - dim), frame.offset + frame.amplitude * dim / 2)
     model = replace(jacobian.model, sensor=plain, imaging=lit)
     grey = float(np.mean(frame.amplitude))
-    fields, brightness, darkness = fit.smooth_fields(sensor, found.places, len(frame.fixed), grey)
+    fields, brightness, darkness = before.smooth_fields(
+        sensor, found.places, len(frame.fixed), grey
+    )
     slope = jacobian.matrix(jacobian.centre, x, slope=True)
-    place = np.array([fit.SHIFT * SHIFT_UNIT, fit.SCALE * SCALE_UNIT])
+    place = np.array([before.SHIFT * SHIFT_UNIT, before.SCALE * SCALE_UNIT])
     changes = np.concatenate(
         [
             unsure[:, None, None] * jacobian.at(x)[1:],
@@ -212,7 +214,7 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
         among(brightness, moving + len(fields)),
         among(darkness, moving + len(fields)),
         among(fields, moving),
-        among(np.diag([fit.BLUR, fit.GAMMA]), moving + len(fields) + lights),
+        among(np.diag([before.BLUR, before.GAMMA]), moving + len(fields) + lights),
     )
     root = np.append(unsure * units(sensor, paths, 0 * unsure), place)
     margin = sensor.transducer.length * (1 / 2 - 2 / sensor.camera.pixels)
@@ -224,7 +226,7 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
         np.eye(moving, count) * root[:, None],
         modes,
         np.abs(x) < margin,
-        fit.DOUBT | {"offset": fit.DOUBT["offset"] * grey},
+        before.DOUBT | {"offset": before.DOUBT["offset"] * grey},
     )
 
 
@@ -237,6 +239,6 @@ def _of_calibration(model: SensorModel, found: Calibration, imaging: Imaging) ->
     if root is None:  # the first modes are those of the values
         own = np.asarray(np.linalg.cholesky(found.covariance), dtype=float)
         root = np.pad(own, [(0, 0), (0, len(modes.brightness) - len(own))])
-    scatter = fit.DOUBT | {"offset": fit.DOUBT["offset"] * float(np.mean(imaging.amplitude))}
+    scatter = before.DOUBT | {"offset": before.DOUBT["offset"] * float(np.mean(imaging.amplitude))}
     scatter |= dict(zip(GROUPS, found.scatter, strict=False))
     return Knowledge(model, paths, found.names, found.values, root, modes, imaging.usable, scatter)

@@ -1,0 +1,133 @@
+"""What is expected of a bench before its frames are seen: light, residual, lens, and scatter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.calibration.contact_phase import ContactPhases, ContactSize
+from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Tolerances
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
+from fringeforce.models.strip import characterize
+from fringeforce.models.uncertainty import FAR, NARROW, random_field, uncertainty
+
+DOUBT = {
+    "place": 0.1e-3,
+    "width": 0.3e-3,
+    "normal": 0.01,
+    "tangential": 0.01,
+    "gain": 0.02,
+    "offset": 0.01,
+}
+"""How much scatters at first if nobody states it: places and widths [m], forces over the whole
+force of a contact, gain of the lamp, and offset over the amplitude.  The frames tell."""
+FIELDS = {"residual": 0.3, "bright": 0.2, "dark": 0.05}
+"""The same of the residual [rad], the unevenness of the light and that of the offset, over the
+amplitude."""
+ERRORS = {"height": 0.03, "slope": 0.03}
+"""The same of columns' errors in height and in place, over the columns."""
+SMOOTH = {"residual": 0, "bright": 1, "dark": 1, "height": 0, "slope": 0}
+"""What has a size that the frames tell, and how many unknowns of each are free: the mean of the
+light."""
+LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
+"""Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
+THINNED = 2
+"""Every so many samples between the nodes are enough for what is smooth over the cover."""
+
+
+def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: float) -> tuple[Array, Array, Array]:
+    """Residual [rad], amplitude, relative, and offset [grey levels] that are expected, as modes.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    x : ndarray, shape (s,)
+        Places of the samples between the nodes [m].
+    nodes : int
+        Number of nodes m.
+    grey : float
+        Usual amplitude, grey levels.
+
+    Returns
+    -------
+    fields : ndarray, shape (r, m)
+        Of the residual.
+    brightness, darkness : ndarray, shape (2l, m)
+        What the same modes change in amplitude and offset: half of them the one, half the other.
+    """
+    residual = random_field(x, sensor.polariscope.residual_length, nodes)
+    uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
+    even, none = np.ones((1, nodes)), np.zeros((1 + len(uneven), nodes))
+    bright = np.concatenate([LAMP * even, FIELDS["bright"] * uneven])
+    dark = FIELDS["dark"] * grey * np.concatenate([even, uneven])
+    return (
+        np.ascontiguousarray(FIELDS["residual"] * residual),
+        np.concatenate([bright, none]),
+        np.concatenate([none, dark]),
+    )
+
+
+def contact_size(sensor: Sensor) -> ContactSize:
+    """How far contacts may lie from their places, and how wide they are, as stated or expected."""
+    place = sensor.tolerances.get(PLACEMENT, DOUBT["place"])
+    wide = sensor.tolerances.get(WIDTH, DOUBT["width"])
+    width = float(sensor.tactels.contact_width)
+    reach = FAR * place + (width + FAR * wide) / 2
+    return ContactSize(place, width, wide, reach)
+
+
+def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel, Array, Array]:
+    """Model of a frame without contacts and without its own light.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    contacts : ContactPhases
+        Phase of contacts.
+
+    Returns
+    -------
+    template : FrameModel
+        Nodes, fields, light, lens.
+    places : ndarray, shape (s,)
+        Of samples between the nodes, where a camera as drawn looks [m].
+    lamp : ndarray, shape (2, 2, m)
+        Changes of amplitude and offset with the gain and the offset of one frame.
+    """
+    plain = sensor.model_copy(update={"tolerances": Tolerances()})
+    found = uncertainty(replace(characterize(plain), sensor=plain))
+    x, frame = found.places, found.frame
+    nodes, seen = len(frame.fixed), frame.visibility
+    grey = float(np.mean(frame.amplitude))
+    fields, brightness, darkness = smooth_fields(sensor, x, nodes, grey)
+    lamp = np.zeros((2, 2, nodes))
+    lamp[0, 0], lamp[1, 1] = DOUBT["gain"], DOUBT["offset"] * grey
+    size = contacts.size
+    template = frame._replace(
+        mixing=contacts.mixing,
+        table=contacts.table,
+        reach=size.reach,
+        place=size.place,
+        width=size.width,
+        width_std=size.width_std,
+        narrow=NARROW * max(size.width, size.width_std),
+        fields=fields,
+        brightness=brightness,
+        darkness=darkness,
+        amplitude=frame.amplitude * seen,
+        offset=frame.offset + frame.amplitude * (1 - seen) / 2,
+        visibility=1.0,
+        visibility_std=0.0,
+        blur=max(frame.blur, 1.0),
+        blur_std=BLUR,
+        gamma_std=GAMMA,
+        floor=0.0,
+        ceiling=frame.full_scale,
+    )
+    return template, x[::THINNED], lamp
