@@ -141,8 +141,13 @@ def test_a_calibrated_model_survives_its_file(calibrated, true, tmp_path) -> Non
     back = ff.load_model(tmp_path / "m.h5")
     for name, value in vars(calibrated.imaging).items():
         np.testing.assert_array_equal(getattr(back.imaging, name), value)
+    assert back.calibration is not None
+    record = findings(calibrated).record
+    for name, value in vars(record).items():
+        np.testing.assert_array_equal(getattr(back.calibration.record, name), value)
     for name, value in vars(findings(calibrated)).items():
-        np.testing.assert_array_equal(getattr(back.calibration, name), value)
+        if value is not record:
+            np.testing.assert_array_equal(getattr(back.calibration, name), value)
     frame = true.expose(ff.polar(1.0, 10, n=N), rng=0)
     np.testing.assert_array_equal(
         ff.Reader(back).search(frame).covariance, ff.Reader(calibrated).search(frame).covariance

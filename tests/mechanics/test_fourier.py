@@ -1,5 +1,7 @@
 """The exact solution against printed numbers, Flamant's half-plane and the laws of elasticity."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -48,7 +50,7 @@ def test_influence_and_phase_are_the_published_ones(sensor: Sensor, row: tuple) 
 def test_the_phase_is_lowest_where_it_was_published(sensor: Sensor) -> None:
     """The values of the same series as the table's."""
     forces = ff.polar(1.0, 10, 11)
-    lowest = minimize_scalar(
+    lowest: Any = minimize_scalar(  # its result is not typed
         lambda mm: (_psi(sensor, np.array([mm * 1e-3])) * forces).sum(),
         bounds=(2.2, 2.8),
         options={"xatol": 1e-7},

@@ -160,14 +160,13 @@ class Expected:
 
     Attributes
     ----------
-    mean, precision : ndarray, shape (S,)
-        Of the shared unknowns.
+    precision : ndarray, shape (S,)
+        Of the shared unknowns, whose mean is zero.
     sizes : dict of str to float
         How much each of GROUPS scatters: forces over the whole force of the contact, places and
         widths and light in the units of the model.
     """
 
-    mean: Array
     precision: Array
     sizes: dict[str, float] = field(default_factory=dict)
 
@@ -288,7 +287,7 @@ class BenchPosterior:
         return total, squares, counts
 
     def _shared_loss(self, shared: Array) -> float:
-        return float(self.expected.precision @ np.square(shared - self.expected.mean))
+        return float(self.expected.precision @ np.square(shared))
 
     def _prior(self, f: int, shared: Array, free: bool) -> Prior:
         """Of the unknowns of a frame's model; the shared ones are free or do not move."""
@@ -376,7 +375,7 @@ class BenchPosterior:
     def normal(self, state: State, told: list[Eliminated]) -> tuple[Array, Array]:
         """Gradient and information of the shared unknowns, the prior included."""
         expected = self.expected
-        gradient = expected.precision * (state.shared - expected.mean)
+        gradient = expected.precision * state.shared
         information = np.diag(expected.precision)
         for share, one in zip(self.shares, told, strict=True):
             gradient = gradient + share * one.gradient

@@ -306,7 +306,7 @@ class Search:
         scatter = {name: sizes[name] for name in GROUPS}
         scatter["normal"] *= DOUBT["normal"]
         scatter["tangential"] *= DOUBT["tangential"]
-        return Expected(np.zeros(at.size), 1 / np.square(deviations), scatter)
+        return Expected(1 / np.square(deviations), scatter)
 
     def posterior(self, shares: Array, heat: float) -> BenchPosterior:
         """The posterior with what scatters as found so far; parameters as of `BenchPosterior`."""
