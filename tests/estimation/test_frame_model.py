@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.special import ive
 
 import fringeforce as ff
 from fringeforce.estimation.frame_exposure import (
     expose,
+    kernel_of,
     node_columns,
     node_phase,
 )
@@ -128,3 +130,25 @@ def test_climbs_end_where_scipy_ends(strip: FrameModel) -> None:
     off = found - best.x
     information = slopes(best.x).T @ slopes(best.x)
     assert off @ information @ off < 0.1
+
+
+@pytest.mark.parametrize("deviation", [0.05, 0.4, 0.7, 0.999])
+def test_narrow_point_spreads_are_the_discrete_gaussian(deviation: float) -> None:
+    """Of scipy's Bessel functions; Lindeberg 1990."""
+    half = kernel_of.py_func(deviation)
+    assert half == pytest.approx(ive(np.arange(len(half)), deviation**2), abs=1e-6)
+
+
+def test_point_spreads_change_with_their_width_without_a_jump() -> None:
+    """A wave of 0.3 rad a pixel is damped a little more by each: no step where kernels grow.
+
+    Five deviations off, two pixels of a kernel one pixel wide hold 2 exp(-12.5) / sqrt(2 pi), 3e-6.
+    """
+    wave = 2 * np.cos(0.3 * np.arange(60))
+    wave[0] = 1.0
+    for low, high in ((0.1, 0.9), (1.0, 6.0)):
+        widths = np.linspace(low, high, 2_000)
+        damped = [np.sum(half * wave[: len(half)]) for half in map(kernel_of.py_func, widths)]
+        steps = np.diff(np.log(damped))
+        assert (steps < 0).all()
+        assert np.abs(np.diff(steps)).max() < 3e-6

@@ -17,7 +17,7 @@ from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC, vari
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import moment_table
 from fringeforce.mechanics.surface_influence import surface_influence
-from fringeforce.models.uncertainty import ORDER, coefficients, inside, line_moments, mixtures
+from fringeforce.models.uncertainty import ORDER, coefficients, line_moments, mixtures
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 PER_COVER = 10
@@ -86,9 +86,7 @@ class ContactPhases:
         """
         t = design - self.centre
         weights = np.concatenate([[1.0], t, np.square(t)])
-        return self._at(
-            np.asarray(self.lead(np.clip(x, -self.half, self.half))) @ weights, x, nodes
-        )
+        return coefficients(np.moveaxis(self._along(x)[0] @ weights, 0, -1), nodes)
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -105,17 +103,23 @@ class ContactPhases:
         ndarray, shape (d + 2, C, 2, k, m)
         """
         t = design - self.centre
-        clipped = np.clip(x, -self.half, self.half)
-        values, d = np.asarray(self.lead(clipped)), len(t)
+        (values, slopes), d = self._along(x), len(t)
         weights = np.concatenate([[1.0], t, np.square(t)])
-        along = np.asarray(self.lead(clipped, 1)) @ weights
+        along = slopes @ weights
         changes = [values[..., 1 + i] + 2 * t[i] * values[..., 1 + d + i] for i in range(d)]
         changes += [along, along * drawn[:, None, None, None]]
-        return np.array([self._at(change, x, nodes) for change in changes])
+        return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
 
-    def _at(self, values: Array, x: Array, nodes: int) -> Array:
-        seen = values * inside(x, self.half)[:, None, None, None]
-        return coefficients(np.moveaxis(seen, 0, -1), nodes)
+    def _along(self, x: Array) -> tuple[Array, Array]:
+        """Values of `lead` and their slopes along the strip.
+
+        A tangent goes on beyond the ends, where no pixel counts: a step there would ring in the
+        splines of the nodes, and make the loss jump where the camera moves.
+        """
+        near = np.clip(x, -self.half, self.half)
+        slopes = np.asarray(self.lead(near, 1))
+        beyond = (x - near)[:, None, None, None, None]
+        return np.asarray(self.lead(near)) + beyond * slopes, slopes
 
 
 def contact_phases(

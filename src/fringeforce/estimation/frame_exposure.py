@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 
 NARROWEST = 0.5
 """Deviation of the point spread below which it is no longer told from none [pixels]."""
+REACH = 5.0
+"""Deviations as far as a kernel reaches: a millionth of the light lies beyond, so that the loss
+does not jump where the kernel grows by a pixel."""
 _PI, _PI_REST = 3.14159265160560607910, 1.98418714791870343106e-9
 # through Chebyshev's nodes of half a period, in the square
 _SINE, _COSINE = (
@@ -144,16 +147,25 @@ def fill_columns(model, unknowns, columns):
 
 @sums
 def kernel_of(deviation):
-    """One half of a Gaussian kernel, from its middle; a narrow one has its variance, no more."""
-    if deviation < NARROWEST:
-        share = deviation * deviation / 2
-        return np.array([1 - 2 * share, share])
-    reach = max(int(4 * deviation + 0.5), 1)
-    kernel, total = np.empty(reach + 1), 0.0
-    for step in range(reach + 1):
-        kernel[step] = np.exp(-0.5 * (step / deviation) ** 2)
-        total += kernel[step] * (1 if step == 0 else 2)
-    return kernel / total
+    """One half of a Gaussian kernel, from its middle, as `optics.camera.blurred` says.
+
+    The discrete Gaussian exp(-t) I_k(t) of variance t is found downwards from I_(k-1)(t) =
+    (2k / t) I_k(t) + I_(k+1)(t) (Miller's method).
+    """
+    reach = int(REACH * deviation) + 2
+    kernel, t = np.zeros(reach + 1), deviation * deviation
+    if deviation >= 1:
+        for step in range(reach + 1):
+            kernel[step] = np.exp(-0.5 * (step / deviation) ** 2)
+    elif t > 1e-12:
+        kernel[reach] = t**reach
+        after = 0.0
+        for step in range(reach, 0, -1):
+            kernel[step - 1] = 2 * step / t * kernel[step] + after
+            after = kernel[step]
+    else:
+        kernel[0] = 1.0
+    return kernel / (2 * np.sum(kernel) - kernel[0])
 
 
 @sums

@@ -30,7 +30,6 @@ from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.models.uncertainty import (
     Uncertainty,
     coefficients,
-    inside,
     mixed,
     random_field,
     uncertainty,
@@ -273,7 +272,7 @@ class Departures:
             np.clip(x, -half, half),
         )
         constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
-        seen, nodes = inside(x, half), len(self.uncertain.frame.fixed)
+        seen, nodes = self.uncertain.shown, len(self.uncertain.frame.fixed)
         stress = np.ascontiguousarray(np.moveaxis(surface.stress, 1, 0)).reshape(
             len(surface.places), -1
         )

@@ -107,6 +107,9 @@ class Uncertainty:
         Modes that stand for them, the last ones of the frame's fields.
     places : ndarray, shape (s,)
         Of samples along the strip, evenly spaced from the second node to the last but one [m].
+    shown : ndarray of bool, shape (s,)
+        Where influence counts: on the strip, and beyond its ends where no pixel is usable, for a
+        step at the end would ring in the splines of the pixels beside it.
     """
 
     frame: FrameModel
@@ -114,6 +117,7 @@ class Uncertainty:
     shape: Array
     shapes: int
     places: Array
+    shown: NDArray[np.bool_]
 
     @cached_property
     def lasting(self) -> NDArray[np.bool_]:
@@ -170,8 +174,12 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     pixel = model.pixel_positions
     x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
     nodes, half = (len(x) - 1) // SAMPLES + 3, sensor.transducer.length / 2
-    psi = model.influence(np.clip(x, -half, half)) * inside(x, half)[:, None, None]
-    moments, reach = _contact_moments(model, x, psi)
+    shown = _inside(x, half)
+    if imaging is not None:
+        nearest = np.clip(np.rint(positions), 0, len(pixel) - 1).astype(np.int64)
+        shown |= ~imaging.usable[nearest]
+    psi = model.influence(np.clip(x, -half, half)) * shown[:, None, None]
+    moments, reach = _contact_moments(model, x, psi, shown)
     modes = ([] if imaging else _design_modes(model, x, nodes)) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
@@ -262,7 +270,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         broken=BROKEN,
         at=at,
     )
-    return Uncertainty(frame, tuple(modes), shape, shapes, x)
+    return Uncertainty(frame, tuple(modes), shape, shapes, x, shown)
 
 
 def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:
@@ -333,7 +341,9 @@ def _fitted(samples: int, count: int) -> Array:
     return np.asarray(np.linalg.pinv(splines), dtype=float).T
 
 
-def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, float]:
+def _contact_moments(
+    model: SensorModel, x: Array, psi: Array, shown: NDArray[np.bool_]
+) -> tuple[Array, float]:
     """Influence of the moments of every contact's traction, shape (n, 2, K, m), and their unit.
 
     Least squares of the influence of line loads over their place, of equal weight at the angles of
@@ -367,7 +377,7 @@ def _contact_moments(model: SensorModel, x: Array, psi: Array) -> tuple[Array, f
     even = np.arange(0, ORDER, 2)
     nominal = np.zeros(ORDER)
     nominal[even] = table[even, even // 2] * half**even
-    out = np.asarray(lines * inside(x, end))
+    out = np.asarray(lines * shown)
     out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
     return np.ascontiguousarray(out), reach
 
@@ -500,7 +510,7 @@ def _drift(model: SensorModel) -> list[Mode]:
     return modes + ([Mode(DRIFTS[1], offset, darkness=offset)] if offset else [])
 
 
-def inside(x: Array, half: float) -> NDArray[np.bool_]:
+def _inside(x: Array, half: float) -> NDArray[np.bool_]:
     """Whether places are on a strip of this half length, its very ends included."""
     return np.abs(x) <= half * (1 + 1e-9)
 
