@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from fringeforce.acquisition.sinks.choice import open_sink
     from fringeforce.base.errors import FringeforceError
     from fringeforce.calibration.calibrate import calibrate
+    from fringeforce.calibration.drift import Drift, update
     from fringeforce.calibration.light.references import References
     from fringeforce.calibration.planning.candidates import Limits
     from fringeforce.calibration.planning.plan import Plan, assess_presses, plan_presses
@@ -35,6 +36,7 @@ __all__ = [
     "Batch",
     "BuiltSensor",
     "Contact",
+    "Drift",
     "Friction",
     "FringeforceError",
     "Limits",
@@ -61,12 +63,14 @@ __all__ = [
     "polar",
     "recover_phase",
     "touch",
+    "update",
 ]
 
 _HOME = {
     "Batch": "reading.batch",
     "BuiltSensor": "models.as_built",
     "Contact": "contacts.contact",
+    "Drift": "calibration.drift",
     "Friction": "contacts.contact",
     "FringeforceError": "base.errors",
     "Limits": "calibration.planning.candidates",
@@ -93,6 +97,7 @@ _HOME = {
     "polar": "contacts.loads",
     "recover_phase": "estimation.phase.noise_free",
     "touch": "contacts.resultant",
+    "update": "calibration.drift",
 }
 
 

@@ -39,7 +39,7 @@ def unidentified(paths: tuple[str, ...], covariance: Array) -> tuple[str, ...]:
     for direction in directions.T[unknown]:
         powers = direction / direction[np.abs(direction).argmax()]
         parts = [
-            f"{path}^{power:.2g}"
+            f"{path}^{round(power, 1):g}"  # more digits are noise
             for path, power in zip(paths, powers, strict=True)
             if abs(power) > NAMED
         ]

@@ -88,13 +88,14 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
 
 
 def _made(fit: BenchFit) -> Sensor:
-    """The design as found; contacts keep their tolerances."""
+    """The design as found; contacts keep their tolerances, and all else was found."""
     stated = {
         path: std for path, std in fit.sensor.tolerances.items() if path in (PLACEMENT, WIDTH)
     }
     found = varied(fit.sensor, fit.paths, fit.state.shared[_entry_order(fit)])
     blur, gamma = _lens(fit)[0].tolist()
-    return with_values(found, {"camera.blur": blur, "camera.gamma": gamma}).model_copy(
+    known = {"camera.unevenness": 0.0, "transducer.influence_error": 0.0}
+    return with_values(found, {"camera.blur": blur, "camera.gamma": gamma, **known}).model_copy(
         update={"tolerances": Tolerances(stated)}
     )
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.calibration import calibrate, check, plan
+from fringeforce.cli.calibration import calibrate, check, plan, update
 from fringeforce.cli.datasets import dataset
 from fringeforce.cli.designs import characterize, new, show
 from fringeforce.cli.explorer import explore
@@ -34,7 +34,7 @@ app = typer.Typer(
 
 COMMANDS = (
     *(new, characterize, show, simulate, read, live),
-    *(plan, calibrate, check, study, sweep, optimise, dataset, explore, reproduce),
+    *(plan, calibrate, check, update, study, sweep, optimise, dataset, explore, reproduce),
 )
 for command in COMMANDS:
     app.command()(command)

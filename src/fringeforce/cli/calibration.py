@@ -1,4 +1,4 @@
-"""Commands for frames with known loads: plan, calibrate, check."""
+"""Commands that make a model agree with a bench: plan, calibrate, check, update."""
 
 from __future__ import annotations
 
@@ -195,10 +195,59 @@ def check(
         raise typer.Exit(1)
 
 
+def update(
+    model: Model,
+    frames: Annotated[Path, typer.Argument(help="Frames whose loads nobody knows.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    unloaded: Annotated[
+        bool, typer.Option("--unloaded", help="Nothing touches the strip in any of the frames.")
+    ] = False,
+    light: Annotated[
+        float, typer.Option(help="How far the light may have changed, relative to it.")
+    ] = 0.05,
+    residual: Annotated[
+        str, typer.Option(help="How far the retardance without load may have changed.")
+    ] = "0.1 rad",
+    shift: Annotated[str, typer.Option(help="How far the camera may have moved.")] = "0.1 mm",
+    scale: Annotated[
+        float, typer.Option(help="How far its magnification may have changed, relative to it.")
+    ] = 0.001,
+) -> None:
+    """Bring a calibrated model up to date with what drifted: light, residual, the camera's place.
+
+    Frames need no known loads. What may have changed is one standard deviation each. Ends with
+    status 1 if no drift explains the frames.
+    """
+    from fringeforce.calibration.drift import Drift
+    from fringeforce.calibration.drift import update as updated
+    from fringeforce.io.frames import load_frames
+    from fringeforce.models.files import load_strip_model
+
+    drift = Drift(
+        light=light,
+        residual=_quantity("--residual", residual, "radian"),
+        shift=_quantity("--shift", shift, "meter"),
+        scale=scale,
+    )
+    calibrated, images = load_strip_model(model), load_frames(frames)
+    with progress_bar("Updating") as advance:
+        found = updated(calibrated, images, unloaded=unloaded, drift=drift, progress=advance)
+    found.save(output)
+    print(f"{output}: {model} brought up to date with {len(images)} frames")
+    assert found.calibration is not None
+    print("\n".join(found.calibration.findings))
+    if not found.calibration.usable:
+        raise typer.Exit(1)
+
+
 def _newtons(text: str) -> float:
+    return _quantity("--largest", text, "newton")
+
+
+def _quantity(option: str, text: str, unit: str) -> float:
     from fringeforce.design.units import parse_quantity
 
     try:
-        return parse_quantity(text, "newton")
+        return parse_quantity(text, unit)
     except ValueError as error:
-        raise InputError(f"--largest {text!r} {error}.") from None
+        raise InputError(f"{option} {text!r} {error}.") from None

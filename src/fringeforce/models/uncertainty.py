@@ -161,7 +161,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     Parameters
     ----------
     model : SensorModel
-        As drawn or calibrated; what a calibration has found has no tolerance any more.
+        As drawn or calibrated; the tolerances of a calibrated one are what may change after it.
 
     Raises
     ------
@@ -180,19 +180,19 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         shown |= ~imaging.usable[nearest]
     psi = model.influence(np.clip(x, -half, half)) * shown[:, None, None]
     moments, reach = _contact_moments(model, x, psi, shown)
-    modes = ([] if imaging else _design_modes(model, x, nodes)) + _drift(model)
+    modes = _design_modes(model, x, nodes) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
     fixed, residual = np.full(nodes, light.residual), std.get(RESIDUAL, 0.0)
-    if imaging is not None and imaging.residual is not None:  # it has no tolerance any more
-        fixed, residual = at_nodes(model, imaging.residual), 0.0
+    if imaging is not None and imaging.residual is not None:
+        fixed = at_nodes(model, imaging.residual)
     fields = (
         residual * random_field(x, light.residual_length, nodes)
         if residual
         else np.empty((0, nodes))
     )
-    error = sensor.transducer.influence_error if imaging is None else 0.0
+    error = sensor.transducer.influence_error
     shape = np.empty((0, 0))
     shapes = 0
     if error:
@@ -210,9 +210,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         amplitude = np.repeat([camera.amplitude * f.amplitude for f in fringes], pixels)
         offset = np.repeat([camera.offset + camera.amplitude * f.offset for f in fringes], pixels)
         visibility = light.visibility
-        visibility_std = std.get("polariscope.visibility", 0.0)
     else:  # measured amplitudes hold the visibility already
-        amplitude, offset, visibility, visibility_std = imaging.amplitude, imaging.offset, 1.0, 0.0
+        amplitude, offset, visibility = imaging.amplitude, imaging.offset, 1.0
+    visibility_std = std.get("polariscope.visibility", 0.0)
     variance = noise_variance(camera) + (imaging.light_variance if imaging else 0.0)
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre

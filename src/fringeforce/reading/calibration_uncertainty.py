@@ -128,7 +128,6 @@ class CalibrationUncertainty:
         self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask, modes: Array | None
     ) -> _About:
         at, loads = model.at, unknowns[: model.at.loads]
-        assert not len(model.influence), "a calibrated model has no modes of the matrix itself"
         # blur and gamma are unknowns now, and the first mode is what the sensor is
         sizes = np.add(np.diff(at[1:]), [0, 0, 0, 1, 0, 0, 0])
         sizes[-2:] = 1
@@ -143,9 +142,11 @@ class CalibrationUncertainty:
         lens = self.lens / (scale * [slope, 1.0])
         found = np.zeros(len(self.brightness)) if modes is None else modes
         influence = np.tensordot(found[: len(self.influence)], self.influence, 1)
+        first = np.zeros((1, *model.influence.shape[1:]))
+        first[0, 0] = influence.T.reshape(first.shape[2:])
         whole = model._replace(
             fixed=model.fixed + found @ self.fields,
-            influence=np.ascontiguousarray(influence.T).reshape(1, 1, *model.moments.shape[:2], -1),
+            influence=np.concatenate([first, model.influence]),
             brightness=np.concatenate([[found @ self.brightness], model.brightness]),
             darkness=np.concatenate([[found @ self.darkness], model.darkness]),
             blur_std=float(scale[0]),
