@@ -8,6 +8,7 @@ from pathlib import Path
 import api_pages
 import conventions_figure
 import design_fields
+import material_table
 import pad_skin_figure
 import skin_figure
 import tolerance_figure
@@ -28,6 +29,7 @@ def make(app: Sphinx) -> None:
     for name in fringeforce.__all__:
         _write(folder / "api" / f"{name}.rst", api_pages.public(name))
     _write(folder / "parts" / "design-fields.md", design_fields.tables())
+    _write(folder / "parts" / "materials.md", material_table.table())
     _write(folder / "parts" / "commands.md", command_help())
     _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
     conventions_figure.save(folder / "conventions.svg")

@@ -14,7 +14,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.design_entries import checked_paths
+from fringeforce.calibration.design_entries import STRAIN_OPTIC, checked_paths
 from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.fitted_model import calibrated_model
 from fringeforce.calibration.light.references import References
@@ -25,18 +25,24 @@ from fringeforce.models.presses import Presses
 from fringeforce.models.strip import SensorModel
 
 PARAMETERS = (
-    "transducer.photoelastic.strain_optic_coefficient",
+    STRAIN_OPTIC,
     "transducer.compliant.youngs_modulus",
     "transducer.compliant.thickness",
 )
 """Design values that drawings know worst."""
 
 
+def usual_parameters(sensor: Sensor) -> tuple[str, ...]:
+    """Design values that a drawing knows worst, the photoelastic effect as it states it."""
+    effect = sensor.transducer.photoelastic.effect
+    return tuple(path.replace("strain_optic_coefficient", effect) for path in PARAMETERS)
+
+
 def calibrate(
     sensor: Sensor,
     frames: ArrayLike,
     forces: ArrayLike | BenchLoads | LoadLog | Presses,
-    parameters: Sequence[str] = PARAMETERS,
+    parameters: Sequence[str] | None = None,
     progress: Progress | None = None,
     references: References | None = None,
     columns: bool = False,
@@ -63,8 +69,9 @@ def calibrate(
     forces : array_like, shape (F, n, 2), BenchLoads, LoadLog, or sequences of Press
         Known normal and tangential forces of tactels [N]; or contacts at any place, for every
         frame; or a log of them by time, whose constant delay is found.
-    parameters : sequence of str
-        Dotted paths of the design values to estimate; "tactels.positions" means the place of every
+    parameters : sequence of str, optional
+        Dotted paths of the design values to estimate; the photoelastic effect, the cover's modulus
+        and its thickness if not given; "tactels.positions" means the place of every
         tactel, expected within 0.2 pitches of the drawing.  Their common shift looks like the
         camera's but for the strip's ends, so little more than that is known of it.  Young's
         moduli of both layers and the strain-optic coefficient matter only as E_1/E_2 and K_s/E_2:
@@ -107,7 +114,7 @@ def calibrate(
     levels, known = checks.checked_bench(sensor, frames, forces, times)
     if columns and (isinstance(known, TimedLoads) or known.tactels is None):
         raise InputError("columns=True corrects the columns of tactels; give loads of tactels.")
-    paths = checked_paths(sensor, tuple(parameters))
+    paths = checked_paths(sensor, tuple(parameters or usual_parameters(sensor)))
     lights = (references or References()).checked(sensor)
     fit = fitted(sensor, levels, known, paths, report, lights, aside, columns)
     return calibrated_model(fit, levels, known)

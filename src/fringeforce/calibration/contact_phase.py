@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.calibration.design_entries import POSITIONS, STRAIN_OPTIC, varied
+from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import moment_table
 from fringeforce.mechanics.surface_influence import surface_influence
@@ -162,7 +162,7 @@ def contact_phases(
     middle = solved(centre)
     slopes, curves = [], []
     for number, path in enumerate(paths):
-        if path == STRAIN_OPTIC:  # the phase is proportional to it, equation (2)
+        if path in EFFECTS:  # the phase is proportional to it
             slopes.append(middle)
             curves.append(middle / 2)
             continue

@@ -16,6 +16,8 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
 
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
+EFFECTS = STRAIN_OPTIC, "transducer.photoelastic.stress_optic_coefficient"
+"""What the phase is proportional to, equation (2); a design states one of them."""
 POSITIONS = "tactels.positions"
 POISSON = "poissons_ratio"
 DEVIATION = {"value": 0.5, "position": 0.2}
@@ -51,7 +53,12 @@ def checked_paths(sensor: Sensor, paths: tuple[str, ...]) -> tuple[str, ...]:
     InputError
         If one names nothing that can be, or two the same.
     """
+    effect = sensor.transducer.photoelastic.effect
     for path in paths:
+        if path in EFFECTS and not path.endswith(effect):
+            raise InputError(
+                f"The design does not state {path!r}; take 'transducer.photoelastic.{effect}'."
+            )
         if path != POSITIONS:
             design_value(sensor, path)
         if path.startswith("camera.") or path in ("transducer.length", "tactels.count"):

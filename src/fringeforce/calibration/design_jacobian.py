@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.design_entries import (
+    EFFECTS,
     POSITIONS,
-    STRAIN_OPTIC,
     entries,
     varied,
 )
@@ -88,7 +88,7 @@ def design_jacobian(
     values = [middle.influence(grid)]
     owners = np.array(entries(sensor, paths))
     for path in paths:
-        if path == STRAIN_OPTIC:  # the phase is proportional to it, equation (2)
+        if path in EFFECTS:  # the phase is proportional to it
             values.append(values[0])
             continue
         unit = (owners == path).astype(float)

@@ -10,7 +10,7 @@ import typer
 
 from fringeforce.cli.calibration import calibrate, check, plan, update
 from fringeforce.cli.datasets import dataset
-from fringeforce.cli.designs import characterize, new, show
+from fringeforce.cli.designs import characterize, materials, new, show
 from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
@@ -33,7 +33,7 @@ app = typer.Typer(
 )
 
 COMMANDS = (
-    *(new, characterize, show, simulate, read, live),
+    *(new, materials, characterize, show, simulate, read, live),
     *(plan, calibrate, check, update, study, sweep, optimise, dataset, explore, reproduce),
 )
 for command in COMMANDS:

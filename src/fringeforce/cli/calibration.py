@@ -101,7 +101,6 @@ def calibrate(
 
     Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s).
     """
-    from fringeforce.calibration.calibrate import PARAMETERS
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.light.references import References
     from fringeforce.calibration.load_log import LoadLog
@@ -131,7 +130,7 @@ def calibrate(
             sensor,
             images,
             given_loads,
-            parameter or PARAMETERS,
+            parameter,
             advance,
             references,
             columns,

@@ -23,6 +23,19 @@ def new(
     print(f"{path}: edit it, then run  fringeforce characterize {path} -o model.h5")
 
 
+def materials() -> None:
+    """List materials that a layer can name: their values, tolerances and sources."""
+    from fringeforce.design.materials import materials as listed
+
+    for material in listed().values():
+        print(f"{material.name}: {material.about}")
+        for key, value in material.values.items():
+            print(f"  {key} = {value}")
+        print(f"  ({material.source})\n")
+    print('In a design: material = "polycarbonate" under [transducer.photoelastic]; what the layer')
+    print("itself states counts before it.")
+
+
 def characterize(
     design: Design,
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],

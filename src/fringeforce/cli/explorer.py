@@ -46,6 +46,7 @@ def explore(
     import webbrowser
 
     from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
+    from fringeforce.design.materials import by_strain
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import FirstDesign
@@ -58,7 +59,7 @@ def explore(
         model = load_model(target)
         start = FirstDesign(model.sensor, pickle.dumps(model))
     else:
-        start = FirstDesign(load_sensor(name if known else target))
+        start = FirstDesign(by_strain(load_sensor(name if known else target)))
 
     source = None
     if camera is not None:

@@ -41,6 +41,8 @@ def _plain_list(value: Any) -> Any:
 
 if TYPE_CHECKING:
     Length = Pressure = Force = Place = Extent = Angle = float
+    # one of the two is stated
+    StrainOptic = StressOptic = float
 else:
     Length, Pressure = _quantity("meter", above=0), _quantity("pascal", above=0)
     Force, Place = _quantity("newton", above=0), _quantity("meter")
@@ -48,6 +50,10 @@ else:
 Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
 """Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]
+UNSTATED: Any = None
+if not TYPE_CHECKING:
+    StrainOptic = Annotated[Finite, Field(gt=0)] | None
+    StressOptic = _quantity("1/pascal", above=0) | None
 Share = Annotated[Finite, Field(ge=0, le=1)]
 
 

@@ -21,7 +21,17 @@ from pydantic import (
 from pydantic_core import ErrorDetails, InitErrorDetails
 
 from fringeforce.base.errors import DesignError
-from fringeforce.design.fields import Count, Finite, Length, Percent, Pressure
+from fringeforce.design.fields import (
+    UNSTATED,
+    Count,
+    Finite,
+    Length,
+    Percent,
+    Pressure,
+    StrainOptic,
+    StressOptic,
+)
+from fringeforce.design.materials import EFFECT, as_values
 from fringeforce.design.text import left_out, toml_text
 from fringeforce.design.tolerances import Tolerances, excess, number_at, problem_at, take, without
 from fringeforce.design.validation import suggestion, validated
@@ -55,14 +65,51 @@ class Layer(Part):
     thickness: Length = Field(description="height of the layer along z [m]")
     youngs_modulus: Pressure = Field(description="Young's modulus E [Pa]")
     poissons_ratio: Finite = Field(gt=-1, lt=0.5, description="Poisson's ratio nu")
+    material: str | None = Field(
+        default=None,
+        description="name in the table of materials, for what the layer itself does not state",
+    )
 
 
 class PhotoelasticLayer(Layer):
     """The clear layer whose stress makes it birefringent."""
 
-    strain_optic_coefficient: Finite = Field(
-        gt=0, description="K_s: change of the difference of refractive indices per strain"
+    strain_optic_coefficient: StrainOptic = Field(
+        default=UNSTATED,
+        description="K_s: change of the difference of refractive indices per strain",
     )
+    stress_optic_coefficient: StressOptic = Field(
+        default=UNSTATED,
+        description="C in the place of K_s: the same per stress, such as "
+        '"72 TPa^-1"; or give fringe_value = "7 N/mm", at the wavelength of the polariscope',
+        json_schema_extra={"unit": "1/pascal"},
+    )
+
+    @model_validator(mode="after")
+    def _one_effect(self) -> Self:
+        if (self.strain_optic_coefficient is None) == (self.stress_optic_coefficient is None):
+            stated = "two are stated" if self.strain_optic_coefficient else "none is stated"
+            raise ValueError(
+                "has one of strain_optic_coefficient (K_s), stress_optic_coefficient, such as "
+                f'"72 TPa^-1", and fringe_value, such as "7 N/mm"; {stated}'
+            )
+        return self
+
+    @property
+    def effect(self) -> str:
+        """Key that states how strong the photoelastic effect is."""
+        by_strain = self.stress_optic_coefficient is None
+        return "strain_optic_coefficient" if by_strain else "stress_optic_coefficient"
+
+    @property
+    def stress_optic(self) -> float:
+        """C, retardance per stress difference and length of path [1/Pa].
+
+        (1 + nu_2) K_s / E_2 where the strain-optic coefficient is stated, equation (2).
+        """
+        if self.stress_optic_coefficient is not None:
+            return self.stress_optic_coefficient
+        return (1 + self.poissons_ratio) / self.youngs_modulus * self.strain_optic_coefficient
 
 
 class Converter(Part):
@@ -171,7 +218,9 @@ class Design(Part):
             )
         if not isinstance(values.get("tolerances", {}), Mapping):
             raise ValueError("has tolerances that are no mapping from dotted paths to numbers")
-        plain, found, problems = take(cls, values)
+        whole, unread = as_values(values)
+        plain, found, problems = take(cls, whole)
+        problems = unread + problems
         stated = {**values.get("tolerances", {}), **found}
         plain["tolerances"] = {path: std for path, std in stated.items() if std != 0}
         design = None
@@ -219,6 +268,11 @@ class Design(Part):
                     hint = suggestion(parent, known)
                     raise DesignError(f"{path}: there is no part {parent!r} of a design; {hint}")
                 branch = branch[parent]
+            for rival in EFFECT if key in EFFECT else ():
+                branch.pop(rival, None)
+                if rival != key:
+                    lost = path.removesuffix(key) + rival
+                    values["tolerances"] = without(values.get("tolerances", {}), lost, None)
             branch[key] = _merged(branch.get(key), value)
         stated = {path.split(".")[0] for path in changes}
         for table in stated & self.rivals.keys():

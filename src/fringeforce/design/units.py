@@ -14,13 +14,17 @@ EXAMPLES = {
     "pascal": '"11 MPa"',
     "newton": '"3 N"',
     "radian": '"0.1 rad"',
+    "1/pascal": '"72 TPa^-1"',
+    "newton/meter": '"7 N/mm"',
 }
+_PLURAL = {"1/pascal": "reciprocal pascals", "newton/meter": "newtons per meter"}
 READABLE = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 """Factor and symbol of the unit in which a person reads a quantity, by its SI unit."""
 _PLEASANT = {
     "meter": ("mm", "um", "nm", "m"),
     "pascal": ("MPa", "kPa", "Pa"),
     "radian": ("rad",),
+    "1/pascal": ("TPa^-1", "Pa^-1"),
 }
 _ANGLES = ("radian", "degree", "turn")
 
@@ -29,7 +33,9 @@ _ANGLES = ("radian", "degree", "turn")
 def _registry() -> UnitRegistry:
     from pint import UnitRegistry  # takes a third of a second, so only where a unit is read
 
-    return UnitRegistry(cache_folder=None)
+    found = UnitRegistry(cache_folder=None)
+    found.define("brewster = 1e-12 / pascal")  # of stress-optic coefficients
+    return found
 
 
 def parse_quantity(text: str, unit: str) -> float:
@@ -40,8 +46,7 @@ def parse_quantity(text: str, unit: str) -> float:
     text : str
         A number and a unit, in any spelling that pint knows.
     unit : str
-        The SI unit that the quantity must be convertible to, "meter", "pascal", "newton" or
-        "radian".
+        The SI unit that the quantity must be convertible to, one of `EXAMPLES`.
 
     Returns
     -------
@@ -69,7 +74,8 @@ def parse_quantity(text: str, unit: str) -> float:
         value = math.nan if dimensionless else float(quantity.to(unit).magnitude)
     except (PintError, TokenError, ArithmeticError, AssertionError, TypeError, ValueError):
         raise ValueError(
-            f"is not a quantity in {unit}s; write a number and a unit, as in {example}"
+            f"is not a quantity in {_PLURAL.get(unit, unit + 's')}; write a number and a unit, as "
+            f"in {example}"
         ) from None
     if dimensionless:
         raise ValueError(f"has no unit; write one, as in {example}")

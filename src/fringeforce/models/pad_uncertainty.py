@@ -45,8 +45,12 @@ SMALLEST = 2e-6
 LIGHT = "camera.amplitude", "camera.offset"
 REGISTRATION = "camera.shift_x", "camera.shift_y", "camera.scale"
 BLUR = "camera.blur"
-SCALING = "transducer.photoelastic.strain_optic_coefficient", "polariscope.wavelength"
-"""Values that only scale the influence: with the first, and with the inverse of the second."""
+EFFECTS = (
+    "transducer.photoelastic.strain_optic_coefficient",
+    "transducer.photoelastic.stress_optic_coefficient",
+)
+SCALING = *EFFECTS, "polariscope.wavelength"
+"""Values that only scale the influence: with the effect, and with the inverse of the wavelength."""
 LAYERS = "transducer.compliant.", "transducer.photoelastic."
 PITCH = "tactels.pitch"
 WEAK = 1e-3
@@ -304,7 +308,7 @@ class PadUncertainty:
         value = _value(pad, group.path)
         if group.path in SCALING:
             share = group.std / value
-            powers = (share,) if group.path == SCALING[0] else (-share, share**2)
+            powers = (share,) if group.path in EFFECTS else (-share, share**2)
             return tuple(_scaled(base, power) for power in powers)
         key = group.path, group.std, base.modes
         if key not in self._known:
@@ -469,9 +473,10 @@ def refusal(pad: Pad, path: str) -> str:
     """Why readings of a pad do not allow for a tolerance; empty if they do."""
     own_waves = any(channel.wavelength for channel in pad.polariscope.pictures)
     if path == "polariscope.wavelength" and own_waves:
+        effect = f"transducer.photoelastic.{pad.transducer.photoelastic.effect}"
         return (
             "polariscope.wavelength has a tolerance beside channels of their own wavelengths; give "
-            "transducer.photoelastic.strain_optic_coefficient one instead, which acts on all."
+            f"{effect} one instead, which acts on all."
         )
     known = (*LIGHT, *REGISTRATION, *SCALING, BLUR, RESIDUAL, PLACEMENT, SIZE, PITCH, DRIFTS[0])
     if path in known or path.startswith(LAYERS) or _is_form(path):

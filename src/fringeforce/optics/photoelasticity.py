@@ -12,8 +12,8 @@ from fringeforce.design.strip import PhotoelasticLayer
 def stress_optic_constant(layer: PhotoelasticLayer, wavelength: float) -> float:
     """K_t, the phase that a stress difference adds per length of path [rad/(Pa m)].
 
-    K_t = (1 + nu_2) / E_2 * K_s * 2 pi / lambda, equation (2): the strain-optic law written for a
-    difference of principal stresses.
+    K_t = C 2 pi / lambda with the stress-optic coefficient C = (1 + nu_2) / E_2 * K_s, equation
+    (2): the strain-optic law written for a difference of principal stresses.
 
     Parameters
     ----------
@@ -22,8 +22,7 @@ def stress_optic_constant(layer: PhotoelasticLayer, wavelength: float) -> float:
     wavelength : float
         Wavelength of the light, in vacuum [m].
     """
-    compliance = (1 + layer.poissons_ratio) / layer.youngs_modulus
-    return compliance * layer.strain_optic_coefficient * 2 * np.pi / wavelength
+    return layer.stress_optic * 2 * np.pi / wavelength
 
 
 def phase_lead(integrated_stress: ArrayLike, stress_optic_constant: float) -> Array:

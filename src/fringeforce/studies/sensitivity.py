@@ -134,7 +134,8 @@ def sensitivity_study(
     progress: Progress | None = None,
 ) -> StudyResult:
     """Derivatives and Sobol's indices of a design by the values that are never exactly known."""
-    paths = tuple(TOLERANCES)
+    effect = sensor.transducer.photoelastic.effect
+    paths = tuple(path.replace("strain_optic_coefficient", effect) for path in TOLERANCES)
     model, found = local_sensitivity(sensor, paths)
     size = float(np.linalg.norm(model.pixel_influence))
     tolerance = np.array(list(TOLERANCES.values()))

@@ -17,7 +17,7 @@ from fringeforce.calibration import bench_expectation as before
 from fringeforce.calibration.bench_posterior import FULL_SCALE, GROUPS, PINNED
 from fringeforce.calibration.bench_posterior import SCALE as SCALE_UNIT
 from fringeforce.calibration.bench_posterior import SHIFT as SHIFT_UNIT
-from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.calibration.calibrate import usual_parameters
 from fringeforce.calibration.design_entries import (
     POSITIONS,
     checked_paths,
@@ -177,7 +177,9 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
             )
         return found
     sensor = source if isinstance(source, Sensor) else source.sensor
-    paths = checked_paths(sensor, tuple(PARAMETERS if parameters is None else parameters))
+    paths = checked_paths(
+        sensor, tuple(usual_parameters(sensor) if parameters is None else parameters)
+    )
     return _of_drawing(sensor, paths)
 
 

@@ -1,0 +1,162 @@
+"""What data sheets state of layers: materials by name, stress-optic coefficients, fringe values.
+
+A photoelastic layer of stress-optic coefficient C and thickness h retards light of wavelength
+lambda by C h (s1 - s2), and shows a fringe for every f / h of principal stress difference, so that
+its fringe value is f = lambda / C (Dally and Riley, Experimental Stress Analysis, 3rd ed., section
+13.3).  The strain-optic coefficient K_s of the paper gives C = (1 + nu) K_s / E, equation (2).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import InitErrorDetails
+
+from fringeforce.design.tolerances import is_tolerance, parse_tolerance, problem_at
+from fringeforce.design.units import parse_quantity
+from fringeforce.design.validation import suggestion
+
+FRINGE_VALUE, STRESS_OPTIC = "fringe_value", "stress_optic_coefficient"
+EFFECT = "strain_optic_coefficient", STRESS_OPTIC, FRINGE_VALUE
+"""Keys that state how strong the photoelastic effect is, one of which a layer has."""
+LAYERS = "compliant", "photoelastic"
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material, as published.
+
+    Attributes
+    ----------
+    name, about, source : str
+        What it is called, what it is, and who says so.
+    values : mapping
+        Keys of a layer with their texts, tolerances among them; "fringe_value" counts at
+        "wavelength".
+    """
+
+    name: str
+    about: str
+    source: str
+    values: Mapping[str, str]
+
+
+@cache
+def materials() -> dict[str, Material]:
+    """Materials by name."""
+    text = Path(__file__).with_name("materials.toml").read_text(encoding="utf-8")
+    return {
+        name: Material(name, entry.pop("about"), entry.pop("source"), entry)
+        for name, entry in tomllib.loads(text).items()
+    }
+
+
+def stress_optic_text(fringe_value: Any, wavelength: Any) -> str:
+    """The stress-optic coefficient that a fringe value means, with its tolerance.
+
+    Parameters
+    ----------
+    fringe_value : str
+        Such as "7 N/mm" or "7.0 N/mm +/- 5 %".
+    wavelength : str
+        Of the light that it was measured in.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no such quantity.
+
+    Examples
+    --------
+    >>> stress_optic_text("7.0 N/mm +/- 5 %", "546 nm")
+    '7.8e-11 Pa^-1 +/- 5 %'
+    """
+    length = _number(wavelength, "meter")[0]
+    value, std = _number(fringe_value, "newton/meter")
+    if not value > 0:
+        raise ValueError("is no fringe value; it must be greater than zero")
+    text = f"{length / value!r} Pa^-1"
+    return f"{text} +/- {100 * std / value:.12g} %" if is_tolerance(fringe_value) else text
+
+
+def as_values(values: Mapping[str, Any]) -> tuple[dict[str, Any], list[InitErrorDetails]]:
+    """Values of a design with those of its materials, and fringe values as coefficients.
+
+    Parameters
+    ----------
+    values : mapping
+        Plain nested values, as in a file.
+
+    Returns
+    -------
+    values : dict
+        What was stated wins over what a material has.
+    problems : list
+        Of materials and fringe values, with their places.
+    """
+    changed, problems = dict(values), list[InitErrorDetails]()
+    transducer, light = values.get("transducer"), values.get("polariscope")
+    if not isinstance(transducer, Mapping):
+        return changed, problems
+    changed["transducer"] = whole = dict(transducer)
+    for key in LAYERS:
+        if not isinstance(layer := whole.get(key), Mapping):
+            continue
+        whole[key] = layer = dict(layer)
+        name = layer.get("material")
+        found = materials().get(name) if isinstance(name, str) else None
+        if name is not None and found is None:
+            place = "transducer", key, "material"
+            hint = suggestion(str(name), list(materials())).rstrip(".")
+            text = f"is no material of the table ({hint})"
+            problems.append(problem_at(place, name, text))
+        if found is not None:
+            clear = key == LAYERS[1]
+            _add(layer, found, clear and not any(layer.get(own) is not None for own in EFFECT))
+        if (stated := layer.get(FRINGE_VALUE)) is not None:
+            wavelength = light.get("wavelength") if isinstance(light, Mapping) else None
+            try:
+                text = stress_optic_text(stated, wavelength)
+            except ValueError as error:
+                place = "transducer", key, FRINGE_VALUE
+                problems.append(problem_at(place, stated, str(error)))
+                text = "1 TPa^-1"  # stands in, so that nothing else is missed
+            layer.pop(FRINGE_VALUE)
+            if layer.get(STRESS_OPTIC) is None:
+                layer[STRESS_OPTIC] = text
+    return changed, problems
+
+
+def by_strain(design: Any) -> Any:
+    """The same design with its photoelastic effect stated by a strain-optic coefficient."""
+    layer = design.transducer.photoelastic
+    value = layer.stress_optic * layer.youngs_modulus / (1 + layer.poissons_ratio)
+    path = "transducer.photoelastic.strain_optic_coefficient"
+    return design if layer.effect == EFFECT[0] else design.replace(**{path: value})
+
+
+def _add(layer: dict[str, Any], material: Material, effect: bool) -> None:
+    """Add what a material has and a layer does not state."""
+    for key in ("youngs_modulus", "poissons_ratio"):
+        if key in material.values and layer.get(key) is None:
+            layer[key] = material.values[key]
+    if effect and FRINGE_VALUE in material.values:
+        own = material.values
+        layer[STRESS_OPTIC] = stress_optic_text(own[FRINGE_VALUE], own["wavelength"])
+
+
+def _number(text: Any, unit: str) -> tuple[float, float]:
+    """A quantity and its standard deviation; floats are in the unit."""
+    if isinstance(text, str):
+        if is_tolerance(text):
+            _, value, std = parse_tolerance(text, unit)
+            return value, std
+        return parse_quantity(text, unit), 0.0
+    if isinstance(text, int | float) and not isinstance(text, bool):
+        return float(text), 0.0
+    raise ValueError("needs a wavelength of the polariscope beside it")
