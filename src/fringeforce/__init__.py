@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from fringeforce.models.as_built import BuiltSensor
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
+    from fringeforce.models.given import model_from_influence
     from fringeforce.models.strip import SensorModel
     from fringeforce.reading.batch import Batch
     from fringeforce.reading.reader import Reader
@@ -57,6 +58,7 @@ __all__ = [
     "load_model",
     "load_sensor",
     "make_dataset",
+    "model_from_influence",
     "open_camera",
     "open_sink",
     "plan_presses",
@@ -90,6 +92,7 @@ _HOME = {
     "characterize": "models.characterization",
     "live": "acquisition.loop",
     "load_model": "models.files",
+    "model_from_influence": "models.given",
     "load_sensor": "design.files",
     "make_dataset": "datasets.making",
     "open_camera": "acquisition.cameras.choice",

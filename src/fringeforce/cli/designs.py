@@ -59,7 +59,7 @@ def characterize(
     with progress_bar() as advance:
         model = characterize(sensor, mesh, advance)
         plane = None
-        if not isinstance(sensor, Pad) and sensor.transducer.plane != "3d":
+        if not isinstance(sensor, Pad) and sensor.transducer.solved_in_a_plane:
             plane = plane_check(sensor, advance)
         if vtu is not None:
             strip = load_strip(design)
@@ -88,7 +88,7 @@ def show(
         with progress_bar() as advance:
             found = characterize(load_sensor(model), progress=advance)
     facts = summary(found)
-    if not isinstance(found, PadModel) and found.sensor.transducer.plane != "3d":
+    if not isinstance(found, PadModel) and found.sensor.transducer.solved_in_a_plane:
         facts.append(("plane", plane_check(found.sensor).words))
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)

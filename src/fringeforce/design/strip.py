@@ -23,9 +23,10 @@ class Transducer(Part):
     edges: Literal["free", "roller"] = Field(
         description='lateral edges: "free" (Case 1) or "roller", u = 0 without friction (Case 2)'
     )
-    plane: Literal["stress", "strain", "3d"] = Field(
+    plane: Literal["stress", "strain", "3d", "given"] = Field(
         default="stress",
-        description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width',
+        description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width, '
+        '"given" where the influence matrix was given and the layers say nothing',
     )
     influence_error: Percent = Field(
         default=0.0,
@@ -35,6 +36,11 @@ class Transducer(Part):
     )
     compliant: Layer
     photoelastic: PhotoelasticLayer
+
+    @property
+    def solved_in_a_plane(self) -> bool:
+        """Whether a plane model of the strip can be solved for contacts anywhere."""
+        return self.plane in ("stress", "strain")
 
 
 class Tactels(Part):
@@ -194,10 +200,11 @@ class Sensor(Design):
                 f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
                 f"tactels, {remedy} or a longer strip"
             )
-        if transducer.plane == "3d" and (tactels.placement or tactels.contact_width):
+        if not transducer.solved_in_a_plane and (tactels.placement or tactels.contact_width):
             raise ValueError(
-                'placement and contact_width do not go with plane = "3d", where tactels are lines '
-                'at their places; leave them out or take plane = "stress" or "strain"'
+                "placement and contact_width do not go with plane = "
+                f'"{transducer.plane}", where tactels are lines at their places; leave them '
+                'out or take plane = "stress" or "strain"'
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2

@@ -63,7 +63,7 @@ class _Layer(PlaneModuli):
 
 
 def _layers(
-    compliant: Layer, photoelastic: Layer, plane: Literal["stress", "strain", "3d"]
+    compliant: Layer, photoelastic: Layer, plane: Literal["stress", "strain", "3d", "given"]
 ) -> tuple[_Layer, _Layer]:
     a, b = compliant.thickness, photoelastic.thickness
     soft, clear = plane_moduli(compliant, plane), plane_moduli(photoelastic, plane)

@@ -25,7 +25,7 @@ class PlaneModuli:
         return (self.c11 - self.c12) / 2
 
 
-def plane_moduli(layer: Layer, plane: Literal["stress", "strain", "3d"]) -> PlaneModuli:
+def plane_moduli(layer: Layer, plane: Literal["stress", "strain", "3d", "given"]) -> PlaneModuli:
     """Plane-stress or plane-strain stiffness (Timoshenko and Goodier, sections 11 and 12).
 
     Raises
@@ -33,6 +33,11 @@ def plane_moduli(layer: Layer, plane: Literal["stress", "strain", "3d"]) -> Plan
     InputError
         If the design asks for three dimensions, which no plane has.
     """
+    if plane == "given":
+        raise InputError(
+            "The influence matrix of this model was given, so that the mechanics cannot be solved "
+            "for anything else; give a matrix for that, or a design with layers."
+        )
     if plane == "3d":
         raise InputError(
             'transducer.plane = "3d", but a plane model of the strip is asked for; take '

@@ -197,7 +197,7 @@ class Departures:
         ]
 
     def _contacts(self) -> list[Departure]:
-        if self.model.sensor.transducer.plane == "3d":
+        if not self.model.sensor.transducer.solved_in_a_plane:
             return []
         most = FARTHEST * self.pitch
         wide = WIDE * self.pitch
@@ -221,6 +221,8 @@ class Departures:
         ]
 
     def _layers(self) -> list[Departure]:
+        if self.model.sensor.transducer.plane == "given":
+            return []
         return [
             Departure(path, share, partial(self._made, path), limits=(-0.5, inf))
             for path, share in LAYERS.items()

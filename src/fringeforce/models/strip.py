@@ -299,12 +299,28 @@ class SensorModel:
         generator = np.random.default_rng(rng)
         design = drawn(self.sensor, generator)
         anew = changes_influence(self.sensor.tolerances)
-        model = characterize(design) if anew else replace(self, sensor=design)
+        model = self.of(design) if anew else replace(self, sensor=design)
         error = design.transducer.influence_error
         if error:
             psi = model.psi * (1 + error * shape_errors(model.x, model.psi.shape[1:], generator))
             model = replace(model, psi=psi)
         return built(self.sensor, model, generator)
+
+    def of(self, sensor: Sensor) -> SensorModel:
+        """The model of a design whose numbers differ; a given matrix only scales with its optics.
+
+        Parameters
+        ----------
+        sensor : Sensor
+            The other design.
+        """
+        if sensor.transducer.plane != "given":
+            return characterize(sensor)
+        there, here = (
+            stress_optic_constant(s.transducer.photoelastic, s.polariscope.wavelength)
+            for s in (sensor, self.sensor)
+        )
+        return replace(self, sensor=sensor, psi=self.psi * (there / here))
 
     def with_tolerances(self, **stated: Any) -> SensorModel:
         """The same model with other tolerances, which readings allow for.
@@ -433,6 +449,11 @@ def characterize(
     SensorModel
         On the default mesh its influence matrix is within 1e-4 of the exact one of a plane.
     """
+    if sensor.transducer.plane == "given":
+        raise InputError(
+            'transducer.plane = "given": the influence matrix of this design was given, and there '
+            "is nothing to solve; keep the model that has it, model_from_influence(...)."
+        )
     if sensor.transducer.plane == "3d" and mesh in (None, "default"):
         found = strip_width(sensor, progress=progress)
         facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}

@@ -33,7 +33,7 @@ from fringeforce.models.as_built import (
     WIDTH,
     changes_influence,
 )
-from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.models.strip import SensorModel
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import pictures
@@ -488,7 +488,7 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
             modes.append(Mode(path, std, tuple(np.tensordot(powers, far, axes=1)[1:])))
         elif changes_influence([path]):
             ahead, here, behind = (
-                characterize(with_values(plain, {path: value + e * std})).influence(
+                model.of(with_values(plain, {path: value + e * std})).influence(
                     np.clip(x, -half, half)
                 )
                 for e in (1, 0, -1)

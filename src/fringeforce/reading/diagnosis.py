@@ -224,7 +224,7 @@ class Diagnosis:
     def _fixed(self) -> bool:
         """Whether contacts cannot be solved for anywhere else."""
         model = self.reader.model
-        return model.sensor.transducer.plane == "3d" or model.imaging is not None
+        return not model.sensor.transducer.solved_in_a_plane or model.imaging is not None
 
     def _allowing(self, allowance: Allowance) -> StripFrameReader:
         """A reader that allows for so much."""
@@ -235,7 +235,7 @@ class Diagnosis:
             if allowance.light:
                 wide |= WIDER
                 wide["camera.amplitude"] *= sensor.camera.amplitude
-            if sensor.transducer.plane != "3d" and allowance.contacts:
+            if sensor.transducer.solved_in_a_plane and allowance.contacts:
                 wide |= {PLACEMENT: BESIDE * pitch, WIDTH: WIDTHS * pitch}
             for path, std in sensor.tolerances.items():
                 wide[path] = max(std, wide.get(path, 0.0))

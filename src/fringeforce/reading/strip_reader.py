@@ -34,6 +34,8 @@ Mask = NDArray[np.bool_]
 LOADS = 2.0
 """Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
 contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
+ABSENT = 1e-6
+"""Standard deviation of a force that moves no phase, which is known to be none, over the push."""
 YIELDING = 0.1
 """Share of that mean by which a contact may pull, or slip, at one standard deviation."""
 FRICTION = 2.0
@@ -130,6 +132,8 @@ class StripFrameReader(StripFrames):
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
         precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
+        absent = ~self.uncertain.frame.moments.any(axis=(2, 3)).ravel()
+        precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
         friction = self.friction or (FRICTION if at.fields > at.place else -1.0)
         if at.size == at.loads:  # a cone that is too narrow would leave no explanation
             friction = -1.0
