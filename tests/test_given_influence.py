@@ -1,6 +1,7 @@
 """Models from matrices that were given: an exact series, and a beam in four-point bending."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ BENDING = 2 * np.pi * 6 * ARM / (HEIGHT**3 * FRINGE) * Y
 """Phase per total load F: moment F a / 2, stress 12 M y / (t h^3), order sigma t / f_sigma."""
 
 
-def _beam(light: dict[str, object] | None = None, **more: object) -> ff.SensorModel:
+def _beam(light: dict[str, Any] | None = None, **more: Any) -> ff.SensorModel:
     polariscope = {"wavelength": "546.1 nm", **(light or {})}
     return ff.model_from_influence(Y, BENDING[:, None], CAMERA, polariscope, **more)
 
@@ -48,7 +49,9 @@ def strips() -> tuple[ff.SensorModel, ff.SensorModel]:
 
 
 @pytest.mark.slow
-def test_an_exact_series_reads_like_the_shipped_model(strips) -> None:
+def test_an_exact_series_reads_like_the_shipped_model(
+    strips: tuple[ff.SensorModel, ff.SensorModel],
+) -> None:
     shipped, _ = strips
     forces = ff.polar(np.linspace(0.3, 1.2, 11), angle=10, n=11)
     frame = shipped.expose(forces, rng=4)
@@ -133,8 +136,8 @@ def test_what_needs_the_mechanics_is_refused() -> None:
         ({"camera": {"pixels": 256}}, "camera.bits is missing"),
     ],
 )
-def test_what_does_not_fit_is_one_clear_error(change: dict[str, object], message: str) -> None:
-    stated = {"x": Y, "psi": BENDING[:, None], "camera": CAMERA}
+def test_what_does_not_fit_is_one_clear_error(change: dict[str, Any], message: str) -> None:
+    stated: dict[str, Any] = {"x": Y, "psi": BENDING[:, None], "camera": CAMERA}
     stated |= {"polariscope": {"wavelength": "546 nm"}} | change
     with pytest.raises(InputError, match=message):
         ff.model_from_influence(**stated)
