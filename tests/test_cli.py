@@ -99,9 +99,20 @@ def test_read_says_once_what_seems_wrong_with_the_sensor(place: Path) -> None:
     dimmer = ff.characterize(design.replace(**{"camera.amplitude": 0.95 * design.camera.amplitude}))
     frames = [dimmer.expose(ff.polar(1.0, 10, n=11), rng=i) for i in range(2)]
     np.save(place / "dim.npy", np.stack(frames))
-    result = run("read", "m.h5", "dim.npy", "-o", "dim.csv", cwd=place)
-    assert result.returncode == 0, result.stderr
+    result = run("read", "m.h5", "dim.npy", "-o", "dim.csv", "--plot", cwd=place)
+    assert result.returncode == 1, result.stderr
     assert result.stdout.count("light seems 5 % dimmer") == 1
+    assert "None of the frames can be used." in result.stdout
+    assert not (place / "dim.png").exists()
+
+
+def test_a_picture_is_not_read_as_so_many_broken_frames(place: Path) -> None:
+    np.save(place / "picture.npy", np.zeros((300, 640), dtype=np.uint8))
+    result = run("read", "m.h5", "picture.npy", "-o", "p.csv", cwd=place)
+    assert result.returncode == 2
+    assert "300 x 640 looks like a picture" in result.stderr
+    assert "2048" in result.stderr
+    assert not (place / "p.csv").exists()
 
 
 @pytest.mark.parametrize("target", ["m.h5", "s.toml", "saad"])

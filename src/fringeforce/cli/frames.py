@@ -67,7 +67,10 @@ def read(
     friction: Friction = None,
     tolerance: Tolerance = None,
 ) -> None:
-    """Read forces from frames, with their deviations and a verdict for each."""
+    """Read forces from frames, with their deviations and a verdict for each.
+
+    Ends with status 1, and draws nothing, if none of the frames can be used.
+    """
     from fringeforce.io.frames import load_frames
     from fringeforce.io.tables import save_contacts, save_readings
     from fringeforce.models.files import load_model
@@ -77,6 +80,7 @@ def read(
     found = with_tolerances(load_model(model), tolerance)
     sensor, reader = found.sensor, Reader(found, friction)
     images = load_frames(frames, sensor.dimensions)
+    _check_shape(frames, images.shape, found.frame_shape)
     readings: Any = []
     with progress_bar() as advance:
         for reading in reader.stream(images):
@@ -92,8 +96,28 @@ def read(
             print(f"  {status.name}: {status.advice}")
     for finding in _findings(readings):
         print(f"  {finding}")
+    if not any(reading.status.usable for reading in readings):
+        print("None of the frames can be used.")
+        raise typer.Exit(1)
     if plot:
         draw_beside(output, "the forces drawn", partial(draw_readings, sensor, readings))
+
+
+def _check_shape(path: Path, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:
+    """Refuse frames that are not what the model's camera takes, before every one is refused."""
+    if shape[1:] == wanted:
+        return
+    from fringeforce.base.errors import InputError
+
+    given, own = (" x ".join(map(str, sizes)) for sizes in (shape, wanted))
+    if len(wanted) == 1 and len(shape) == 2:
+        raise InputError(
+            f"{path}: {given} looks like a picture, or like {shape[0]} lines of {shape[1]} pixels; "
+            f"the model's camera has {own}. Of a picture, cut out the line along the strip; for "
+            f"lines, state pixels = {shape[1]} in the design and calibrate or characterize anew."
+        )
+    frame = " x ".join(map(str, shape[1:]))
+    raise InputError(f"{path}: frames of {frame} pixels; the model's camera takes {own}.")
 
 
 def _findings(readings: Sequence[Reading]) -> list[str]:

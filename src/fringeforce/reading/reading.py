@@ -38,6 +38,11 @@ class Status(Enum):
         return self in (Status.OK, Status.NO_CONTACT)
 
     @property
+    def usable(self) -> bool:
+        """Whether some load explains the frame, or none acts."""
+        return self.trusted or self is Status.AMBIGUOUS
+
+    @property
     def advice(self) -> str:
         """What to do."""
         return _ADVICE[self]
