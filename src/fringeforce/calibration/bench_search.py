@@ -121,12 +121,13 @@ class Search:
         loads: BenchLoads | TimedLoads,
         paths: tuple[str, ...],
         references: Mapping[str, Array],
+        load_cell: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         lit = {kind: references[kind] for kind in ("unloaded", "bright") if kind in references}
         self.levels = np.concatenate([levels, *[rows.mean(axis=0)[None] for rows in lit.values()]])
         self.averaged = np.append(np.ones(len(levels)), [len(rows) for rows in lit.values()])
         self.turned = np.append(np.zeros(len(levels)), [np.pi * (k == "bright") for k in lit])
-        self.sensor, self.paths = sensor, paths
+        self.sensor, self.paths, self.load_cell = sensor, paths, load_cell
         self.mechanical = tuple(path for path in paths if path != POSITIONS)
         self.timed = loads if isinstance(loads, TimedLoads) else None
         self.delay = 0.0 if self.timed is None else self.timed.delay
@@ -237,6 +238,13 @@ class Search:
                 places = np.where(numbers == number, tactels.pitch / size.place, 0.0)
                 columns.append((np.zeros((*present.shape, 2)), places))
                 deviations.append(DEVIATION["position"])
+        for component in range(2):
+            own = np.eye(2)[component] * present[..., None]
+            changes = np.where(present[..., None], self.loads.forces, 0.0) * own, own
+            for change, std in zip(changes, self.load_cell, strict=True):
+                if std:
+                    columns.append((change, np.zeros(present.shape)))
+                    deviations.append(std)
         if self.timed is not None:
             ahead, behind = (self.timed.at(self.delay + step) for step in (DELAY, -DELAY))
             both = ahead.present & behind.present

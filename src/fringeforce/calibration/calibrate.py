@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.errors import InputError
@@ -49,6 +50,7 @@ def calibrate(
     *,
     times: ArrayLike | None = None,
     aside: int = 5,
+    load_cell: tuple[float, float] = (0.0, 0.0),
 ) -> SensorModel:
     """Make the model agree with the sensor on the bench.
 
@@ -89,6 +91,10 @@ def calibrate(
     aside : int
         Every so many loaded frames one is put aside at first and checked, if there are enough;
         none if zero.
+    load_cell : tuple of float
+        Standard deviations of the gain of the load cell, relative, and of its zero [N], which are
+        the same in all frames, for each component of the force.  The gain is hardly told from the
+        strength of the photoelastic effect: it adds to what is uncertain of that.
 
     Returns
     -------
@@ -116,5 +122,10 @@ def calibrate(
         raise InputError("columns=True corrects the columns of tactels; give loads of tactels.")
     paths = checked_paths(sensor, tuple(parameters or usual_parameters(sensor)))
     lights = (references or References()).checked(sensor)
-    fit = fitted(sensor, levels, known, paths, report, lights, aside, columns)
+    if not all(np.isfinite(std) and std >= 0 for std in load_cell):
+        raise InputError(
+            f"load_cell = {load_cell}: the standard deviations of gain and zero are finite and not "
+            "negative."
+        )
+    fit = fitted(sensor, levels, known, paths, report, lights, aside, columns, load_cell)
     return calibrated_model(fit, levels, known)

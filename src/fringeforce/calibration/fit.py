@@ -115,6 +115,7 @@ def fitted(
     references: Mapping[str, Array] | None = None,
     aside: int = 0,
     columns: bool = False,
+    load_cell: tuple[float, float] = (0.0, 0.0),
 ) -> BenchFit:
     """Fit all that is unknown of a bench.
 
@@ -136,8 +137,10 @@ def fitted(
         Every so many frames one is put aside at first and checked; none if zero.
     columns : bool
         Whether columns of tactels may differ from those of any design.
+    load_cell : tuple of float
+        Standard deviations of the gain of the load cell, relative, and of its zero [N].
     """
-    search = Search(sensor, levels, loads, paths, references or {})
+    search = Search(sensor, levels, loads, paths, references or {}, load_cell)
     search.put_aside(aside)
     total = len(STAGES) + ROUNDS + 2
     report("Finding the strip", 0, total)

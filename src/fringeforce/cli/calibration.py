@@ -89,6 +89,12 @@ def calibrate(
             "--columns", help="Also fit corrections to the columns that no design value explains."
         ),
     ] = False,
+    cell_gain: Annotated[
+        float, typer.Option(help="Standard deviation of the load cell's gain, relative.")
+    ] = 0.0,
+    cell_zero: Annotated[
+        str | None, typer.Option(help="Standard deviation of its zero, such as '20 mN'.")
+    ] = None,
     plot: Annotated[
         bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
     ] = True,
@@ -125,6 +131,7 @@ def calibrate(
         given_loads = forces
     given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
     references = References(*given)
+    zero = 0.0 if cell_zero is None else _quantity("--cell-zero", cell_zero, "newton")
     with progress_bar("Calibrating") as advance:
         model = calibrated(
             sensor,
@@ -136,6 +143,7 @@ def calibrate(
             columns,
             times=times,
             aside=aside,
+            load_cell=(cell_gain, zero),
         )
     model.save(output)
     print(f"{output}: calibrated on {len(images)} frames")
