@@ -28,6 +28,12 @@ class Transducer(Part):
         description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width, '
         '"given" where the influence matrix was given and the layers say nothing',
     )
+    strain: Literal["linear", "finite"] = Field(
+        default="linear",
+        description='"linear" for small loads; "finite" for hyperelastic layers under large '
+        "strain, in a plane, with contacts of some width",
+        json_schema_extra={"ideal": True},
+    )
     influence_error: Percent = Field(
         default=0.0,
         description="relative standard deviation of smooth errors in the shape of the influence "
@@ -205,6 +211,13 @@ class Sensor(Design):
                 "placement and contact_width do not go with plane = "
                 f'"{transducer.plane}", where tactels are lines at their places; leave them '
                 'out or take plane = "stress" or "strain"'
+            )
+        if transducer.strain == "finite" and (
+            transducer.plane == "3d" or not tactels.contact_width
+        ):
+            raise ValueError(
+                'strain = "finite" takes plane = "stress" or "strain" and contacts of some width, '
+                "for under a line strain has no bound; give tactels.contact_width"
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2

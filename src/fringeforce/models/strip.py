@@ -40,6 +40,12 @@ from fringeforce.models.as_built import (
     loosened,
     shape_errors,
 )
+from fringeforce.models.finite_strain import (
+    Strain,
+    checked_strain,
+    finite_phase,
+    finite_press_phase,
+)
 from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
 from fringeforce.models.imaging_files import (
     read_calibration,
@@ -173,7 +179,12 @@ class SensorModel:
         light = imaging.amplitude, imaging.offset, imaging.light_variance
         return camera_response(camera, *light)
 
-    def phase(self, forces: ArrayLike | Presses, x: ArrayLike | None = None) -> Array:
+    def phase(
+        self,
+        forces: ArrayLike | Presses,
+        x: ArrayLike | None = None,
+        strain: Strain | None = None,
+    ) -> Array:
         """Phase lead under given forces, equation (10.a).
 
         Parameters
@@ -183,12 +194,32 @@ class SensorModel:
             touches, in one frame or, as a sequence of such sequences, in several.
         x : array_like, shape (m,), optional
             Positions along the strip [m]; the camera's pixels if not given.
+        strain : {"linear", "finite"}, optional
+            Whether strain is small, or the strip hyperelastic and solved anew for every frame, in
+            about a second; as the design says if not given.
 
         Returns
         -------
         ndarray, shape (..., m) or (..., n_pixels)
             Phase lead [rad].
+
+        Raises
+        ------
+        InputError
+            If strain is finite and the model is calibrated, three-dimensional or has contacts
+            without width, or the strip has no stable state under the loads.
         """
+        if checked_strain(strain or self.sensor.transducer.strain) == "finite":
+            if self.calibration is not None:
+                raise InputError(
+                    "A calibration is of small strain; take the model of the drawing for finite "
+                    "strain, characterize(sensor)."
+                )
+            where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
+            if are_presses(forces):
+                return finite_press_phase(self.sensor, where, forces)
+            loads = checked_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
+            return finite_phase(self.sensor, where, loads)
         if are_presses(forces):
             where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
             return press_phase(self.sensor, where, forces)
@@ -228,6 +259,7 @@ class SensorModel:
         forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         as_built: camera_optics.Rng = None,
+        strain: Strain | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, equation (13).
 
@@ -240,6 +272,8 @@ class SensorModel:
         as_built : int or numpy.random.Generator, optional
             Source of one sensor, drawn from the tolerances of the design, that all frames are of;
             the sensor as drawn if not given.  `as_built` keeps such a sensor.
+        strain : {"linear", "finite"}, optional
+            As of `phase`.
 
         Returns
         -------
@@ -247,8 +281,12 @@ class SensorModel:
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
         if as_built is not None:
+            if checked_strain(strain or self.sensor.transducer.strain) == "finite":
+                raise InputError(
+                    "A sensor as built has small strain; leave as_built out for finite strain."
+                )
             return self.as_built(as_built).expose(forces, rng)
-        return self.delivered(self._with_residual(self.phase(forces)), rng)
+        return self.delivered(self._with_residual(self.phase(forces, strain=strain)), rng)
 
     def delivered(
         self, phase: ArrayLike, rng: camera_optics.Rng = None, light: Array | None = None

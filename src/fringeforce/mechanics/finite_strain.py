@@ -1,0 +1,423 @@
+"""The strip under large strain: a total Lagrangian solution with dead loads on patches.
+
+The unknowns are the coefficients of a tensor mesh; stresses are taken at Gauss points, Newton's
+method steps with a banded Cholesky factor that is kept while it converges (Bonet and Wood,
+Nonlinear Continuum Mechanics for Finite Element Analysis, 2008, chapters 8 and 9).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+from scipy.sparse import csr_array
+
+from fringeforce.base.arrays import Array, Index
+from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Transducer
+from fringeforce.mechanics.elements import (
+    along,
+    gauss_interpolation,
+    integrals,
+    interpolation,
+    shape_functions,
+)
+from fringeforce.mechanics.hyperelasticity import Hyperelastic, PlaneResponse
+from fringeforce.mechanics.mesh import Mesh, strip_mesh
+
+ORDER = 5
+"""Polynomial order of the elements; see docs/measured for what higher ones change."""
+TOLERANCE = 1e-10
+"""Norm of what is out of balance over that of the loads at which a step is solved."""
+ROUNDING = 1e-12
+"""What rounding leaves out of balance [N]."""
+SLOW = 0.2
+"""Share of the last residual above which a new tangent is factorised."""
+ITERATIONS = 40
+"""Newton steps within one load step."""
+SMALLEST_STEP = 1 / 64
+"""Share of the load below which steps are not cut any more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """A factorised stiffness at one state.
+
+    Attributes
+    ----------
+    factor : ndarray, shape (bandwidth + 1, free)
+        Banded Cholesky factor, lower form.
+    """
+
+    factor: Array
+
+    def solve(self, forces: Array) -> Array:
+        """Displacements of the free unknowns, shape (free, ...) [m]."""
+        return np.asarray(cho_solve_banded((self.factor, True), forces, check_finite=False))
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteStrip:
+    """A strip of hyperelastic layers with uniform tractions on patches of its surface.
+
+    Coefficients of displacements have the shape (2, order * columns + 1, order * rows + 1): u and w
+    at the shape functions of the mesh [m].
+
+    Attributes
+    ----------
+    transducer : Transducer
+        The strip; bonded at its base, its edges free or on rollers, plane stress or plane strain.
+    centres, widths : ndarray, shape (n,)
+        Middle and width of each patch in the undeformed strip [m].
+    mesh : Mesh
+        With a boundary of elements at each end of each patch.
+    compliant, photoelastic : Hyperelastic
+        Materials of the layers.
+
+    Examples
+    --------
+    >>> from fringeforce.mechanics.finite_strain import finite_strip
+    >>> strip = finite_strip(ff.load_sensor("saad").transducer, [0.0], [5e-4], order=3)
+    >>> strip.integrated_stress(strip.solved([[0.1, 0.0]]), [0.0]).round(-1).tolist()
+    [-20.0]
+    """
+
+    transducer: Transducer
+    centres: Array
+    widths: Array
+    mesh: Mesh
+    compliant: Hyperelastic
+    photoelastic: Hyperelastic
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of the coefficients."""
+        order = self.mesh.order
+        return 2, order * (len(self.mesh.x) - 1) + 1, order * (len(self.mesh.z) - 1) + 1
+
+    @cached_property
+    def _rows(self) -> int:
+        """Rows of elements in the photoelastic layer."""
+        return int(np.searchsorted(self.mesh.z, -self.transducer.compliant.thickness * (1 + 1e-9)))
+
+    @cached_property
+    def _points(self) -> tuple[Array, Array]:
+        nodes, weights = leggauss(self.mesh.order + 1)
+        return (nodes + 1) / 2, weights / 2
+
+    def _line(self, breaks: Array) -> tuple[Array, Array]:
+        """Gauss points along one direction, and their weights [m]."""
+        at, weights = self._points
+        step = np.diff(breaks)[:, None]
+        return (breaks[:-1, None] + step * at).ravel(), (step * weights).ravel()
+
+    @cached_property
+    def _at_gauss(self) -> tuple[csr_array, csr_array, csr_array, csr_array]:
+        mesh = self.mesh
+        (x, _), (z, _) = self._line(mesh.x), self._line(mesh.z)
+        return *interpolation(mesh.order, mesh.x, x), *interpolation(mesh.order, mesh.z, z)
+
+    @cached_property
+    def _weights(self) -> Array:
+        """Reference volume of each Gauss point, shape (along x, along z) [m^3]."""
+        (_, along_x), (_, along_z) = self._line(self.mesh.x), self._line(self.mesh.z)
+        return self.transducer.width * np.multiply.outer(along_x, along_z)
+
+    @cached_property
+    def _numbers(self) -> Index:
+        """Equation of every coefficient, -1 where it is held; numbered column by column."""
+        _, columns, rows = self.shape
+        free = np.ones((columns, 2, rows), dtype=bool)
+        free[:, :, 0] = False
+        if self.transducer.edges == "roller":
+            free[[0, -1], 0] = False
+        numbers = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
+        return numbers.transpose(1, 0, 2)
+
+    @cached_property
+    def _free(self) -> Index:
+        """Flat places of the free coefficients, in the order of their equations."""
+        flat = self._numbers.ravel()
+        kept = np.flatnonzero(flat >= 0)
+        return kept[np.argsort(flat[kept])]
+
+    def gradients(self, coefficients: Array) -> Array:
+        """Deformation gradient F at the Gauss points, shape (2, 2, along x, along z)."""
+        vx, sx, vz, sz = self._at_gauss
+        f = np.array(
+            [
+                [along(vz, along(sx, part), axis=1), along(sz, along(vx, part), axis=1)]
+                for part in coefficients
+            ]
+        )
+        f[0, 0] += 1
+        f[1, 1] += 1
+        return f
+
+    def _responses(self, gradients: Array) -> tuple[PlaneResponse, PlaneResponse]:
+        cut, plane = self._rows * (self.mesh.order + 1), self.transducer.plane
+        return (
+            self.photoelastic.plane(gradients[..., :cut], plane),
+            self.compliant.plane(gradients[..., cut:], plane),
+        )
+
+    def energy(self, coefficients: Array) -> float:
+        """Strain energy of displacements [J]."""
+        parts = self._responses(self.gradients(coefficients))
+        density = np.concatenate([part.energy for part in parts], axis=-1)
+        return float((density * self._weights).sum())
+
+    def internal_forces(self, coefficients: Array) -> Array:
+        """Derivative of the energy with respect to every coefficient, of their shape [N]."""
+        return self._linearised(coefficients)[0]
+
+    def _linearised(self, coefficients: Array) -> tuple[Array, Array]:
+        parts = self._responses(self.gradients(coefficients))
+        stress = np.concatenate([part.stress for part in parts], axis=-1) * self._weights
+        tangent = np.concatenate([part.tangent for part in parts], axis=-1)
+        vx, sx, vz, sz = (csr_array(matrix.T) for matrix in self._at_gauss)
+        forces = np.array(
+            [
+                along(vz, along(sx, part[0]), axis=1) + along(sz, along(vx, part[1]), axis=1)
+                for part in stress
+            ]
+        )
+        return forces, tangent * self._weights
+
+    def tangent(self, coefficients: Array) -> Tangent:
+        """Factorise the stiffness at displacements.
+
+        Raises
+        ------
+        InputError
+            If the strip is unstable there.
+        """
+        return self._factorised(self._linearised(coefficients)[1])
+
+    def _factorised(self, moduli: Array) -> Tangent:
+        mesh, order, points = self.mesh, self.mesh.order, self.mesh.order + 1
+        columns, rows = len(mesh.x) - 1, len(mesh.z) - 1
+        value, slope = shape_functions(order, self._points[0])
+        flat = [np.kron(a, b).T for a, b in ((slope, value), (value, slope))]  # (points^2, m)
+        size = points * points
+        shape = (2, 2, 2, 2, columns, points, rows, points)
+        at = moduli.reshape(shape).transpose(4, 6, 0, 1, 2, 3, 5, 7).reshape(-1, 2, 2, 2, 2, size)
+        scale = np.array(
+            [np.repeat(1 / np.diff(mesh.x), rows), np.tile(1 / np.diff(mesh.z), columns)]
+        )
+        k = np.zeros((columns * rows, 2, size, 2, size))
+        for i in range(2):
+            for m in range(i + 1):
+                part = np.zeros((columns * rows, size, size))
+                for one in range(2):
+                    inner = sum(
+                        (at[:, i, one, m, other] * (scale[one] * scale[other])[:, None])[:, :, None]
+                        * flat[other]
+                        for other in range(2)
+                    )
+                    part += flat[one].T @ inner
+                k[:, i, :, m] = part
+                if m < i:
+                    k[:, m, :, i] = part.transpose(0, 2, 1)
+        left = np.arange(columns)[:, None] * order + np.arange(points)
+        below = np.arange(rows)[:, None] * order + np.arange(points)
+        own = self._numbers[:, left[:, None, :, None], below[None, :, None, :]]
+        own = own.transpose(1, 2, 0, 3, 4).reshape(columns * rows, -1)
+        row, column = np.broadcast_arrays(own[:, :, None], own[:, None, :])
+        lower = (row >= column) & (column >= 0)
+        row, column = row[lower], column[lower]
+        count, band = len(self._free), int((row - column).max()) + 1
+        place = column * band + (row - column)
+        banded = np.bincount(place, k.reshape(len(own), 2 * size, -1)[lower], count * band)
+        try:
+            factor = cholesky_banded(
+                banded.reshape(count, band).T, lower=True, check_finite=False, overwrite_ab=True
+            )
+        except LinAlgError:
+            raise InputError(
+                "The strip is unstable under these loads: its surface folds under them. Take "
+                "smaller loads or wider contacts."
+            ) from None
+        return Tangent(factor)
+
+    @cached_property
+    def unit_loads(self) -> Array:
+        """Nodal forces of a unit force on each patch, shape (2, along x, along z, n, 2)."""
+        loads = np.zeros((*self.shape, len(self.centres), 2))
+        order, x = self.mesh.order, self.mesh.x
+        for n, (centre, width) in enumerate(zip(self.centres, self.widths, strict=True)):
+            first, last = (int(np.abs(x - centre - s * width / 2).argmin()) for s in (-1, 1))
+            share = integrals(order, x[first : last + 1]) / (x[last] - x[first])
+            here = slice(first * order, last * order + 1)
+            loads[1, here, -1, n, 0] = -share
+            loads[0, here, -1, n, 1] = share
+        return loads
+
+    def solved(self, forces: ArrayLike, start: Array | None = None) -> Array:
+        """Displacements in balance with dead loads, which keep their direction.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 2)
+            Normal (towards -z) and tangential (towards +x) force of each patch [N].
+        start : ndarray, optional
+            Coefficients from which to begin; those of no load if not given.
+
+        Returns
+        -------
+        ndarray
+            Coefficients of the displacements [m].
+
+        Raises
+        ------
+        InputError
+            If forces are not finite or do not fit the patches, or no stable state is found.
+        """
+        wanted = np.asarray(forces, dtype=float)
+        if wanted.shape != (len(self.centres), 2) or not np.isfinite(wanted).all():
+            raise InputError(
+                f"Forces of shape {wanted.shape} do not fit {len(self.centres)} patches, or are "
+                "not finite; give shape (n, 2) in newtons."
+            )
+        load = np.tensordot(self.unit_loads, wanted, axes=2)
+        now = np.zeros(self.shape) if start is None else start
+        reached, step = 0.0, 1.0
+        begin = load if start is None else load - self.internal_forces(now)
+        tangent: Tangent | None = None
+        while reached < 1:
+            target = load - (1 - min(reached + step, 1.0)) * begin
+            try:
+                now, tangent = self._balanced(now, target, tangent)
+            except InputError:
+                step, tangent = step / 2, None
+                if step < SMALLEST_STEP:
+                    raise
+                continue
+            reached += step
+        return now
+
+    def _balanced(
+        self, now: Array, load: Array, tangent: Tangent | None
+    ) -> tuple[Array, Tangent | None]:
+        """Newton's method from one state to the balance with a load."""
+        free, size = self._free, np.linalg.norm(load.ravel()[self._free])
+        enough = max(TOLERANCE * size, ROUNDING)
+        last = np.inf
+        for _ in range(ITERATIONS):
+            forces, moduli = self._linearised(now)
+            left = (load - forces).ravel()[free]
+            norm = np.linalg.norm(left)
+            if norm <= enough:
+                return now, tangent
+            if tangent is None or norm > SLOW * last:
+                tangent = self._factorised(moduli)
+            last = norm
+            step = np.zeros(now.size)
+            step[free] = tangent.solve(left)
+            now = now + step.reshape(self.shape)
+        raise InputError(
+            f"No balance was found in {ITERATIONS} steps. Take smaller loads or wider contacts."
+        )
+
+    def integrated_stress(self, coefficients: Array, x: ArrayLike) -> Array:
+        """What light along straight lines sees of the deformed strip.
+
+        A line at the camera's x meets the material point X(Z) with X + u(X, Z) = x at every height
+        Z.  Along it dz = (det F / F11) dZ, and sigma = P F^T / (det F s), s the stretch across.
+
+        Parameters
+        ----------
+        coefficients : ndarray
+            Displacements, as of `solved`.
+        x : array_like, shape (m,)
+            Where the camera looks [m].
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Integral of sigma_x - sigma_y over the photoelastic layer [Pa m]; 0 where a line passes
+            beside the strip.
+        """
+        mesh, transducer, rows = self.mesh, self.transducer, self._rows
+        points = np.asarray(x, dtype=float)
+        heights, weights = self._line(mesh.z[: rows + 1])
+        value, slope = interpolation(mesh.order, mesh.z, heights)
+        u, w = along(value, coefficients[0], 1), along(value, coefficients[1], 1)
+        du, dw = along(slope, coefficients[0], 1), along(slope, coefficients[1], 1)
+        stations = mesh.stations
+        at, sloping = interpolation(mesh.order, mesh.x, stations)
+        f = np.array(
+            [[along(sloping, u) + 1, along(at, du)], [along(sloping, w), along(at, dw) + 1]]
+        )
+        response = self.photoelastic.plane(f, transducer.plane)
+        j = f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]
+        sigma = (response.stress[0] * f[0]).sum(axis=0) / (j * response.across)
+        seen = (sigma - response.stress_across) * j / f[0, 0]
+        half = transducer.length / 2
+        total = np.zeros(len(points))
+        for level, weight in enumerate(weights):
+            place, inside = np.clip(points, -half, half), np.ones(len(points), dtype=bool)
+            for _ in range(3):  # quadratic convergence from strains of a few percent
+                here, rising = interpolation(mesh.order, mesh.x, place)
+                place = place - (place + here @ u[:, level] - points) / (1 + rising @ u[:, level])
+                inside = np.abs(place) <= half * (1 + 1e-9)
+                place = np.clip(place, -half, half)
+            column = gauss_interpolation(mesh.order, mesh.x, place) @ seen[:, level]
+            total += weight * column * inside
+        return total
+
+
+def finite_strip(
+    transducer: Transducer,
+    centres: ArrayLike,
+    widths: ArrayLike,
+    materials: tuple[Hyperelastic, Hyperelastic] | None = None,
+    order: int = ORDER,
+) -> FiniteStrip:
+    """A strip under large strain on the mesh that its patches ask for.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip, in plane stress or plane strain.
+    centres, widths : array_like, shape (n,)
+        Middle and width of each patch [m], widths above 0.
+    materials : tuple of Hyperelastic, optional
+        Of the compliant and the photoelastic layer; neo-Hookean with the design's moduli if not
+        given.
+    order : int
+        Polynomial order of the elements.
+
+    Raises
+    ------
+    InputError
+        If the strip is three-dimensional, a patch has no width, or it reaches beyond the strip.
+    """
+    middle, wide = np.asarray(centres, dtype=float), np.asarray(widths, dtype=float)
+    if transducer.plane == "3d":
+        raise InputError(
+            'Large strain is calculated in a plane; take plane = "stress" or "strain".'
+        )
+    if not np.all(wide > 0):
+        raise InputError(
+            f"A contact {np.min(wide):g} m wide is a line, under which large strain has no "
+            'solution; give it a width, such as tactels.contact_width = "0.5 mm".'
+        )
+    ends = np.concatenate([middle - wide / 2, middle + wide / 2])
+    half = transducer.length / 2
+    if np.abs(ends).max(initial=0.0) > half * (1 + 1e-9):
+        raise InputError(
+            f"A contact reaches to {np.abs(ends).max() * 1e3:g} mm from the centre, beyond the "
+            f"strip's end at {half * 1e3:g} mm; move it or make it narrower."
+        )
+    inner = np.unique(ends.round(12))
+    mesh = strip_mesh(transducer, inner[np.abs(inner) < half * (1 - 1e-9)], order)
+    compliant, photoelastic = materials or (
+        Hyperelastic.neo_hookean(transducer.compliant),
+        Hyperelastic.neo_hookean(transducer.photoelastic),
+    )
+    return FiniteStrip(transducer, middle, wide, mesh, compliant, photoelastic)

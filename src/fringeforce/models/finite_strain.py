@@ -1,0 +1,112 @@
+"""The light of a strip under large strain, and its second order in the forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, Literal
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.press import Press
+from fringeforce.design.strip import Sensor, Transducer
+from fringeforce.mechanics.finite_strain import FiniteStrip, finite_strip
+from fringeforce.models.presses import tractions
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+
+Strain = Literal["linear", "finite"]
+"""Whether the strain of a strip is small, or calculated as it is."""
+PATCHES = 8
+"""Patches that stand for a press whose pressure is not uniform."""
+
+
+def checked_strain(strain: str) -> Strain:
+    """The kind of strain by its name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if strain == "linear" or strain == "finite":
+        return strain
+    raise InputError(f"strain = {strain!r} is no kind of strain; take 'linear' or 'finite'.")
+
+
+def strip_of_tactels(sensor: Sensor) -> FiniteStrip:
+    """The hyperelastic strip with a patch for every tactel of a design."""
+    tactels = sensor.tactels
+    centres = tactels.positions + tactels.placement
+    places = tuple(float(x) for x in centres)
+    return _strip(sensor.transducer.model_dump_json(), places, float(tactels.contact_width))
+
+
+@lru_cache(maxsize=4)
+def _strip(stated: str, places: tuple[float, ...], width: float) -> FiniteStrip:
+    transducer = Transducer.model_validate_json(stated)
+    return finite_strip(transducer, places, np.full(len(places), width))
+
+
+def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
+    """Phase lead under forces on the tactels of a design, shape (..., m) [rad].
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip, its contacts of some width.
+    x : ndarray, shape (m,)
+        Positions along it [m].
+    forces : ndarray, shape (..., n, 2)
+        Of the tactels [N].
+    """
+    strip = strip_of_tactels(sensor)
+    loads = forces.reshape(-1, *forces.shape[-2:])
+    found = np.array([_phase(sensor, strip, x, one) for one in loads])
+    return found.reshape(*forces.shape[:-2], len(x))
+
+
+def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
+    """Phase lead under presses, of one frame or of several, shape (..., m) [rad]."""
+    if len(presses) and not isinstance(presses[0], Press):
+        return np.array([finite_press_phase(sensor, x, one) for one in presses])
+    if not len(presses):
+        return np.zeros(len(x))
+    parts = [_patches(sensor, press) for press in presses]
+    centres, widths, forces = (np.concatenate(part) for part in zip(*parts, strict=True))
+    strip = finite_strip(sensor.transducer, centres, widths)
+    return _phase(sensor, strip, x, forces)
+
+
+def _patches(sensor: Sensor, press: Press) -> tuple[Array, Array, Array]:
+    """Centres and widths of patches [m], and their forces, that together do what a press does."""
+    found = tractions(sensor, press)
+    if press.profile == "flat" and press.width is not None:
+        shear = [[press.normal, press.shear[0]]]
+        return np.array([press.x]), np.atleast_1d(press.width).astype(float), np.array(shear)
+    order = np.argsort(found.places)
+    places, forces = found.places[order], found.forces[order]
+    if press.width is None and len(places) > 1:
+        reach = (places[[0, -1]] * 3 - places[[1, -2]]) / 2
+    else:
+        reach = press.x + np.array([-0.5, 0.5]) * np.max(press.width or 0.0)
+    step = float(reach[1] - reach[0]) / PATCHES
+    if step <= 0:
+        raise InputError(
+            "A press without a width is a line, under which large strain has no solution; give it "
+            "a width or a radius."
+        )
+    edges = reach[0] + step * np.arange(PATCHES + 1)
+    sums = np.cumsum(forces, axis=0) - forces / 2
+    ends, sums = (
+        np.concatenate([reach[:1], places, reach[1:]]),
+        np.concatenate([np.zeros((1, 2)), sums, forces.sum(axis=0)[None]]),
+    )
+    reached = np.column_stack([np.interp(edges, ends, part) for part in sums.T])
+    return edges[:-1] + step / 2, np.full(PATCHES, step), np.diff(reached, axis=0)
+
+
+def _phase(sensor: Sensor, strip: FiniteStrip, x: Array, forces: Array) -> Array:
+    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
+    return phase_lead(strip.integrated_stress(strip.solved(forces), x), constant)
