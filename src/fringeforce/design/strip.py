@@ -14,6 +14,9 @@ from fringeforce.design.fields import Count, Extent, Finite, Length, Percent, Pl
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
 
+Plane = Literal["stress", "strain", "3d", "given"]
+"""What a strip is modelled in."""
+
 
 class Transducer(Part):
     """The strip: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
@@ -23,7 +26,7 @@ class Transducer(Part):
     edges: Literal["free", "roller"] = Field(
         description='lateral edges: "free" (Case 1) or "roller", u = 0 without friction (Case 2)'
     )
-    plane: Literal["stress", "strain", "3d", "given"] = Field(
+    plane: Plane = Field(
         default="stress",
         description='"stress" for narrow strips, "strain" for wide ones, "3d" for any width, '
         '"given" where the influence matrix was given and the layers say nothing',
@@ -213,7 +216,7 @@ class Sensor(Design):
                 'out or take plane = "stress" or "strain"'
             )
         if transducer.strain == "finite" and (
-            transducer.plane == "3d" or not tactels.contact_width
+            not transducer.solved_in_a_plane or not tactels.contact_width
         ):
             raise ValueError(
                 'strain = "finite" takes plane = "stress" or "strain" and contacts of some width, '

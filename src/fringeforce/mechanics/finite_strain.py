@@ -30,7 +30,8 @@ from fringeforce.mechanics.hyperelasticity import Hyperelastic, PlaneResponse
 from fringeforce.mechanics.mesh import Mesh, strip_mesh
 
 ORDER = 5
-"""Polynomial order of the elements; see docs/measured for what higher ones change."""
+"""Polynomial order of the elements; one less changes the light of the paper's strip by 0.06 % of
+its peak at 1 N."""
 TOLERANCE = 1e-10
 """Norm of what is out of balance over that of the loads at which a step is solved."""
 ROUNDING = 1e-12

@@ -17,13 +17,12 @@ See Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 24, for the s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
-from fringeforce.design.strip import Layer, Transducer
+from fringeforce.design.strip import Layer, Plane, Transducer
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
 
 _ALPHA_U, _ALPHA_W, _TAU, _SIGMA_Z = range(4)
@@ -62,9 +61,7 @@ class _Layer(PlaneModuli):
         )
 
 
-def _layers(
-    compliant: Layer, photoelastic: Layer, plane: Literal["stress", "strain", "3d", "given"]
-) -> tuple[_Layer, _Layer]:
+def _layers(compliant: Layer, photoelastic: Layer, plane: Plane) -> tuple[_Layer, _Layer]:
     a, b = compliant.thickness, photoelastic.thickness
     soft, clear = plane_moduli(compliant, plane), plane_moduli(photoelastic, plane)
     return (

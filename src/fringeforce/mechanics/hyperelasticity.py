@@ -11,13 +11,12 @@ Neo-Hookean rubber has c_1 alone, Mooney and Rivlin's c_1 and c01, Yeoh's c_1 to
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.design.strip import Layer
+from fringeforce.design.strip import Layer, Plane
 
 ITERATIONS = 30
 """Newton steps for the stretch across the strip; four are usual."""
@@ -91,7 +90,7 @@ class Hyperelastic:
         e, nu = layer.youngs_modulus, layer.poissons_ratio
         return cls((e / (4 * (1 + nu)),), bulk=e / (3 * (1 - 2 * nu)))
 
-    def plane(self, gradient: Array, plane: Literal["stress", "strain", "3d"]) -> PlaneResponse:
+    def plane(self, gradient: Array, plane: Plane) -> PlaneResponse:
         """Energy, stress and tangent at deformation gradients F, shape (2, 2, ...).
 
         Raises

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from fringeforce.base.errors import InputError
-from fringeforce.design.strip import Layer
+from fringeforce.design.strip import Layer, Plane
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class PlaneModuli:
         return (self.c11 - self.c12) / 2
 
 
-def plane_moduli(layer: Layer, plane: Literal["stress", "strain", "3d", "given"]) -> PlaneModuli:
+def plane_moduli(layer: Layer, plane: Plane) -> PlaneModuli:
     """Plane-stress or plane-strain stiffness (Timoshenko and Goodier, sections 11 and 12).
 
     Raises

@@ -48,6 +48,16 @@ class StripFrames(FrameReader):
     model: SensorModel
     noise: float = 1.0
 
+    def __post_init__(self) -> None:
+        """Refuse what readings cannot follow."""
+        super().__post_init__()
+        if self.model.sensor.transducer.strain == "finite":
+            raise InputError(
+                'transducer.strain = "finite" is simulated, not read: readings are of small '
+                'strain. Take strain = "linear" to read; phase(forces, strain="finite") tells '
+                "what that misses."
+            )
+
     @cached_property
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""

@@ -53,3 +53,12 @@ def test_what_large_strain_does_not_know_is_refused(sensor: ff.Sensor) -> None:
         model.phase([ff.Press(x=0.0, normal=1.0)], strain="finite")
     with pytest.raises(InputError, match="as built"):
         model.expose(ff.polar(0.5, 10, n=11), as_built=0, strain="finite")
+
+
+def test_readings_refuse_what_they_cannot_follow(sensor: ff.Sensor) -> None:
+    """Small strain would be off by many deviations and say OK."""
+    finite = ff.characterize(
+        sensor.replace(**{"tactels.contact_width": "0.5 mm", "transducer.strain": "finite"})
+    )
+    with pytest.raises(InputError, match="readings are of small strain"):
+        ff.Reader(finite)
