@@ -169,6 +169,12 @@ def test_frames_that_do_not_fit_are_refused(calibrated, frames, text) -> None:
         ff.update(calibrated, frames)
 
 
+def test_loads_of_a_skin_are_not_found_with_the_drift(calibrated) -> None:
+    skin = replace(calibrated, sensor=calibrated.sensor.replace(skin={"extent": "10 mm"}))
+    with pytest.raises(InputError, match="unloaded=True"):
+        ff.update(skin, np.zeros((1, PIXELS)))
+
+
 def test_a_drawing_is_not_updated(later) -> None:
     with pytest.raises(InputError, match="Calibrate it first"):
         ff.update(ff.characterize(drawing()), np.zeros((1, PIXELS)))

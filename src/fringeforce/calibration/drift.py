@@ -102,7 +102,7 @@ def update(
     Parameters
     ----------
     model : SensorModel
-        Calibrated, of a strip with tactels.
+        Calibrated, of a strip; one with a skin takes unloaded frames.
     frames : array_like, shape (F, n_pixels)
         Grey levels.
     unloaded : bool
@@ -137,7 +137,7 @@ def update(
     deviation.
     """
     report = progress or (lambda title, done, expected: None)
-    levels = _checked(model, frames)
+    levels = _checked(model, frames, unloaded)
     assert model.imaging is not None
     drifting = _drifting(model, drift or Drift())
     state = _State(drifting, levels, unloaded)
@@ -155,11 +155,16 @@ def update(
     return _updated(model, state, signed)
 
 
-def _checked(model: SensorModel, frames: ArrayLike) -> Array:
-    if model.imaging is None or model.calibration is None or model.sensor.tactels is None:
+def _checked(model: SensorModel, frames: ArrayLike, unloaded: bool) -> Array:
+    if model.imaging is None or model.calibration is None:
         raise InputError(
-            "update takes the calibrated model of a strip with tactels; this one is as drawn. "
-            "Calibrate it first."
+            "update takes the calibrated model of a strip; this one is as drawn. Calibrate it "
+            "first."
+        )
+    if model.sensor.skin is not None and not unloaded:
+        raise InputError(
+            "A skin is brought up to date with frames without load; take such frames and say so, "
+            "unloaded=True."
         )
     levels = np.atleast_2d(np.asarray(frames, dtype=float))
     pixels = len(model.imaging.positions)
