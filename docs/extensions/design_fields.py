@@ -13,7 +13,13 @@ from fringeforce.design.text import keys, unit_of
 from fringeforce.design.units import EXAMPLES
 
 LIMITS = {"gt": ">", "ge": "at least", "lt": "<", "le": "at most"}
-QUANTITIES = {"meter": "length", "pascal": "pressure", "newton": "force", "radian": "angle"}
+QUANTITIES = {
+    "meter": "length",
+    "pascal": "pressure",
+    "newton": "force",
+    "radian": "angle",
+    "1/pascal": "stress-optic coefficient",
+}
 KINDS = {int: "whole number", float: "number", str: "text", bool: "`true` or `false`"}
 
 

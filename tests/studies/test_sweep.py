@@ -1,5 +1,6 @@
 """A sweep gives the same numbers wherever it runs, and loses nothing."""
 
+import json
 import os
 import signal
 import subprocess
@@ -205,3 +206,15 @@ def test_a_scheduler_that_is_not_there_is_named() -> None:
     pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
     with pytest.raises(InputError, match="inproc"), executor("inproc://nowhere"):
         pass
+
+
+def test_results_of_an_earlier_version_that_lacks_a_key_are_resumed(
+    study_path: Path, tmp_path: Path
+) -> None:
+    study, sensor = load_study(study_path)
+    run_sweep(study, sensor, tmp_path / "r.h5", Inline())
+    with h5py.File(tmp_path / "r.h5", "r+") as file:
+        described = json.loads(str(file.attrs["study"]))
+        assert described["design"]["transducer"]["photoelastic"].pop("material") is None
+        file.attrs["study"] = json.dumps(described)
+    assert run_sweep(study, sensor, tmp_path / "r.h5", Inline()).columns["state"].all()

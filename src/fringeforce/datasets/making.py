@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -19,6 +18,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.io.frames import DATASET
 from fringeforce.studies.execution import completed, executor
+from fringeforce.studies.study_file import same_study
 
 DESCRIPTION, UNFINISHED = "dataset.json", ".part-"
 
@@ -127,11 +127,7 @@ def _claim(study: DatasetStudy, sensor: Pad | Sensor, folder: Path) -> None:
     canonical, path = study.canonical(sensor), folder / DESCRIPTION
     folder.mkdir(parents=True, exist_ok=True)
     if path.exists():
-        try:
-            described = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError:
-            described = None
-        if described != json.loads(canonical):
+        if not same_study(path.read_text(encoding="utf-8"), canonical):
             raise InputError(
                 f"{folder} holds the data set of another study, or of this one before a change of "
                 "more than its number of images; write to another folder, or remove that one."

@@ -22,6 +22,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.base.storage import dataset, describe, existing_file, new_file, writing
 from fringeforce.studies.performance import NAMES, UNITS, Performance
 from fringeforce.studies.sampling import Axis, Value
+from fringeforce.studies.study_file import same_study
 
 KIND = "study"
 OPEN, DONE, FAILED = 0, 1, 2
@@ -101,7 +102,8 @@ def open_store(
     if not place.exists():
         _create(place, study, axes, designs)
     with existing_file(place, KIND) as file:
-        if file.attrs["study"] != study or len(file["design"]) != designs:  # pyright: ignore[reportArgumentType]
+        same = same_study(str(file.attrs["study"]), study)
+        if not same or len(file["design"]) != designs:  # pyright: ignore[reportArgumentType]
             raise InputError(
                 f"{place} holds the results of another study, or of this one before a change; "
                 "write to another file, or remove that one."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AllowInfNan, BaseModel, Field, model_validator
 
@@ -86,6 +86,22 @@ class StudyFile(Part):
     def canonical(self, sensor: Sensor) -> str:
         """A text that two studies share if and only if they ask the same of the same design."""
         return json.dumps({"study": self.model_dump(), "design": sensor.model_dump()})
+
+
+def same_study(one: str, other: str) -> bool:
+    """Whether two canonical texts ask the same; a key without a value is one that is missing.
+
+    So a study of an earlier version stays the same study when a design may state one thing more.
+    """
+
+    def stated(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        return {key: value for key, value in pairs if value is not None}
+
+    try:
+        texts = [json.loads(text, object_pairs_hook=stated) for text in (one, other)]
+    except ValueError:
+        return False
+    return texts[0] == texts[1]
 
 
 def load_study(path: str | os.PathLike[str]) -> tuple[StudyFile, Sensor]:
