@@ -1,13 +1,17 @@
 """Models from matrices that were given: an exact series, and a beam in four-point bending."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import fringeforce as ff
 from fringeforce.base.errors import InputError
+from fringeforce.cli import app
+from fringeforce.io.tables import save_forces
 from fringeforce.mechanics import fourier
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -88,6 +92,65 @@ def test_a_scale_that_is_uncertain_is_as_uncertain_in_the_load() -> None:
         errors.append((reading.forces[0, 0] - 100) / reading.std[0, 0])
     # 24 squares of unit normal numbers sum to 8.1 .. 51 in 99.9 of 100 cases (chi-square)
     assert 8.1 < np.square(errors).sum() < 51.2
+
+
+@pytest.fixture(scope="module")
+def pulled() -> tuple[ff.BuiltSensor, np.ndarray, np.ndarray]:
+    """A beam whose scale is 4 % off and whose lamp is dim, with six frames of known loads."""
+    drawn = _beam({"residual": "0 +/- 0.1 rad"})
+    dim = drawn.sensor.replace(**{"camera.amplitude": 188.0})
+    true = replace(drawn, sensor=dim, psi=1.04 * drawn.psi).as_built(rng=4)
+    loads = np.zeros((6, 1, 2))
+    loads[:, 0, 0] = [35, 60, 78, 100, 126, 133]
+    return true, np.stack([true.expose(load, rng=n) for n, load in enumerate(loads)]), loads
+
+
+def test_known_loads_tell_the_scale_of_a_given_matrix(
+    pulled: tuple[ff.BuiltSensor, np.ndarray, np.ndarray], tmp_path: Path
+) -> None:
+    true, frames, loads = pulled
+    beam = _beam({"residual": "0 +/- 0.1 rad"}, scale_error="5 %")
+    found = ff.update(beam, frames, loads=loads)
+    assert found.calibration is not None
+    assert found.calibration.usable
+    scale, std = found.calibration.values[0], found.calibration.std[0]
+    assert std < 0.002
+    assert abs(scale - 1.04) < 4 * std
+    np.testing.assert_allclose(found.psi, scale * beam.psi, rtol=1e-4, atol=1e-9)
+    found.save(tmp_path / "found.h5")
+    errors = []
+    for seed, load in enumerate(np.linspace(40, 130, 24)):
+        frame = true.expose([[load, 0.0]], rng=100 + seed)
+        reading = ff.Reader(found).read(frame)
+        assert reading.std[0, 0] < 0.5
+        errors.append((reading.forces[0, 0] - load) / reading.std[0, 0])
+        if seed == 0:
+            again = ff.Reader(ff.load_model(tmp_path / "found.h5")).read(frame)
+            np.testing.assert_allclose(again.forces, reading.forces, rtol=1e-9)
+    # what all readings share, their mean shows once: 24 squares and one more
+    assert np.square(errors).mean() < 4.5
+
+
+def test_the_command_takes_known_loads(
+    pulled: tuple[ff.BuiltSensor, np.ndarray, np.ndarray], tmp_path: Path
+) -> None:
+    _, frames, loads = pulled
+    _beam(scale_error="5 %").save(tmp_path / "beam.h5")
+    np.save(tmp_path / "f.npy", frames)
+    save_forces(tmp_path / "loads.csv", loads)
+    names = [str(tmp_path / name) for name in ("beam.h5", "f.npy", "loads.csv", "found.h5")]
+    command = ["update", *names[:2], "--loads", names[2], "-o", names[3]]
+    ended = CliRunner().invoke(app, command)
+    assert ended.exit_code == 0, ended.output
+    assert "The strength of the effect changed by +" in ended.output
+
+
+def test_loads_that_do_not_fit_are_refused() -> None:
+    beam, frames = _beam(), np.zeros((2, 256))
+    with pytest.raises(InputError, match="contradict"):
+        ff.update(beam, frames, loads=np.zeros((2, 1, 2)), unloaded=True)
+    with pytest.raises(InputError, match=r"\(3, 1, 2\) do not fit 2 frames"):
+        ff.update(beam, frames, loads=np.zeros((3, 1, 2)))
 
 
 @pytest.mark.slow

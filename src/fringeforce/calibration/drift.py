@@ -1,4 +1,4 @@
-"""What drifted on a bench since its calibration, from frames whose loads nobody knows.
+"""What drifted on a bench since its calibration, from frames whose loads nobody need know.
 
 Light, residual and the camera's place change; layers and materials do not.  All of them are modes
 beside those that the calibration left uncertain, and every frame adds what it tells of them once
@@ -17,13 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
-from fringeforce.design.tolerances import Tolerances, with_values
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.models.as_built import RESIDUAL
-from fringeforce.models.imaging import Imaging
+from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import DRIFTS, Uncertainty
+from fringeforce.models.uncertainty import DRIFTS, uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
@@ -41,6 +42,10 @@ EXPLAINED = 0.9
 """Share of the frames that must be explained for the model to be used."""
 NOTHING = 1e8
 """Factor on the precision of loads where there are none."""
+MARGIN = 2
+"""Pixels at the strip's ends that are left out, as by calibrations."""
+STRENGTHS = np.linspace(-3, 3, 25)
+"""Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
 TOLD = 0.9
 """Standard deviation over that before any frame, above which frames told nothing."""
 ATTEMPTS = 8
@@ -88,25 +93,30 @@ def update(
     model: SensorModel,
     frames: ArrayLike,
     *,
+    loads: ArrayLike | None = None,
     unloaded: bool = False,
     drift: Drift | None = None,
     progress: Progress | None = None,
 ) -> SensorModel:
-    """Bring a calibrated model up to date with frames whose loads nobody wrote down.
+    """Bring a model up to date with frames whose loads nobody need have written down.
 
     The calibration is the prior; light, residual and the camera's shift and scale may have drifted
-    from it.  Frames without loads tell of all of these but the shift and the scale; frames under
-    unknown loads tell of these too, as loads of many frames fit one sensor.  None of them tells how
-    large forces are: what the calibration says of that stays, with its deviation.
+    from it.  Unloaded frames tell of all of these but the shift and the scale; frames under unknown
+    loads tell of these too, as loads of many frames fit one sensor.  How large forces are, known
+    loads alone tell: they find the scale of a given matrix that states a tolerance of it, and stay
+    out of what a calibration found.
 
     Parameters
     ----------
     model : SensorModel
-        Calibrated, of a strip; one with a skin takes unloaded frames.
+        Calibrated, of a strip; one with a skin takes unloaded frames.  A model with a given matrix
+        need not be calibrated: known loads tell the scale of its matrix, if that has a tolerance.
     frames : array_like, shape (F, n_pixels)
         Grey levels.
+    loads : array_like, shape (F, n, 2), optional
+        Forces that acted [N], if they are known; otherwise they are found with the rest.
     unloaded : bool
-        Whether nothing touches the strip in any of them; otherwise loads are found with the rest.
+        Whether nothing touches the strip in any of the frames.
     drift : Drift, optional
         What may have changed, and by how much.
     progress : callable, optional
@@ -121,7 +131,8 @@ def update(
     Raises
     ------
     InputError
-        If the model was not calibrated, or frames do not fit it.
+        If the model was not calibrated, frames or loads do not fit it, or loads are given with
+        frames that are said to be unloaded.
 
     Examples
     --------
@@ -137,22 +148,75 @@ def update(
     deviation.
     """
     report = progress or (lambda title, done, expected: None)
+    model = _begun(model)
     levels = _checked(model, frames, unloaded)
-    assert model.imaging is not None
+    known = _known(model, len(levels), loads, unloaded)
     drifting = _drifting(model, drift or Drift())
-    state = _State(drifting, levels, unloaded)
+    state = _State(drifting, levels, known)
     for number in range(ROUNDS):
         report(f"Finding what drifted in {len(levels)} frames", number, ROUNDS)
         if state.improve():
             break
     signed = True
     for shared in state.images() if unloaded else ():
-        other = _State(drifting, levels, unloaded, shared)
+        other = _State(drifting, levels, known, shared)
         any(other.improve() for _ in range(ROUNDS))
         signed &= abs(other.loss - state.loss) > square_limit(1)
         state = min(state, other, key=lambda one: one.loss)
     report("Done", ROUNDS, ROUNDS)
     return _updated(model, state, signed)
+
+
+def _begun(model: SensorModel) -> SensorModel:
+    """A model with a given matrix with what it states for what a calibration finds."""
+    sensor = model.sensor
+    if sensor.transducer.plane != "given" or model.calibration is not None:
+        return model
+    effect, drawn = sensor.transducer.photoelastic.effect, np.array([1.0, 0.0, 1.0])
+    frame = uncertainty(model).frame
+    lost = frame.amplitude * (1 - frame.visibility)
+    imaging = Imaging.known(sensor.pixel_positions, frame.amplitude - lost, frame.offset + lost / 2)
+    return replace(
+        model,
+        imaging=replace(
+            imaging,
+            influence_modes=np.zeros((0, *model.pixel_influence.shape)),
+            drift=(sensor.camera.drift, 0.0),
+            residual=np.full(len(lost), sensor.polariscope.residual),
+        ),
+        calibration=Calibration(
+            names=(f"transducer.photoelastic.{effect}", "camera shift", "camera scale"),
+            drawing=drawn,
+            values=drawn,
+            covariance=np.zeros((3, 3)),
+            unidentified=(),
+            outliers=(),
+            dead=(),
+            chi2=1.0,
+            findings=(),
+            modes=np.zeros((3, 0)),
+        ),
+    )
+
+
+def _known(
+    model: SensorModel, frames: int, loads: ArrayLike | None, unloaded: bool
+) -> Array | None:
+    """Known loads of all frames, shape (F, 2n) [N], or None."""
+    count = model.sensor.tactels.count
+    if unloaded and loads is not None:
+        raise InputError("loads= and unloaded=True contradict each other; give one of them.")
+    if unloaded:
+        return np.zeros((frames, 2 * count))
+    if loads is None:
+        return None
+    forces = checked_loads(loads, count)
+    if forces.shape != (frames, count, 2):
+        raise InputError(
+            f"loads of shape {forces.shape} do not fit {frames} frames of {count} tactels; give "
+            f"({frames}, {count}, 2)."
+        )
+    return forces.reshape(frames, -1)
 
 
 def _checked(model: SensorModel, frames: ArrayLike, unloaded: bool) -> Array:
@@ -207,6 +271,8 @@ class _Rows(NamedTuple):
         Changes of the amplitude, relative to it, of the offset, and of the phase [rad].
     camera : ndarray, shape (S, 2)
         Changes of the shift [m] and of the scale of the camera.
+    design : ndarray, shape (S,)
+        Relative changes of the values of the design that the first d stand for.
     """
 
     names: tuple[str, ...]
@@ -216,9 +282,11 @@ class _Rows(NamedTuple):
     darkness: Array
     fields: Array
     camera: Array
+    design: Array
 
     @classmethod
-    def of(cls, uncertain: Uncertainty) -> _Rows:
+    def of(cls, reader: StripFrameReader) -> _Rows:
+        sensor, uncertain = reader.model.sensor, reader.uncertain
         frame, at = uncertain.frame, uncertain.frame.at
         modes = [m for m, one in enumerate(uncertain.modes) if one.name not in DRIFTS]
         fields = at.modes - at.fields
@@ -229,38 +297,66 @@ class _Rows(NamedTuple):
             return np.einsum("...pk,pk->...p", rows[..., nodes], frame.weights)
 
         light = [pixels(rows[modes]) for rows in (frame.brightness, frame.darkness)]
-        camera = np.zeros((len(where), 2))
+        camera, design = np.zeros((len(where), 2)), np.zeros(len(where))
         for row, m in enumerate(modes):
             one = uncertain.modes[m]
             if one.name in CAMERA:
                 camera[row, CAMERA.index(one.name)] = one.std
+            elif one.influence:
+                found = number_at(sensor, one.name)
+                design[row] = one.std / (found[0] if found else 1.0)
         bright, dark = (np.pad(rows, [(0, fields), (0, 0)]) for rows in light)
         residual = np.pad(pixels(frame.fields), [(len(modes), 0), (0, 0)])
         influence = np.moveaxis(pixels(frame.influence[:, 0]), -1, 1)
         names = *(uncertain.modes[m].name for m in modes), *[RESIDUAL] * fields
-        return cls(names, where, influence, bright, dark, residual, camera)
+        return cls(names, where, influence, bright, dark, residual, camera, design)
 
-    def moved(self, imaging: Imaging, shared: Array) -> Imaging:
-        """An imaging that has drifted by so much."""
+    def anew(self, reader: StripFrameReader) -> _Rows:
+        """The same about a model that has drifted; values of the design change as they did."""
+        found, moving = _Rows.of(reader), len(self.influence)
+        own = (self.design[:moving] != 0)[:, None, None, None]
+        return found._replace(influence=np.where(own, self.influence, found.influence))
+
+    def moved(self, model: SensorModel, shared: Array) -> SensorModel:
+        """A model that has drifted by so much."""
+        imaging = model.imaging
+        assert imaging is not None
         shift, scale = shared @ self.camera
         residual = 0.0 if imaging.residual is None else imaging.residual
-        return replace(
+        own = self.design != 0
+        psi = model.psi
+        if own.any():  # the camera's own modes follow from its positions
+            change = np.tensordot(shared[own], self.influence[own[: len(self.influence)]], 1)
+            order = np.argsort(imaging.positions)
+            flat = change.reshape(len(order), -1)[order].T
+            at = imaging.positions[order]
+            more = np.stack([np.interp(model.x, at, column) for column in flat], axis=1)
+            psi = psi + more.reshape(psi.shape)
+        positions = imaging.positions * (1 + scale) + shift
+        strip, pixels = model.sensor.transducer.length, len(positions)
+        seen = replace(
             imaging,
-            positions=imaging.positions * (1 + scale) + shift,
+            positions=positions,
+            usable=imaging.usable & (np.abs(positions) < strip * (1 / 2 - MARGIN / pixels)),
             amplitude=imaging.amplitude * (1 + shared @ self.brightness),
             offset=imaging.offset + shared @ self.darkness,
             residual=residual + shared @ self.fields,
         )
+        return replace(model, psi=psi, imaging=seen)
 
 
 class _State:
     """What the frames say of the drift so far."""
 
     def __init__(
-        self, model: SensorModel, levels: Array, unloaded: bool, shared: Array | None = None
+        self,
+        model: SensorModel,
+        levels: Array,
+        loads: Array | None,
+        shared: Array | None = None,
     ) -> None:
-        self.origin, self.levels, self.unloaded = model, levels, unloaded
-        self.rows = _Rows.of(StripFrameReader(model).uncertain)
+        self.origin, self.levels, self.loads = model, levels, loads
+        self.rows = _Rows.of(StripFrameReader(model))
         self.shared = np.zeros(len(self.rows.where)) if shared is None else shared
         self.information = np.eye(len(self.shared))
         self.explained = np.zeros(len(levels), dtype=bool)
@@ -269,8 +365,7 @@ class _State:
     @property
     def model(self) -> SensorModel:
         """The sensor as found so far."""
-        assert self.origin.imaging is not None
-        return replace(self.origin, imaging=self.rows.moved(self.origin.imaging, self.shared))
+        return self.rows.moved(self.origin, self.shared)
 
     def improve(self) -> bool:
         """Move the model to where all frames agree; whether that was little.
@@ -280,12 +375,12 @@ class _State:
         has the gradient g - (1 + K) d where the model is.
         """
         reader = StripFrameReader(self.model)
-        rows = self.rows = _Rows.of(reader.uncertain)
+        rows = self.rows = self.rows.anew(reader)
         unity = np.eye(len(self.shared))
         self.information, slope = unity.copy(), self.shared.copy()
         self.loss = float(self.shared @ self.shared)
         for number, frame in enumerate(self.levels):
-            posterior, top = self._found(reader, frame)
+            posterior, top = self._found(reader, number, frame)
             readable = top.square <= square_limit(top.count)
             if self.near:
                 top = self._pinned(posterior, top)
@@ -338,15 +433,25 @@ class _State:
             shared[field] += np.linalg.solve(gram, known @ turned[used])
             yield shared
 
-    def _found(self, reader: StripFrameReader, frame: Array) -> tuple[Posterior, Top]:
+    def _found(self, reader: StripFrameReader, number: int, frame: Array) -> tuple[Posterior, Top]:
         """What explains a frame best."""
         used = reader.usable_pixels
         posterior = reader.own_posterior(np.where(used, frame, np.nan))
-        if self.unloaded:
-            precision = posterior.prior.precision.copy()
-            precision[: posterior.model.at.loads] *= NOTHING
-            alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
-            return alone, alone.climbed(np.zeros(posterior.model.at.size))
+        if self.loads is not None:
+            count, prior = posterior.model.at.loads, posterior.prior
+            precision, mean = prior.precision.copy(), prior.mean.copy()
+            precision[:count] *= NOTHING
+            mean[:count] = self.loads[number]
+            known = prior._replace(precision=precision, mean=mean)
+            alone = replace(posterior, prior=known)
+            starts = [mean]
+            for row in np.flatnonzero(self.rows.design):
+                # fringes that a wrong strength shifts by one are a valley of their own
+                unit = np.zeros_like(mean)
+                unit[self.rows.where[row]] = 1.0
+                starts = [start + size * unit for start in starts for size in STRENGTHS]
+            tops = [alone.climbed(start) for start in starts]
+            return alone, min(tops, key=lambda top: top.loss)
         located = reader.followed(frame, used, None)[1]
         if located is not None:
             return located
@@ -416,7 +521,12 @@ def _told(state: _State, used: Mask, signed: bool) -> list[_Told]:
         told("The camera's place", " mm", ".3f", CAMERA[:1], rows.camera[:, 0] * 1e3),
         told("The camera's scale", " %", ".3f", CAMERA[1:], rows.camera[:, 1] * 100),
     )
-    found = (found[0], found[1]._replace(signed=signed), *found[2:])
+    found = (
+        found[0],
+        found[1]._replace(signed=signed),
+        *found[2:],
+        told("The strength of the effect", " %", ".2f", (), rows.design * 100),
+    )
     return [one for one in found if one.before]
 
 
@@ -442,7 +552,9 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
     root = np.zeros((len(kept), int(kept.sum())))
     root[kept] = np.linalg.cholesky(covariance[np.ix_(kept, kept)])
     moving, known = int(kept[: len(rows.influence)].sum()), len(before.influence_modes)
-    moved = rows.moved(before, shared)
+    drifted = rows.moved(model, shared)
+    moved = drifted.imaging
+    assert moved is not None
 
     def among(old: Array | None, new: Array) -> Array:
         """Modes of the calibration and of the drift, those of the matrix first."""
@@ -462,6 +574,11 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
     change, values = np.zeros((len(found.names), root.shape[1])), found.values.copy()
     change[at] = rows.camera.T @ root
     values[at] += rows.camera.T @ shared
+    for row, name in enumerate(rows.names):
+        if rows.design[row] and name in found.names:
+            own = found.names.index(name)
+            change[own] += rows.design[row] * root[row]
+            values[own] *= 1 + rows.design[row] * shared[row]
     old = found.modes
     if old is None:  # the first modes are those of the values
         old = np.asarray(np.linalg.cholesky(found.covariance), dtype=float)
@@ -474,16 +591,18 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
         outliers=tuple(np.flatnonzero(~state.explained).tolist()),
         usable=bool(state.explained.mean() >= EXPLAINED),
         record=None,
-        findings=(*_missed(state), *map(str, told), FORCES),
+        findings=(*_missed(state), *map(str, told), *[FORCES] * (not rows.design.any())),
     )
     drifting = state.origin.sensor
     sensor = with_values(
         model.sensor, {UNEVEN: drifting.camera.unevenness} if UNEVEN in left else {}
     )
     stated = {path: std for path, std in drifting.tolerances.items() if path in left}
-    tolerances = Tolerances({**sensor.tolerances, **stated})
+    unsure = {path: std for path, std in sensor.tolerances.items() if path not in rows.names}
+    tolerances = Tolerances({**unsure, **stated})
     return replace(
         model,
+        psi=drifted.psi,
         sensor=sensor.model_copy(update={"tolerances": tolerances}),
         imaging=imaging,
         calibration=calibration,

@@ -204,8 +204,12 @@ def check(
 
 def update(
     model: Model,
-    frames: Annotated[Path, typer.Argument(help="Frames whose loads nobody knows.")],
+    frames: Annotated[Path, typer.Argument(help="Frames, under loads that nobody need know.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    loads: Annotated[
+        Path | None,
+        typer.Option(help="CSV of the loads of tactels, if they are known: frame, tactel, ..."),
+    ] = None,
     unloaded: Annotated[
         bool, typer.Option("--unloaded", help="Nothing touches the strip in any of the frames.")
     ] = False,
@@ -220,13 +224,15 @@ def update(
         float, typer.Option(help="How far its magnification may have changed, relative to it.")
     ] = 0.001,
 ) -> None:
-    """Bring a calibrated model up to date with what drifted: light, residual, the camera's place.
+    """Bring a model up to date with what drifted: light, residual, the camera's place.
 
-    Frames need no known loads. What may have changed is one standard deviation each. Ends with
-    status 1 if no drift explains the frames.
+    Frames need no known loads; these tell the scale of a given influence matrix besides. What may
+    have changed is one standard deviation each. Ends with status 1 if no drift explains the frames.
     """
     from fringeforce.calibration.drift import Drift
     from fringeforce.calibration.drift import update as updated
+    from fringeforce.calibration.load_log import LoadLog
+    from fringeforce.io.bench_loads import load_bench_loads
     from fringeforce.io.frames import load_frames
     from fringeforce.models.files import load_strip_model
 
@@ -237,8 +243,16 @@ def update(
         scale=scale,
     )
     calibrated, images = load_strip_model(model), load_frames(frames)
+    forces = None
+    if loads is not None:
+        known = load_bench_loads(loads, calibrated.sensor, len(images))
+        if isinstance(known, LoadLog) or known.tactels is None:
+            raise InputError(f"{loads}: update takes loads of tactels, frame by frame.")
+        forces = known.on_tactels(calibrated.sensor.tactels.count)
     with progress_bar("Updating") as advance:
-        found = updated(calibrated, images, unloaded=unloaded, drift=drift, progress=advance)
+        found = updated(
+            calibrated, images, loads=forces, unloaded=unloaded, drift=drift, progress=advance
+        )
     found.save(output)
     print(f"{output}: {model} brought up to date with {len(images)} frames")
     assert found.calibration is not None
