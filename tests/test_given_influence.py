@@ -94,6 +94,21 @@ def test_a_scale_that_is_uncertain_is_as_uncertain_in_the_load() -> None:
     assert 8.1 < np.square(errors).sum() < 51.2
 
 
+def test_single_loads_are_found_behind_a_tone_curve_that_is_cut_off() -> None:
+    """The light, the offset and the gamma of an overexposed camera are unknown by a quarter."""
+    camera = CAMERA | {"amplitude": "360 +/- 100", "offset": "12 +/- 6", "gamma": "0.45 +/- 0.08"}
+    light = {"wavelength": "546.1 nm", "residual": "0 +/- 0.3 rad", "residual_length": "12 mm"}
+    camera |= {"clipped": True, "shift": "0 +/- 0.1 mm"}
+    beam = ff.model_from_influence(Y, BENDING[:, None], camera, light)
+    reader, errors, rng = ff.Reader(beam), [], np.random.default_rng(0)
+    for seed in range(16):
+        load = rng.uniform(50, 150)
+        reading = reader.search(beam.as_built(rng=seed).expose([[load, 0.0]], rng=seed))
+        errors.append((reading.forces[0, 0] - load) / reading.std[0, 0])
+    # 16 squares of unit normal numbers sum to 4.0 .. 39 in 99.9 of 100 cases (chi-square)
+    assert 4.0 < np.square(errors).sum() < 39
+
+
 @pytest.fixture(scope="module")
 def pulled() -> tuple[ff.BuiltSensor, np.ndarray, np.ndarray]:
     """A beam whose scale is 4 % off and whose lamp is dim, with six frames of known loads."""

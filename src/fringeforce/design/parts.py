@@ -142,6 +142,13 @@ class Converter(Part):
         json_schema_extra={"ideal": True},
     )
 
+    clipped: bool = Field(
+        default=False,
+        description="whether the brightest fringes may exceed the converter; of their pixels "
+        "readings know only that they are bright",
+        json_schema_extra={"ideal": True},
+    )
+
     @field_validator("response")
     @classmethod
     def _known_response(cls, response: str) -> str:
@@ -162,11 +169,12 @@ class Converter(Part):
     def _within_converter(self) -> Self:
         noise = self.noise if self.noise_model == "uniform" else 0.0
         brightest = self.amplitude + self.offset + noise
-        if brightest > self.full_scale:
+        if brightest > self.full_scale and not self.clipped:
             raise ValueError(
                 f"amplitude + offset + noise = {brightest:g} exceeds the converter's "
                 f"2^{self.bits} - 1 = {self.full_scale}; lower the amplitude by "
-                f"{brightest - self.full_scale:g} or take more bits"
+                f"{brightest - self.full_scale:g}, take more bits, or state clipped = true if the "
+                "camera is overexposed"
             )
         if self.offset < noise:
             raise ValueError(

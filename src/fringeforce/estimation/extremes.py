@@ -15,6 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 from fringeforce.estimation.compiling import entry
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 SMOOTHING = 4.0
 """Pixels over which a frame is smoothed before its extremes are looked for."""
@@ -113,7 +114,7 @@ def _lit(found, means, stds):
     return best
 
 
-def extremes(line: Array, pace: Array, variance: float) -> Array:
+def extremes(line: Array, pace: Array, variance: float, clipped: Mask) -> Array:
     """Dark and bright extremes of a line of fringes.
 
     Parameters
@@ -124,6 +125,8 @@ def extremes(line: Array, pace: Array, variance: float) -> Array:
         Local pace of the phase [rad per pixel].
     variance : float
         Of the noise of one pixel.
+    clipped : ndarray of bool, shape (P,)
+        Pixels that the converter's end cut off; what turns there is no extreme.
 
     Returns
     -------
@@ -135,7 +138,8 @@ def extremes(line: Array, pace: Array, variance: float) -> Array:
     turns = np.flatnonzero(steps[:-1] * steps[1:] <= 0) + 1
     bright = smooth[turns] > 0.5
     peaks = (steps[turns] <= 0) & (steps[turns - 1] >= 0)
-    found = _fitted(line, gaussian_filter1d(pace, 8.0), turns[bright == peaks])
+    turns = turns[(bright == peaks) & ~clipped[turns]]
+    found = _fitted(line, gaussian_filter1d(pace, 8.0), turns)
     deviation = np.sqrt(variance * found[:, 4] + ROUGH**2)
     return np.column_stack([found[:, 1], found[:, 2], deviation, found[:, 3]])
 

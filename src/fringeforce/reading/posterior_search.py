@@ -27,6 +27,7 @@ from fringeforce.estimation.phase.reflections import mirror_images
 from fringeforce.estimation.posterior import Posterior, Top
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 TOUCH = 1.0
 """How near a multiple of pi the phase must come for a stretch to be mirrored there [rad]: more than
@@ -39,6 +40,10 @@ CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
 FASTEST = 0.4
 """Pace beyond which blur is not followed further [rad per pixel]."""
+DENSEST = 1.3
+"""Pace up to which single loads are tried [rad per pixel]; pixels do not follow faster fringes."""
+STRIDE = 0.5
+"""Largest change of the phase from one single load that is tried to the next [rad]."""
 LEVEL_ERROR = 0.01
 """Standard deviation of a block's normalised intensity by all that the extremes do not tell."""
 LARGE = 0.02
@@ -136,7 +141,7 @@ class Lines(NamedTuple):
     intensity : ndarray, shape (C, P)
         Of the light as drawn; gaps are bridged.
     seen : ndarray of bool, shape (C, P)
-        Pixels that are used.
+        Pixels that are used and not clipped.
     variance : ndarray, shape (C,)
         Of the noise.
     pace : ndarray, shape (C, P)
@@ -170,22 +175,23 @@ class PosteriorSearch:
         channels = len(model.bias)
         light = (_decoded(model, frame) - model.offset) / model.amplitude
         lines, seen = light.reshape(channels, -1).copy(), np.isfinite(frame).reshape(channels, -1)
+        told = seen & (frame < model.ceiling).reshape(channels, -1)
         along = np.arange(lines.shape[1])
         for line, own in zip(lines, seen, strict=True):
             if own.any() and not own.all():
                 line[~own] = np.interp(along[~own], along[own], line[own])
         variance = model.variance / np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
         pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
-        return Lines(lines, seen, variance, pace, self._light(lines, variance, pace))
+        return Lines(lines, told, variance, pace, self._light(lines, seen & ~told, variance, pace))
 
-    def _light(self, lines: Array, variances: Array, paces: Array) -> Light:
-        """Light from the extremes of lines."""
+    def _light(self, lines: Array, clipped: Mask, variances: Array, paces: Array) -> Light:
+        """Light from the extremes of lines; those that are clipped are none."""
         model, at = self.model, self.model.at
         gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
         found = np.concatenate(
             [
-                extremes(line, pace, float(variance))
-                for line, variance, pace in zip(lines, variances, paces, strict=True)
+                extremes(line, pace, float(variance), out)
+                for line, out, variance, pace in zip(lines, clipped, variances, paces, strict=True)
             ]
         )
         blur = model.blur, model.blur_std
@@ -319,6 +325,42 @@ class PosteriorSearch:
         found = self._unknowns(means, scale, np.zeros(self.model.at.size), bool(effort.push) * push)
         self.lit(found, light)
         return found, scores, push
+
+    @cached_property
+    def _single(self) -> int | None:
+        """Which load alone changes the phase, or None if there are several."""
+        told = np.flatnonzero(np.abs(self.model.moments[:, :, 0]).max(axis=2).ravel())
+        return int(told[0]) if len(told) == 1 else None
+
+    def scanned(self, lines: Lines, load: int) -> tuple[Array, Array, float]:
+        """Starts over the whole range of the one load that changes the phase, as `starts`."""
+        model, columns = self.model, self._columns
+        unit, fixed = columns["load"][:, load], columns["fixed"][:, 0]
+        most = DENSEST / np.abs(np.diff(unit)).max()
+        forces = np.linspace(0.0, most, 2 + int(most * np.abs(unit).max() / STRIDE))
+        lights = dict.fromkeys((lines.light, self._drawn))
+        found, scores = np.zeros((len(lights), len(forces), model.at.size)), list[Array]()
+        for own, light in zip(found, lights, strict=True):
+            own[:, load] = forces
+            self.lit(own, light)
+            errors = np.zeros(len(forces))
+            for line, seen, variance, ratio, bias in zip(
+                lines.intensity,
+                lines.seen,
+                lines.variance,
+                model.dispersion,
+                model.bias,
+                strict=True,
+            ):
+                phase = (np.outer(forces, unit) + fixed) * ratio + bias
+                bright = light.gain * (1 - light.visibility * np.cos(phase)) / 2
+                error = np.square(bright - line) / (variance + LEVEL_ERROR**2)
+                errors += np.minimum(error, GATE**2)[:, seen].sum(axis=1)
+            scores.append(errors)
+        flat = np.concatenate(scores)
+        order = np.argsort(flat, kind="stable")
+        push = self.pushing(self.true_pace(lines, lines.light)[0])
+        return found.reshape(-1, model.at.size)[order], flat[order], push
 
     def _scale(self, push: float, pushing: float) -> dict[str, Array]:
         """Standard deviations of the parts of the state, for loads of about this size [N]."""
@@ -502,6 +544,8 @@ class PosteriorSearch:
 
     def attempts(self, lines: Lines, best: list[Top]) -> Iterator[tuple[Array, Array, float]]:
         """Starts of one effort after the other; `best` holds the explanations so far."""
+        if self._single is not None:
+            yield self.scanned(lines, self._single)
         for effort in EFFORTS:
             light = lines.light if effort.light == "extremes" else self._drawn
             if effort.light == "fitted":
