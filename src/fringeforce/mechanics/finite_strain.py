@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.sparse import csr_array
 
@@ -40,6 +41,8 @@ SLOW = 0.2
 """Share of the last residual above which a new tangent is factorised."""
 ITERATIONS = 40
 """Newton steps within one load step."""
+SMALL = 0.05
+"""Force from whose two signs the second order is taken [N]."""
 SMALLEST_STEP = 1 / 64
 """Share of the load below which steps are not cut any more."""
 
@@ -343,22 +346,11 @@ class FiniteStrip:
             Integral of sigma_x - sigma_y over the photoelastic layer [Pa m]; 0 where a line passes
             beside the strip.
         """
-        mesh, transducer, rows = self.mesh, self.transducer, self._rows
-        points = np.asarray(x, dtype=float)
-        heights, weights = self._line(mesh.z[: rows + 1])
-        value, slope = interpolation(mesh.order, mesh.z, heights)
-        u, w = along(value, coefficients[0], 1), along(value, coefficients[1], 1)
-        du, dw = along(slope, coefficients[0], 1), along(slope, coefficients[1], 1)
-        stations = mesh.stations
-        at, sloping = interpolation(mesh.order, mesh.x, stations)
-        f = np.array(
-            [[along(sloping, u) + 1, along(at, du)], [along(sloping, w), along(at, dw) + 1]]
-        )
-        response = self.photoelastic.plane(f, transducer.plane)
-        j = f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]
-        sigma = (response.stress[0] * f[0]).sum(axis=0) / (j * response.across)
-        seen = (sigma - response.stress_across) * j / f[0, 0]
-        half = transducer.length / 2
+        mesh, points = self.mesh, np.asarray(x, dtype=float)
+        seen, _, _ = self._seen(coefficients)
+        heights, weights = self._line(mesh.z[: self._rows + 1])
+        u = along(interpolation(mesh.order, mesh.z, heights)[0], coefficients[0], 1)
+        half = self.transducer.length / 2
         total = np.zeros(len(points))
         for level, weight in enumerate(weights):
             place, inside = np.clip(points, -half, half), np.ones(len(points), dtype=bool)
@@ -370,6 +362,73 @@ class FiniteStrip:
             column = gauss_interpolation(mesh.order, mesh.x, place) @ seen[:, level]
             total += weight * column * inside
         return total
+
+    def _seen(self, coefficients: Array) -> tuple[Array, Array, Array]:
+        """Stress difference by height of the undeformed layer, displacement and strain along x.
+
+        At the stations of the mesh and the Gauss heights of the photoelastic layer.
+        """
+        at, sloping, value, slope = self._at_stations
+        u, w = along(value, coefficients[0], 1), along(value, coefficients[1], 1)
+        du, dw = along(slope, coefficients[0], 1), along(slope, coefficients[1], 1)
+        rise = along(sloping, u)
+        f = np.array([[rise + 1, along(at, du)], [along(sloping, w), along(at, dw) + 1]])
+        response = self.photoelastic.plane(f, self.transducer.plane)
+        j = f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]
+        sigma = (response.stress[0] * f[0]).sum(axis=0) / (j * response.across)
+        return (sigma - response.stress_across) * j / f[0, 0], along(at, u), rise
+
+    @cached_property
+    def _at_stations(self) -> tuple[csr_array, csr_array, csr_array, csr_array]:
+        mesh = self.mesh
+        heights, _ = self._line(mesh.z[: self._rows + 1])
+        return (
+            *interpolation(mesh.order, mesh.x, mesh.stations),
+            *interpolation(mesh.order, mesh.z, heights),
+        )
+
+    def second_order_stress(self) -> Array:
+        """Second order of the stress that the light sees in the forces, at the mesh's stations.
+
+        With u = e u_1 + e^2 u_2 the internal forces of order e^2 balance: K u_2 = -R_2(u_1).  At
+        the camera's x stands the material point x - u_1, so that the integral gains
+        int (s_2 + s_1 du_1/dx) dz - d/dx int s_1 u_1 dz.  Pairs of forces follow from the sums of
+        two.
+
+        Returns
+        -------
+        ndarray, shape (M, 2 n, 2 n)
+            H of sum_ij f_i f_j H_ij [Pa m / N^2]; forces run over (patch, component).
+        """
+        tangent, count = self.tangent(np.zeros(self.shape)), 2 * len(self.centres)
+        loads = self.unit_loads.reshape(*self.shape, count).reshape(-1, count)
+        units = np.zeros((count, int(np.prod(self.shape))))
+        units[:, self._free] = tangent.solve(loads[self._free]).T
+        _, weights = self._line(self.mesh.z[: self._rows + 1])
+        found = np.zeros((len(self.mesh.stations), count, count))
+        for i in range(count):
+            for j in range(i + 1):
+                unit = units[i] if i == j else units[i] + units[j]
+                found[:, i, j] = self._second_order(unit.reshape(self.shape), tangent, weights)
+        own = np.einsum("mii->mi", found).copy()
+        for i in range(count):
+            for j in range(i):
+                found[:, i, j] = (found[:, i, j] - own[:, i] - own[:, j]) / 2
+                found[:, j, i] = found[:, i, j]
+        return found
+
+    def _second_order(self, unit: Array, tangent: Tangent, weights: Array) -> Array:
+        small = SMALL * unit
+        # both signs of a displacement leave the even orders alone
+        even = sum(self.internal_forces(sign * small) for sign in (1, -1)) / 2
+        answer = np.zeros(unit.size)
+        answer[self._free] = -tangent.solve(even.ravel()[self._free])
+        second = answer.reshape(self.shape)
+        (plus, u, rise), (minus, _, _) = self._seen(small + second), self._seen(second - small)
+        first = (plus - minus) / 2
+        direct = ((plus + minus) / 2 + first * rise) @ weights
+        carried = CubicSpline(self.mesh.stations, (first * u) @ weights).derivative()
+        return (direct - carried(self.mesh.stations)) / SMALL**2
 
 
 def finite_strip(

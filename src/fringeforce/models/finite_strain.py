@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
@@ -18,6 +19,8 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Strain = Literal["linear", "finite"]
 """Whether the strain of a strip is small, or calculated as it is."""
+COARSE = 4
+"""Order of the elements that give the second order, itself a small part of the phase."""
 PATCHES = 8
 """Patches that stand for a press whose pressure is not uniform."""
 
@@ -65,6 +68,35 @@ def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     loads = forces.reshape(-1, *forces.shape[-2:])
     found = np.array([_phase(sensor, strip, x, one) for one in loads])
     return found.reshape(*forces.shape[:-2], len(x))
+
+
+@lru_cache(maxsize=4)
+def _second_order(stated: str, places: tuple[float, ...], width: float) -> tuple[Array, Array]:
+    transducer = Transducer.model_validate_json(stated)
+    strip = finite_strip(transducer, places, np.full(len(places), width), order=COARSE)
+    return strip.mesh.stations, strip.second_order_stress()
+
+
+def second_order_influence(sensor: Sensor, x: Array) -> Array:
+    """Second order of the phase in the forces, shape (m, 2n, 2n) [rad/N^2].
+
+    The phase is Psi f + f' H f up to third order.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip, its contacts of some width.
+    x : ndarray, shape (m,)
+        Positions along it [m].
+    """
+    tactels = sensor.tactels
+    places = tuple(float(x) for x in tactels.positions + tactels.placement)
+    stated = sensor.transducer.model_dump_json()
+    stations, stress = _second_order(stated, places, float(tactels.contact_width))
+    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
+    half = sensor.transducer.length / 2
+    inside = (np.abs(x) <= half)[:, None, None]
+    return phase_lead(CubicSpline(stations, stress)(np.clip(x, -half, half)) * inside, constant)
 
 
 def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
