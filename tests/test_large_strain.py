@@ -1,10 +1,13 @@
 """Frames of strips under large strain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
+from fringeforce.models.imaging import Imaging
 
 
 def _model(sensor: ff.Sensor) -> ff.SensorModel:
@@ -55,10 +58,75 @@ def test_what_large_strain_does_not_know_is_refused(sensor: ff.Sensor) -> None:
         model.expose(ff.polar(0.5, 10, n=11), as_built=0, strain="finite")
 
 
-def test_readings_refuse_what_they_cannot_follow(sensor: ff.Sensor) -> None:
+@pytest.fixture(scope="module")
+def strips(sensor: ff.Sensor) -> tuple[ff.SensorModel, ff.SensorModel]:
+    """The same strip of small and of large strain."""
+    linear = _model(sensor)
+    return linear, ff.characterize(linear.sensor.replace(**{"transducer.strain": "finite"}))
+
+
+def test_calibrated_models_are_of_small_strain(
+    strips: tuple[ff.SensorModel, ff.SensorModel],
+) -> None:
     """Small strain would be off by many deviations and say OK."""
-    finite = ff.characterize(
-        sensor.replace(**{"tactels.contact_width": "0.5 mm", "transducer.strain": "finite"})
-    )
-    with pytest.raises(InputError, match="readings are of small strain"):
-        ff.Reader(finite)
+    camera = strips[1].sensor.camera
+    light = np.full(camera.pixels, camera.amplitude), np.full(camera.pixels, camera.offset)
+    imaging = Imaging.known(strips[1].sensor.pixel_positions, *light)
+    with pytest.raises(InputError, match="calibrated models are of small strain"):
+        ff.Reader(replace(strips[1], imaging=imaging))
+
+
+@pytest.fixture(scope="module")
+def pressed(strips: tuple[ff.SensorModel, ff.SensorModel]) -> tuple[np.ndarray, np.ndarray]:
+    """Forces up to a newton, and the phases that Newton steps find for each."""
+    rng = np.random.default_rng(5)
+    forces = rng.uniform(0, 1, (5, 11, 1)) * [1.0, 0.25]
+    return forces, strips[1].phase(forces)
+
+
+def test_the_second_order_leaves_a_tenth_of_what_the_linear_phase_does(
+    strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
+) -> None:
+    second = ff.Reader(strips[1])._single
+    for force, phase in zip(*pressed, strict=True):
+        off = np.abs(strips[0].phase(force) - phase).max()
+        assert np.abs(second.phase(force) - phase).max() < 0.2 * off
+        assert off > 4e-3 * np.abs(phase).max()
+
+
+def test_frames_of_large_strain_are_read_as_well_as_their_noise_allows(
+    strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
+) -> None:
+    camera, rng = strips[0].sensor.camera, np.random.default_rng(6)
+    reader, linear, squares, worst = ff.Reader(strips[1]), ff.Reader(strips[0]), [], [0.0, 0.0]
+    for force, phase in zip(*pressed, strict=True):
+        level = camera.offset + camera.amplitude * (1 - np.cos(phase)) / 2
+        frame = np.rint(level + rng.uniform(-camera.noise, camera.noise, level.shape))
+        frame = np.clip(frame, 0, camera.full_scale)
+        reading = reader.search(frame)
+        assert reading.status is ff.Status.OK
+        error = (reading.forces - force).ravel()
+        squares.append(error @ np.linalg.solve(reading.covariance, error))
+        old = (linear.search(frame).forces - force).ravel()
+        worst = [max(worst[0], np.abs(error).max()), max(worst[1], np.abs(old).max())]
+    # sums of 110 unit squares lie in 67 .. 164 in 99.9 of 100 cases (chi-square)
+    assert 67 < np.sum(squares) < 164
+    assert worst[0] < worst[1] / 1.5
+
+
+def test_a_slide_under_large_strain_is_followed(
+    strips: tuple[ff.SensorModel, ff.SensorModel],
+) -> None:
+    """The compiled loop takes the tangent anew as the loads change."""
+    reader, camera, rng = ff.Reader(strips[1]), strips[0].sensor.camera, np.random.default_rng(7)
+    ends = rng.uniform(0.1, 1.5, (2, 11, 1)) * [[[1.0, 0.2]], [[1.0, -0.2]]]
+    share = np.linspace(0, 1, 400)[:, None, None]
+    forces = (1 - share) * ends[0] + share * ends[1]
+    phases = np.stack([reader._single.phase(force) for force in forces])
+    level = camera.offset + camera.amplitude * (1 - np.cos(phases)) / 2
+    noisy = level + rng.uniform(-camera.noise, camera.noise, level.shape)
+    batch = reader.read_batch(np.clip(np.rint(noisy), 0, camera.full_scale).astype(np.uint8))
+    assert batch.std is not None
+    inside = np.abs(batch.forces - forces) < 1.96 * batch.std
+    assert 0.92 < inside.mean() < 0.98
+    assert all(status is ff.Status.OK for status in batch.status)

@@ -23,7 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.frame_exposure import encoded, lens, power_of
+from fringeforce.estimation.frame_exposure import (
+    encoded,
+    fill_columns,
+    fill_node_phase,
+    lens,
+    power_of,
+)
 from fringeforce.estimation.frame_fit import PLAIN, by_gamma_of, pixel_loss
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.vector_loops import add_products, combine, factorise, invert, waves
@@ -639,6 +645,20 @@ def _load(pixels, standing, frame, nothing):
 
 
 @sums
+def _relinearise(model, reference, unknowns):
+    """Take the change of the phase with the loads anew, where it is not linear in them."""
+    nodes, loads = len(reference.fixed), model.at.loads
+    columns, phase = np.empty((model.at.size, nodes)), np.empty(nodes)
+    fill_columns(model, unknowns, columns)
+    fill_node_phase(model, unknowns, phase)
+    for k in range(loads):
+        for i in range(nodes):
+            phase[i] -= unknowns[k] * columns[k, i]
+            reference.columns[k, i] = columns[k, i]
+    reference.fixed[:] = phase
+
+
+@sums
 def _renew_gain(model, pixels, reference, standing):
     """Compute the inverse for the loads anew, where the loops stand."""
     at, size, one = model.at, len(standing.pull), np.float32(1)
@@ -835,6 +855,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             size = np.sqrt(2 * size / count)
             if not reference.size / GROWTH < size < reference.size * GROWTH:
                 return i + 1, GROWN
+            if lasting == 0 and len(model.curvature) > 0:
+                _relinearise(model, reference, unknowns)
             _renew_gain(model, pixels, reference, standing)
             if lasting == 0:
                 reference.anchor[:], moved = standing.nodes, 0.0

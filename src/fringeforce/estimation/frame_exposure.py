@@ -85,6 +85,27 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
 
 
 @sums
+def bend(curvature, unknowns, out):
+    """Add the second order of the phase in the loads to `out`, shape (m,)."""
+    for a in range(len(curvature)):
+        for b in range(a + 1):
+            factor, row = unknowns[a] * unknowns[b] * (1.0 if a == b else 2.0), curvature[a, b]
+            for i in range(len(out)):
+                out[i] += factor * row[i]
+
+
+@sums
+def bend_columns(curvature, unknowns, columns):
+    """Add its change with every load to `columns`, shape (size, m)."""
+    for a in range(len(curvature)):
+        own = columns[a]
+        for b in range(len(curvature)):
+            factor, row = 2 * unknowns[b], curvature[a, b]
+            for i in range(len(own)):
+                own[i] += factor * row[i]
+
+
+@sums
 def fill_node_phase(model, unknowns, out):
     """Phase lead at the nodes, into `out`, shape (m,)."""
     order, at = model.profiles.shape[2], model.at
@@ -105,6 +126,7 @@ def fill_node_phase(model, unknowns, out):
                     row = model.influence[d, q, j, c]
                     for i in range(len(out)):
                         out[i] += factor * row[i]
+    bend(model.curvature, unknowns, out)
     for r in range(len(model.fields)):
         factor, row = unknowns[at.fields + r], model.fields[r]
         for i in range(len(out)):
@@ -141,6 +163,7 @@ def fill_columns(model, unknowns, columns):
                     for i in range(len(row)):
                         own[i] += power * row[i]
                         turned[i] += slope * row[i]
+    bend_columns(model.curvature, unknowns, columns)
     for r in range(len(model.fields)):
         columns[at.fields + r] = model.fields[r]
 

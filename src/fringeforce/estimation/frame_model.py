@@ -2,13 +2,15 @@
 
 The grey levels of a strip are
 
-    y = B + A (1 - V K cos(c p + b)) / 2,      p = sum_j f_j . Psi_j(place_j, width_j) + rho,
+    y = B + A (1 - V K cos(c p + b)) / 2,
+    p = sum_j f_j . Psi_j(place_j, width_j) + f' H f + rho,
 
 with the amplitude A, offset B, visibility V and point spread K of the camera, and the phase lead p
-of the loads f and of the residual retardance rho.  What is uncertain are standardised unknowns
-e ~ N(0, 1) beside the loads: place and width of each contact, smooth fields of phase, modes of
-light and influence matrix, visibility, blur and gamma.  What acts through profiles that are smooth
-along the strip is kept on nodes, and only the fringes are taken at every pixel.
+of the loads f and of the residual retardance rho; H is what large strain adds.  What is uncertain
+are standardised unknowns e ~ N(0, 1) beside the loads: place and width of each contact, smooth
+fields of phase, modes of light and influence matrix, visibility, blur and gamma.  What acts through
+profiles that are smooth along the strip is kept on nodes, and only the fringes are taken at every
+pixel.
 
 A contact enters through the moments of its traction: the influence of a line load is a polynomial
 in its place, whose k-th coefficient is multiplied by the k-th moment of the traction about the
@@ -68,6 +70,9 @@ class FrameModel(NamedTuple):
         Phase lead without load [rad].
     influence : ndarray, shape (d, q, n, 2, m)
         What powers 1 to q of the first d modes change in the influence matrix [rad/N].
+    curvature : ndarray, shape (2n, 2n, m)
+        Second order H of the phase lead in the loads, symmetric [rad/N^2]; shape (0, 0, m) where
+        strain is small.
     brightness, darkness : ndarray, shape (s, m)
         What s >= d modes change in the amplitude, relative to it, and in the offset, grey levels.
     amplitude, offset : ndarray, shape (P,)
@@ -113,6 +118,7 @@ class FrameModel(NamedTuple):
     fields: Array
     fixed: Array
     influence: Array
+    curvature: Array
     brightness: Array
     darkness: Array
     amplitude: Array

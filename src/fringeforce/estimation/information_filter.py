@@ -238,12 +238,16 @@ class InformationFilter:
         rest = self.unknowns.copy()
         rest[:loads] = 0.0
         self._spread, self._age = spread, 0
-        columns = node_columns(self.model, self.unknowns)
+        columns, anchor = (
+            node_columns(self.model, self.unknowns),
+            node_phase(self.model, self.unknowns),
+        )
+        fixed = anchor - self.unknowns[:loads] @ columns[:loads]
         columns = np.pad(columns, ((0, -len(rest) % 4), (0, 0)))
         self._reference = Reference(
             columns=columns.astype(np.float32),
-            fixed=node_phase(self.model, rest).astype(np.float32),
-            anchor=node_phase(self.model, self.unknowns).astype(np.float32),
+            fixed=fixed.astype(np.float32),
+            anchor=anchor.astype(np.float32),
             kernel=point_spread(self.model, rest).astype(np.float32),
             fresh=fresh,
             lasting=lasting,

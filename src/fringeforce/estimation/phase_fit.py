@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
+    bend,
+    bend_columns,
     contact_mixtures,
     contact_moments,
     dot,
@@ -62,14 +64,15 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
     """
     nodes = len(model.fixed)
     scaled = (model.profiles * _sizes(model)[:, None]).reshape(-1, nodes)
-    turned = model.influence.reshape(-1, nodes)
-    _, size, rows = np.linalg.svd(np.concatenate([scaled, turned]), full_matrices=False)
+    rows = [scaled, model.influence.reshape(-1, nodes), model.curvature.reshape(-1, nodes)]
+    _, size, rows = np.linalg.svd(np.concatenate(rows), full_matrices=False)
     kept = size > SMOOTH * size[0]
     rows, size = rows[kept], size[kept, None]
     basis, back = np.ascontiguousarray(rows * size), (rows / size).T
     contacts = model._replace(
         profiles=np.ascontiguousarray(model.profiles @ back),
         influence=np.ascontiguousarray(model.influence @ back),
+        curvature=np.ascontiguousarray(model.curvature @ back),
         fixed=np.zeros(len(basis)),
         fields=np.empty((0, len(basis))),
     )
@@ -99,6 +102,7 @@ def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
         moments=np.empty((0, *model.moments.shape[1:])),
         profiles=np.empty((0, *model.profiles.shape[1:])),
         influence=np.empty((0, 1, 0, 2, nodes)),
+        curvature=np.empty((0, 0, nodes)),
         fields=np.concatenate([basis, model.fields]),
         at=Layout(0, 0, 0, 0, *ends),
     )
@@ -173,11 +177,12 @@ def _rooted(square, least, root, order):
 
 
 @sums
-def _shown(model, profiles, turned, unknowns, bent, columns, point):
+def _shown(model, reduced, unknowns, bent, columns, point):
     """Coordinates of the contacts' phase, and where `bent` their change with every unknown.
 
     Rows of `columns` are those of the loads, places and widths, and of the modes of the influence.
     """
+    profiles, turned = reduced.profiles, reduced.turning
     order, at, rank = profiles.shape[2], model.at, len(point)
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     point[:] = 0.0
@@ -230,6 +235,9 @@ def _shown(model, profiles, turned, unknowns, bent, columns, point):
                 point[i] += force * one[i]
             if bent:
                 columns[2 * j + c] = one
+    bend(reduced.curvature, unknowns, point)
+    if bent:
+        bend_columns(reduced.curvature, unknowns, columns)
 
 
 class Reduced(NamedTuple):
@@ -248,6 +256,8 @@ class Reduced(NamedTuple):
         The coordinate that is the pivot of each of its rows.
     profiles, turning : ndarray, shapes (n, 2, K, k) and (d, Q, n, 2, k)
         Influence of the contacts and its modes in the turned coordinates.
+    curvature : ndarray, shape (2n, 2n, k)
+        Second order of the contacts' phase in these.
     """
 
     root: Array
@@ -256,6 +266,7 @@ class Reduced(NamedTuple):
     order: NDArray[np.intp]
     profiles: Array
     turning: Array
+    curvature: Array
 
 
 @sums
@@ -304,6 +315,9 @@ def _reduced(contacts, prior, known):
     ways = contacts.influence.shape
     turned = np.empty((ways[0] * ways[1] * ways[2] * ways[3], count))
     _times(contacts.influence.reshape(len(turned), rank), turn, turned)
+    loads = len(contacts.curvature)
+    curved = np.empty((loads * loads, count))
+    _times(contacts.curvature.reshape(len(curved), rank), turn, curved)
     return Reduced(
         root,
         cross,
@@ -311,6 +325,7 @@ def _reduced(contacts, prior, known):
         order[:count],
         profiles.reshape(shape[0], shape[1], shape[2], count),
         turned.reshape(ways[0], ways[1], ways[2], ways[3], count),
+        curved.reshape(loads, loads, count),
     )
 
 
@@ -351,9 +366,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
         Their loss, less that of `about` without the prior.
     """
     at, count = contacts.at, len(told)
-    profiles, turning = reduced.profiles, reduced.turning
     origin, apart = np.empty(count), np.empty(count)
-    _shown(contacts, profiles, turning, about, False, np.empty((0, 0)), origin)
+    _shown(contacts, reduced, about, False, np.empty((0, 0)), origin)
     moving = at.fields + len(contacts.influence)
     columns, point = np.empty((moving, count)), np.empty(count)
     hessian, cone = np.empty((moving, moving)), np.empty((moving, moving))
@@ -361,7 +375,7 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     unknowns, trial, damping = start.copy(), start.copy(), 1e-2
     value, begun = 0.0, False
     for _ in range(steps):
-        _shown(contacts, profiles, turning, unknowns, True, columns, point)
+        _shown(contacts, reduced, unknowns, True, columns, point)
         if not begun:
             value, begun = _value(contacts, prior, told, held, origin, point, unknowns, heat), True
         fill_products(columns, columns, moving, hessian)
@@ -382,7 +396,7 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
-                _shown(contacts, profiles, turning, trial, False, columns, point)
+                _shown(contacts, reduced, trial, False, columns, point)
                 reached = _value(contacts, prior, told, held, origin, point, trial, heat)
                 if reached <= value:
                     better = True

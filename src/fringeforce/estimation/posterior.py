@@ -236,7 +236,8 @@ class Posterior:
     def even(self) -> bool:
         """Whether loads and residual with the other sign give the same frame."""
         model = self.model
-        return bool(np.all(np.abs(np.sin(model.bias)) < 1e-3) and not model.fixed.any())
+        plain = not (model.fixed.any() or model.curvature.any())
+        return bool(np.all(np.abs(np.sin(model.bias)) < 1e-3) and plain)
 
     def mirrored(self, unknowns: Array) -> Array:
         """The same with the other sign of loads and fields of phase."""

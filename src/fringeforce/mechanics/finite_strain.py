@@ -420,7 +420,7 @@ class FiniteStrip:
     def _second_order(self, unit: Array, tangent: Tangent, weights: Array) -> Array:
         small = SMALL * unit
         # both signs of a displacement leave the even orders alone
-        even = sum(self.internal_forces(sign * small) for sign in (1, -1)) / 2
+        even = (self.internal_forces(small) + self.internal_forces(-small)) / 2
         answer = np.zeros(unit.size)
         answer[self._free] = -tangent.solve(even.ravel()[self._free])
         second = answer.reshape(self.shape)

@@ -33,6 +33,7 @@ from fringeforce.models.as_built import (
     WIDTH,
     changes_influence,
 )
+from fringeforce.models.finite_strain import second_order_influence
 from fringeforce.models.strip import SensorModel
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
@@ -248,6 +249,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         fields=np.ascontiguousarray(fields),
         fixed=fixed,
         influence=coefficients(_powers(turning, psi), nodes),
+        curvature=coefficients(_curvature(model, np.clip(x, -half, half), shown), nodes),
         brightness=_profiles([mode.brightness for mode in modes], nodes),
         darkness=_profiles([mode.darkness for mode in modes], nodes),
         amplitude=np.asarray(amplitude, dtype=float),
@@ -281,6 +283,13 @@ def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:
         for q, change in enumerate(powers):
             found[d, q] = np.moveaxis(change, 0, 2)
     return found
+
+
+def _curvature(model: SensorModel, x: Array, shown: NDArray[np.bool_]) -> Array:
+    """Second order of the phase in the loads, shape (2n, 2n, s), or (0, 0, s) for small strain."""
+    if model.sensor.transducer.strain != "finite":
+        return np.empty((0, 0, len(x)))
+    return np.moveaxis(second_order_influence(model.sensor, x) * shown[:, None, None], 0, 2)
 
 
 def _size(profile: Array | float) -> float:

@@ -51,11 +51,11 @@ class StripFrames(FrameReader):
     def __post_init__(self) -> None:
         """Refuse what readings cannot follow."""
         super().__post_init__()
-        if self.model.sensor.transducer.strain == "finite":
+        finite = self.model.sensor.transducer.strain == "finite"
+        if finite and self.model.imaging is not None:
             raise InputError(
-                'transducer.strain = "finite" is simulated, not read: readings are of small '
-                'strain. Take strain = "linear" to read; phase(forces, strain="finite") tells '
-                "what that misses."
+                'Readings of calibrated models are of small strain; take strain = "linear". '
+                'phase(forces, strain="finite") of the drawing tells what that misses.'
             )
 
     @cached_property
@@ -73,8 +73,15 @@ class StripFrames(FrameReader):
         return np.ones(size, bool) if imaging is None else imaging.usable
 
     def phase(self, forces: Array) -> Array:
-        """Phase lead that forces cause, shape (n_pixels,) [rad]."""
-        return self.model.phase(forces)
+        """Phase lead that forces cause, to second order, shape (n_pixels,) [rad]."""
+        linear, frame = self.model.phase(forces, strain="linear"), self.uncertain.frame
+        if not len(frame.curvature):
+            return linear
+        loads, pixels = forces.ravel(), slice(None, len(linear))
+        bent = np.einsum("a,b,abm->m", loads, loads, frame.curvature)
+        return linear + (
+            bent[frame.first[pixels, None] + np.arange(4)] * frame.weights[pixels]
+        ).sum(axis=1)
 
     @abstractmethod
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
