@@ -18,6 +18,7 @@ QUANTITIES = {
     "pascal": "pressure",
     "newton": "force",
     "radian": "angle",
+    "second": "time",
     "1/pascal": "stress-optic coefficient",
 }
 KINDS = {int: "whole number", float: "number", str: "text", bool: "`true` or `false`"}

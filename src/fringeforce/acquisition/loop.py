@@ -127,7 +127,7 @@ def live(
 
 def read_block(reader: Reader, block: Block) -> Readings:
     """Read all lines or images of a block, as those that follow what the reader read last."""
-    found = reader.read_on(block.lines)
+    found = reader.read_on(block.lines, times=block.timestamps)
     return Readings(
         first=block.first,
         timestamps=block.timestamps,

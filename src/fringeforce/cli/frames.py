@@ -38,6 +38,10 @@ def simulate(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Frames file to write (HDF5).")],
     seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Frames per second of a strip that relaxes; without, it does not creep."),
+    ] = None,
 ) -> None:
     """Expose frames as the sensor's camera would deliver them.
 
@@ -45,7 +49,7 @@ def simulate(
     """
     from fringeforce.base.errors import InputError
     from fringeforce.calibration.bench_loads import BenchLoads
-    from fringeforce.io.bench_loads import load_bench_loads
+    from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import save_frames
     from fringeforce.models.files import load_model
 
@@ -54,7 +58,9 @@ def simulate(
     if not isinstance(loads, BenchLoads):
         raise InputError(f"{forces} has times and no frames; give a column frame to simulate.")
     applied = loads.on_tactels(found.sensor.tactels.total) if loads.named else None
-    frames = found.expose(loads.presses() if applied is None else applied, rng=seed)
+    touch = loads.presses() if applied is None else applied
+    times = {} if fps is None else {"times": load_frame_times(forces, len(touch), fps)}
+    frames = found.expose(touch, rng=seed, **times)
     save_frames(output, frames, found.pixel_positions, applied)
     print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
 
@@ -66,11 +72,16 @@ def read(
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
     friction: Friction = None,
     tolerance: Tolerance = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Frames per second of a strip that relaxes, if they have no times."),
+    ] = None,
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each.
 
     Ends with status 1, and draws nothing, if none of the frames can be used.
     """
+    from fringeforce.io.bench_loads import load_frame_times
     from fringeforce.io.frames import load_frames
     from fringeforce.io.tables import save_contacts, save_readings
     from fringeforce.models.files import load_model
@@ -82,8 +93,9 @@ def read(
     images = load_frames(frames, sensor.dimensions)
     _check_shape(frames, images.shape, found.frame_shape)
     readings: Any = []
+    times = load_frame_times(frames, len(images), fps) if reader.needs_times else None
     with progress_bar() as advance:
-        for reading in reader.stream(images):
+        for reading in reader.stream(images, times=times):
             readings.append(reading)
             advance("Reading", len(readings), len(images))
     if getattr(sensor, "skin", None) is not None:

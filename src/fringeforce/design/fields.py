@@ -40,13 +40,14 @@ def _plain_list(value: Any) -> Any:
 
 
 if TYPE_CHECKING:
-    Length = Pressure = Force = Place = Extent = Angle = float
+    Length = Pressure = Force = Place = Extent = Angle = Time = float
     # one of the two is stated
     StrainOptic = StressOptic = float
 else:
     Length, Pressure = _quantity("meter", above=0), _quantity("pascal", above=0)
     Force, Place = _quantity("newton", above=0), _quantity("meter")
     Extent, Angle = _quantity("meter", least=0), _quantity("radian")
+    Time = _quantity("second", above=0)
 Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
 """Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]

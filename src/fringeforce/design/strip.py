@@ -3,19 +3,48 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from fringeforce.base.arrays import Array
-from fringeforce.design.fields import Count, Extent, Finite, Length, Percent, Place, Places
+from fringeforce.design.fields import (
+    Count,
+    Extent,
+    Finite,
+    Length,
+    Percent,
+    Place,
+    Places,
+    Time,
+)
 from fringeforce.design.light import Camera, Polariscope
 from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
 
 Plane = Literal["stress", "strain", "3d", "given"]
 """What a strip is modelled in."""
+
+
+class RelaxationTerm(Part):
+    """A Prony term of the shear modulus of both layers: what of it is lost, and how fast."""
+
+    share: Percent = Field(gt=0, lt=1, description='of the instantaneous modulus, such as "6 %"')
+    time: Time = Field(description="in which it falls to 1 / e of itself under constant strain [s]")
+
+
+def _terms(value: Any) -> Any:
+    """Pairs such as ["6 %", "0.4 s"] as tables."""
+    if not isinstance(value, list | tuple):
+        return value
+    names = RelaxationTerm.model_fields
+    return tuple(
+        dict(zip(names, one, strict=True))
+        if isinstance(one, list | tuple) and len(one) == 2
+        else one
+        for one in value
+    )
 
 
 class Transducer(Part):
@@ -43,8 +72,29 @@ class Transducer(Part):
         'matrix, such as "3 %" for a strip that was never calibrated',
         json_schema_extra={"ideal": True},
     )
+    relaxation: Annotated[tuple[RelaxationTerm, ...], BeforeValidator(_terms)] = Field(
+        default=(),
+        description='of both layers alike: [["6 %", "0.4 s"], ["4 %", "15 s"]], or tables of share '
+        "and time, whose shares may have tolerances",
+        json_schema_extra={"ideal": True},
+    )
     compliant: Layer
     photoelastic: PhotoelasticLayer
+
+    @model_validator(mode="after")
+    def _some_modulus_is_left(self) -> Self:
+        lost = sum(term.share for term in self.relaxation)
+        if lost >= 1:
+            raise ValueError(
+                f"relaxation: shares sum to {lost:.0%}; less than 100 % of a modulus can be lost"
+            )
+        if len({term.time for term in self.relaxation}) < len(self.relaxation):
+            raise ValueError("relaxation: two terms have the same time; add their shares up in one")
+        if self.relaxation and (self.strain == "finite" or not self.solved_in_a_plane):
+            raise ValueError(
+                'relaxation takes plane = "stress" or "strain", and strain = "linear"; leave it out'
+            )
+        return self
 
     @property
     def solved_in_a_plane(self) -> bool:

@@ -14,6 +14,7 @@ EXAMPLES = {
     "pascal": '"11 MPa"',
     "newton": '"3 N"',
     "radian": '"0.1 rad"',
+    "second": '"15 s"',
     "1/pascal": '"72 TPa^-1"',
     "newton/meter": '"7 N/mm"',
 }
@@ -24,6 +25,7 @@ _PLEASANT = {
     "meter": ("mm", "um", "nm", "m"),
     "pascal": ("MPa", "kPa", "Pa"),
     "radian": ("rad",),
+    "second": ("s", "ms"),
     "1/pascal": ("TPa^-1", "Pa^-1"),
 }
 _ANGLES = ("radian", "degree", "turn")

@@ -64,6 +64,10 @@ class StripModel(Protocol):
         """Phase lead at the pixels [rad]."""
         ...
 
+    def crept(self, phase: Array, times: ArrayLike | None) -> Array:
+        """Phases of frames at given times, with what creep adds to them [rad]."""
+        ...
+
     def influence(self, x: ArrayLike) -> Array:
         """Influence matrix at places [rad/N]."""
         ...
@@ -173,6 +177,7 @@ class BuiltSensor:
         forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         contacts: Contacts | None = None,
+        times: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera of this sensor would deliver, each with contacts of its own.
 
@@ -184,6 +189,8 @@ class BuiltSensor:
             Source of contacts, light and noise.
         contacts : Contacts, optional
             Where the forces act, if it is known; drawn anew for every frame if not given.
+        times : array_like, shape (F,), optional
+            When the frames are exposed [s], as of `SensorModel.expose`.
 
         Returns
         -------
@@ -193,7 +200,9 @@ class BuiltSensor:
         generator = np.random.default_rng(rng)
         if contacts is None and self.surface is not None and not are_presses(forces):
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
-        return self.model.delivered(self.phase(forces, contacts), generator, self.light)
+        loaded = self.phase(forces, contacts) - self.residual
+        phase = self.model.crept(loaded, times) + self.residual
+        return self.model.delivered(phase, generator, self.light)
 
 
 def drawn(design: AnyDesign, generator: np.random.Generator) -> AnyDesign:

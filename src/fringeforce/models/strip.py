@@ -40,6 +40,7 @@ from fringeforce.models.as_built import (
     loosened,
     shape_errors,
 )
+from fringeforce.models.creep import Creep, checked_times
 from fringeforce.models.finite_strain import (
     Strain,
     checked_strain,
@@ -260,6 +261,7 @@ class SensorModel:
         rng: camera_optics.Rng = None,
         as_built: camera_optics.Rng = None,
         strain: Strain | None = None,
+        times: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, equation (13).
 
@@ -274,6 +276,9 @@ class SensorModel:
             the sensor as drawn if not given.  `as_built` keeps such a sensor.
         strain : {"linear", "finite"}, optional
             As of `phase`.
+        times : array_like, shape (F,), optional
+            When the frames are exposed [s].  Loads change linearly from one to the next, nothing
+            acted before the first, and a strip that relaxes creeps; without them it does not.
 
         Returns
         -------
@@ -285,8 +290,18 @@ class SensorModel:
                 raise InputError(
                     "A sensor as built has small strain; leave as_built out for finite strain."
                 )
-            return self.as_built(as_built).expose(forces, rng)
-        return self.delivered(self._with_residual(self.phase(forces, strain=strain)), rng)
+            return self.as_built(as_built).expose(forces, rng, times=times)
+        phase = self.phase(forces, strain=strain)
+        return self.delivered(self._with_residual(self.crept(phase, times)), rng)
+
+    def crept(self, phase: Array, times: ArrayLike | None) -> Array:
+        """Phases of frames at given times, shape (F, n_pixels), with what creep adds to them."""
+        if times is None:
+            return phase
+        if phase.ndim != 2:
+            raise InputError(f"times go with frames in a row, not with shape {phase.shape[:-1]}.")
+        own = checked_times(times, len(phase))
+        return phase + Creep.of(self.sensor.transducer).added(own, phase)
 
     def delivered(
         self, phase: ArrayLike, rng: camera_optics.Rng = None, light: Array | None = None

@@ -62,6 +62,8 @@ SHIFTS = (-3.0, -1.5, 0.0, 1.5, 3.0)
 polynomial goes through them."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
+RELAXATION = "transducer.relaxation."
+"""Begin of the paths of values that act over time, which `reading.creep` allows for."""
 DRIFTS = ("camera.drift", "offset drift")
 """Names of the modes that are new in every frame."""
 LARGEST = 4.0
@@ -483,7 +485,7 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
-        if path in taken or found is None:
+        if path in taken or found is None or path.startswith(RELAXATION):
             continue
         value = found[0]
         if path == "camera.amplitude":

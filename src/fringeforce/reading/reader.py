@@ -6,13 +6,17 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.errors import InputError
+from fringeforce.models.creep import Creep, checked_times
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.batch import Batch, checked_recording
+from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.diagnosis import PadDiagnosis
@@ -90,6 +94,9 @@ class Reader:
         contacts have uncertain places or widths allow for 2, softly, if it is not given.
     confidence : float
         Probability of the likeliest explanation from which a reading is OK.
+    history : float
+        Of a strip that relaxes: standard deviation of forces that may have acted on each tactel for
+        long before the first frame, whose creep is left [N].
 
     Raises
     ------
@@ -120,6 +127,7 @@ class Reader:
         model: SensorModel | PadModel,
         friction: float | None = None,
         confidence: float = CONFIDENCE,
+        history: float = 0.0,
     ) -> None:
         kind = model.sensor.kind
         if model.sensor.skin is not None:
@@ -127,15 +135,35 @@ class Reader:
         single, self._follow, self._diagnoses = _KINDS[kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
+        self._history = history
+        self._creep = self._creep_filter()
+
+    def _creep_filter(self) -> CreepFilter | None:
+        """What takes creep out of readings in a row, of a strip that creeps."""
+        model = self.model
+        if isinstance(model, PadModel) or not len(Creep.of(model.sensor.transducer).amounts):
+            return None
+        if model.sensor.skin is not None:
+            raise InputError(
+                "Readings of skins do not allow for relaxation; leave it out, or take tactels."
+            )
+        return CreepFilter(model.sensor, self._history)
 
     @property
     def model(self) -> SensorModel | PadModel:
         """The sensor that is read."""
         return self._single.model
 
+    @property
+    def needs_times(self) -> bool:
+        """Whether frames show earlier loads too, so that readings take the time of each."""
+        return self._creep is not None
+
     def reset(self) -> None:
-        """Forget the last reading: the next frame is searched."""
+        """Forget the last reading, and all loads before: the next frame is searched."""
         self._follower.reset()
+        if self._creep is not None:
+            self._creep.reset()
 
     def prepare(self) -> None:
         """Compile or load the compiled loops, which the first frame would wait for otherwise.
@@ -171,7 +199,9 @@ class Reader:
         """
         return self._single.bound(forces)
 
-    def read(self, frame: ArrayLike, mask: ArrayLike | None = None) -> Reading:
+    def read(
+        self, frame: ArrayLike, mask: ArrayLike | None = None, time: float | None = None
+    ) -> Reading:
         """Read the next frame.
 
         Parameters
@@ -180,6 +210,8 @@ class Reader:
             Grey levels.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out, such as dead ones, where true.
+        time : float, optional
+            When it was exposed [s]; needed of a strip that relaxes, whose creep is taken out.
 
         Returns
         -------
@@ -190,14 +222,27 @@ class Reader:
         Raises
         ------
         InputError
-            If the mask does not fit the sensor, or if the polariscope of a pad cannot tell a force
-            from its negative.
+            If the mask does not fit the sensor, if the polariscope of a pad cannot tell a force
+            from its negative, or if the time of a frame of a strip that relaxes is missing.
         """
         used = self._single.usable(mask)
         levels = self._single.checked(frame, used)
+        own = self._times(time, 1)
         if isinstance(levels, Reading):
             return levels
-        return self._diagnosed(self._follower.read(levels, used), levels, used)
+        reading = self._diagnosed(self._follower.read(levels, used), levels, used)
+        return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
+
+    def _times(self, times: ArrayLike | None, frames: int) -> Array:
+        """Times of frames of a strip that relaxes; none of others."""
+        if self._creep is None:
+            return np.empty(0)
+        if times is None:
+            raise InputError(
+                "This strip relaxes, so that its frames show earlier loads too; give the time of "
+                "each frame, time= or times=, in seconds."
+            )
+        return checked_times(np.atleast_1d(times), frames)
 
     def search(
         self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None
@@ -234,7 +279,10 @@ class Reader:
         return self._diagnoses(self._single)
 
     def stream(
-        self, frames: Iterable[ArrayLike], mask: ArrayLike | None = None
+        self,
+        frames: Iterable[ArrayLike],
+        mask: ArrayLike | None = None,
+        times: Iterable[float] | None = None,
     ) -> Iterator[Reading]:
         """Read frames one after the other, as they come.
 
@@ -244,14 +292,16 @@ class Reader:
             Frames as `read` takes them.
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out of all frames, where true.
+        times : iterable of float, optional
+            When they were exposed, as of `read` [s].
 
         Yields
         ------
         Reading
             One for each frame.
         """
-        for frame in frames:
-            yield self.read(frame, mask)
+        for frame, time in zip(frames, repeat(None) if times is None else times, strict=False):
+            yield self.read(frame, mask, time)
 
     def read_on(
         self,
@@ -259,6 +309,7 @@ class Reader:
         covariance: bool = False,
         mask: ArrayLike | None = None,
         progress: Callable[[int], None] | None = None,
+        times: ArrayLike | None = None,
     ) -> Batch:
         """Read the next frames at once; those of a strip much faster than one by one.
 
@@ -266,11 +317,14 @@ class Reader:
         ----------
         frames : array_like, shape (k, ...) as frames
             Grey levels of the frames that follow the last one.
-        covariance, mask, progress
+        covariance, mask, progress, times
             As of `read_batch`.
         """
         levels, batch = self._prepared(frames, covariance)
+        own = self._times(times, len(batch))
         self._follower.read_on(levels, self._single.usable(mask), batch, progress)
+        if self._creep is not None:
+            self._creep.batch(batch, own)
         return batch
 
     def read_batch(
@@ -280,6 +334,7 @@ class Reader:
         mask: ArrayLike | None = None,
         workers: int | None = None,
         progress: Callable[[int], None] | None = None,
+        times: ArrayLike | None = None,
     ) -> Batch:
         """Read a recording on all processor cores; independent of what was read before.
 
@@ -300,8 +355,11 @@ class Reader:
             Parts that are read at the same time; one for each core if not given.
         progress : callable, optional
             Called with numbers of frames as they are done, from any thread.
+        times : array_like, shape (k,), optional
+            When they were exposed, as of `read` [s].
         """
         levels, batch = self._prepared(frames, covariance)
+        own, creep = self._times(times, len(batch)), self._creep_filter()
         used = self._single.usable(mask)
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))
         ends = np.linspace(0, len(levels), count + 1).astype(int)
@@ -315,6 +373,8 @@ class Reader:
             ]
             for job in jobs:
                 job.result()
+        if creep is not None:
+            creep.batch(batch, own)
         return batch
 
     def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:

@@ -1,0 +1,158 @@
+"""Strips whose layers relax: what earlier loads add, and readings without it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import fringeforce as ff
+from fringeforce.base.errors import DesignError, InputError
+from fringeforce.models.creep import Creep
+
+TERMS = [["6 %", "0.4 s"], ["4 %", "15 s"]]
+TASK = [0.0, 2.0, 3.0, 33.0, 36.0, 37.0, 70.0]
+"""Times at which a touch rests, presses, slides, leaves, and has left [s]."""
+
+
+def sensor(terms: object = TERMS, **more: object) -> ff.Sensor:
+    light = {"camera.noise_model": "gaussian", "camera.noise": 1.0, "camera.pixels": 1024}
+    return ff.load_sensor("saad").replace(**{"transducer.relaxation": terms, **light, **more})
+
+
+def task(times: np.ndarray) -> np.ndarray:
+    """A touch of three tactels: pressed, held, slid, released."""
+    forces = np.zeros((len(times), 11, 2))
+    shape = np.exp(-np.square((np.arange(11) - 5) / 1.5))
+    forces[..., 0] = np.interp(times, TASK, [0, 0, 1, 1, 1, 0, 0])[:, None] * shape
+    forces[..., 1] = np.interp(times, TASK, [0, 0, 0.1, 0.1, 0.3, 0, 0])[:, None] * shape
+    return forces
+
+
+def test_lags_are_those_of_a_generalised_maxwell_body() -> None:
+    """Its internal stresses q, dq_k/dt = de/dt - q_k/tau_k, under a stress of ramps."""
+    terms = sensor().transducer.relaxation
+    share = np.array([term.share for term in terms])
+    time = np.array([term.time for term in terms])
+    times, loads = np.array([0.0, 0.3, 2.0, 2.5, 40.0, 41.0, 60.0]), np.array([0, 1, 1, 2, 2, 0, 0])
+    found = [0.0]
+    state = np.zeros(3)
+    for k in range(1, len(times)):
+        rate = (loads[k] - loads[k - 1]) / (times[k] - times[k - 1])
+
+        def body(_: float, now: np.ndarray, rate: float = rate) -> np.ndarray:
+            strain = rate + (share / time) @ now[1:]
+            return np.array([strain, *(strain - now[1:] / time)])
+
+        state = solve_ivp(body, times[k - 1 : k + 1], state, rtol=1e-10, atol=1e-12).y[:, -1]
+        found.append(state[0])
+    own = loads + Creep.of(sensor().transducer).added(times, loads.astype(float))
+    np.testing.assert_allclose(own, found, atol=1e-7)
+
+
+def test_a_lasting_load_ends_at_the_relaxed_modulus() -> None:
+    creep = Creep.of(sensor().transducer)
+    assert creep.amounts.sum() == pytest.approx(1 / 0.9 - 1)
+    assert not len(Creep.of(sensor(()).transducer).amounts)
+    stress = {
+        "transducer.photoelastic.strain_optic_coefficient": None,
+        "transducer.photoelastic.stress_optic_coefficient": 70e-12,
+    }
+    assert not len(Creep.of(sensor(**stress).transducer).amounts)
+
+
+def test_a_task_is_read_without_its_creep() -> None:
+    times = np.arange(0.0, TASK[-1], 0.2)
+    forces, model = task(times), ff.characterize(sensor())
+    frames = model.expose(forces, rng=0, times=times)
+    plain = ff.Reader(ff.characterize(sensor(()))).read_batch(frames)
+    reader = ff.Reader(model)
+    batch = reader.read_batch(frames, times=times)
+    held, left = (times > 20) & (times < 33), (times > 37.5) & (times < 50)
+    total, true = (values[..., 0].sum(axis=1) for values in (batch.forces, forces))
+    before = plain.forces[..., 0].sum(axis=1)
+    assert np.abs(before - true)[held].min() > 0.2
+    assert abs((total - true)[held].mean()) < 0.01  # sums of eleven forces scatter by 0.02 N
+    assert not any(status is ff.Status.OK for status in batch.status[left])
+    assert abs(total[left].mean()) < 0.3 * before[left].mean()
+    assert batch.std is not None
+    inside = np.abs(batch.forces - forces)[held] < 1.96 * batch.std[held]
+    assert 0.92 < inside.mean() < 0.98
+    streamed = list(reader.stream(frames[:40], times=times[:40]))
+    for row, reading in enumerate(streamed):
+        near = 3 * batch.std[row] + 1e-9
+        assert (np.abs(reading.forces - batch.forces[row]) < near).all()
+
+
+def test_deviations_allow_for_terms_that_are_not_known() -> None:
+    """Sensors drawn from a fifth of each share, read with the drawing."""
+    terms = [
+        {"share": "0.06 +/- 20 %", "time": "0.4 s"},
+        {"share": "0.04 +/- 20 %", "time": "15 s"},
+    ]
+    times = np.arange(0.0, 33.0, 1.0)
+    drawn, forces = ff.characterize(sensor(terms)), task(times)
+    squares = []
+    for seed in range(12):
+        frames = drawn.as_built(rng=seed).expose(forces, rng=seed, times=times)
+        batch = ff.Reader(drawn).read_batch(frames, times=times)
+        assert batch.covariance is not None
+        middle = forces[-1, :, 0] / np.linalg.norm(forces[-1, :, 0])
+        error = (batch.forces[-1] - forces[-1])[:, 0] @ middle
+        way = np.zeros((11, 2))
+        way[:, 0] = middle
+        squares.append(error**2 / (way.ravel() @ batch.covariance[-1] @ way.ravel()))
+        assert way.ravel() @ batch.covariance[-1] @ way.ravel() > 1e-6
+    # twelve squares of unit normal numbers sum to 2.2 .. 33 in 99.8 of 100 cases (chi-square)
+    assert 2.2 < np.sum(squares) < 33
+
+
+def test_loads_before_the_first_frame_are_allowed_for() -> None:
+    times = np.arange(0.0, 70.0, 0.5)
+    forces, model = task(times), ff.characterize(sensor())
+    late = times >= 40
+    frames = model.expose(forces, rng=0, times=times)[late]
+    one, other = (ff.Reader(model, history=size) for size in (0.0, 1.0))
+    found = [reader.read(frames[0], time=0.0).covariance.diagonal()[10] for reader in (one, other)]
+    assert found[1] - found[0] == pytest.approx(0.111**2, rel=0.02)
+    later = other.read_batch(frames, times=times[late])
+    assert not any(status is ff.Status.OK for status in later.status)
+
+
+def test_times_are_asked_for_and_checked() -> None:
+    model = ff.characterize(sensor())
+    frame, reader = model.expose(task(np.array([10.0]))[0], rng=0), ff.Reader(model)
+    with pytest.raises(InputError, match="time of each frame"):
+        reader.read(frame)
+    with pytest.raises(InputError, match="one each"):
+        reader.read_batch(np.stack([frame, frame]), times=[0.0])
+    reader.read(frame, time=1.0)
+    with pytest.raises(InputError, match="must not descend"):
+        reader.read(frame, time=0.5)
+    with pytest.raises(InputError, match="not with shape"):
+        model.expose(task(np.array([10.0]))[0], times=[0.0])
+    with pytest.raises(InputError, match="history"):
+        ff.Reader(model, history=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("terms", "text"),
+    [
+        ([["60 %", "1 s"], ["40 %", "2 s"]], "sum to 100%"),
+        ([["6 %", "1 s"], ["4 %", "1 s"]], "same time"),
+        ([["6 %", "1 mm"]], "quantity in seconds"),
+        ([["0 %", "1 s"]], "share"),
+        ([["6 %"]], "relaxation"),
+    ],
+)
+def test_terms_that_cannot_be_are_refused(terms: object, text: str) -> None:
+    with pytest.raises(DesignError, match=text):
+        sensor(terms)
+
+
+def test_a_design_with_relaxation_is_written_and_read_back(tmp_path: Path) -> None:
+    design = sensor([{"share": "0.06 +/- 20 %", "time": "0.4 s"}])
+    (tmp_path / "soft.toml").write_text(design.to_toml())
+    again = ff.load_sensor(tmp_path / "soft.toml")
+    assert again == design
+    assert again.tolerances["transducer.relaxation.0.share"] == pytest.approx(0.012)
