@@ -22,13 +22,19 @@ SMALLEST = 0.02
 STATIONS = 160
 """Places along an edge where it is looked for."""
 REMEDY = (
-    "Give pictures of a loaded strip that is brighter than what surrounds it, or state where it is "
-    "with --corners."
+    "Give a picture in which the whole strip is brighter than what surrounds it (--outline; take "
+    "the analyser off, or light the room), or state where it is with --corners."
 )
+ASPECT = 0.1
+"""How far length over width may be from the design's: perspective, and edges that are rounded."""
 
 
 def find_region(
-    pictures: Sequence[NDArray[Any]], bits: int = 8, margin: float = 0.15, mosaic: str = ""
+    pictures: Sequence[NDArray[Any]],
+    bits: int = 8,
+    margin: float = 0.15,
+    mosaic: str = "",
+    aspect: float | None = None,
 ) -> Region:
     """Find a strip that is brighter than what surrounds it.
 
@@ -38,9 +44,12 @@ def find_region(
     Parameters
     ----------
     pictures : sequence of ndarray, shape (rows, columns) or (rows, columns, 3)
-        Some of the pictures, best under different loads.
+        One in which the whole strip is bright, such as without the analyser or by room light; or
+        some under loads that light all of it.
     bits, margin, mosaic
         As of `Region`.
+    aspect : float, optional
+        Length over width of the strip, to refuse what is another shape by more than 10 %.
 
     Returns
     -------
@@ -50,7 +59,7 @@ def find_region(
     Raises
     ------
     InputError
-        If no strip stands out.
+        If no strip stands out, or it has another shape.
 
     Examples
     --------
@@ -61,28 +70,37 @@ def find_region(
     >>> np.allclose(region.corners, edges, atol=0.2)
     True
     """
-    planes = [p.max(axis=2) if p.ndim == 3 else p for p in map(np.asarray, pictures)]
+    given = [np.asarray(picture) for picture in pictures]
+    planes: list[NDArray[Any]] = [p.max(axis=2) if p.ndim == 3 else p for p in given]
     if not planes or len({plane.shape for plane in planes}) > 1 or planes[0].ndim != 2:
         shapes = sorted({str(plane.shape) for plane in planes})
         raise InputError(f"Pictures of shapes {shapes}; give some of one size, rows by columns.")
     light = ndimage.gaussian_filter(np.max(planes, axis=0).astype(np.float32), 1.0)
-    rows, columns = light.shape
+    rows, columns = (int(length) for length in light.shape)
     corners = _coarse(light)
     for _ in range(2):  # the second time from edges that are about right
         corners = _refined(light, corners)
     found = np.clip(_ordered(corners), -1, (columns, rows))
     corners = tuple((float(column), float(row)) for column, row in found)
-    return Region(corners, (columns, rows), bits, margin, mosaic)
+    region = Region(corners, (columns, rows), bits, margin, mosaic)
+    seen = region.length / region.width
+    if aspect is not None and abs(np.log(seen / aspect)) > np.log(1 + ASPECT):
+        raise InputError(
+            f"What stands out is {seen:.3g} times as long as wide, the design's strip "
+            f"{aspect:.3g} times: its ends may be dark. {REMEDY}"
+        )
+    return region
 
 
 def _coarse(light: NDArray[np.float32]) -> Array:
     """Corners of the rectangle of least area around all that is bright."""
     step = max(1, int(np.ceil(max(light.shape) / COARSE)))
-    rows, columns = (length // step * step for length in light.shape)
+    rows, columns = light.shape[0] // step * step, light.shape[1] // step * step
     small = light[:rows, :columns].reshape(rows // step, step, columns // step, step)
     small = small.mean(axis=(1, 3))
     bright = small > _threshold(small)
-    labels, count = ndimage.label(bright, np.ones((3, 3)))
+    patches: Any = ndimage.label(bright, np.ones((3, 3)))
+    labels, count = patches
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     kept = np.isin(labels, 1 + np.flatnonzero(sizes >= SMALLEST * sizes.sum()))
     row, column = np.nonzero(kept)
@@ -161,7 +179,8 @@ def _edge(
 
 
 def _meet(one: tuple[Array, float], other: tuple[Array, float]) -> Array:
-    return np.linalg.solve(np.array([one[0], other[0]]), np.array([one[1], other[1]]))
+    normals, distances = np.array([one[0], other[0]]), np.array([one[1], other[1]])
+    return np.asarray(np.linalg.solve(normals, distances), dtype=float)
 
 
 def _ordered(corners: Array) -> Array:

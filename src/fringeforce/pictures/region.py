@@ -17,6 +17,8 @@ from fringeforce.base.storage import whole_file
 from fringeforce.design.text import toml_values
 
 UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+FINEST = 1.05
+"""Most pixels of a line for each of the picture: what is drawn out has dependent noise."""
 KEYS = {"corners", "size", "bits", "margin", "mosaic"}
 
 
@@ -128,13 +130,18 @@ class Region:
 
     def places(self, points: ArrayLike) -> Array:
         """Shares along and across the strip, 0 to 1, of columns and rows, shape (..., 2)."""
-        return _projected(np.linalg.inv(self.to_picture), points)
+        return _projected(np.asarray(np.linalg.inv(self.to_picture), dtype=float), points)
 
     @property
     def length(self) -> float:
         """Pixels along the strip, in its middle."""
         ends = self.points([[0.0, 0.5], [1.0, 0.5]])
         return float(np.hypot(*(ends[1] - ends[0])))
+
+    @property
+    def resolution(self) -> int:
+        """Most pixels of a line: those along the strip, of one kind in a mosaic."""
+        return int(self.length / (2 if self.sites else 1) * FINEST)
 
     @property
     def width(self) -> float:

@@ -23,8 +23,6 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.light import Polariscope
 from fringeforce.pictures.region import Region
 
-FINEST = 1.05
-"""Most pixels of a line for each of the picture: what is drawn out has dependent noise."""
 COLOURS = {"R": 0, "G": 1, "B": 2}
 GREEN, RED = 490e-9, 580e-9
 """Where the green pixels of usual cameras begin to see more than the blue, and red than green."""
@@ -180,7 +178,7 @@ class Sampler:
 def _weights(region: Region, pixels: int, channel: str) -> tuple[Index, csr_array]:
     """Which pixels of a picture make a line, and with which weights."""
     period = 2 if region.sites else 1
-    if region.length / period * FINEST < pixels:
+    if region.resolution < pixels:
         raise InputError(
             f"The picture has {region.length / period:.0f} pixels along the strip, the design's "
             f"camera {pixels}; state pixels = {int(region.length / period)} or fewer in the design."

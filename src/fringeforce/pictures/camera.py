@@ -1,0 +1,184 @@
+"""What the camera of a design should say about lines that were averaged from pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
+
+from fringeforce.base.arrays import Array
+from fringeforce.base.errors import InputError
+from fringeforce.pictures.region import Region
+from fringeforce.pictures.sampling import Sampler
+
+BANDS = 4
+"""Bands across the strip whose lines are compared to find the noise."""
+DEGREE = 5
+"""Degree of the polynomials along the strip by which light differs from band to band."""
+LAGS = 8
+"""Pixels over which noise may depend on that of its neighbours: the side of a block of JPEG."""
+FINE = 4
+"""Grey levels of a line for each standard deviation of its noise, so that rounding adds little."""
+EDGE = 0.3
+"""How far an edge of the region may be off [pixels of the picture]."""
+
+
+@dataclass(frozen=True)
+class LineCamera:
+    """A line camera that delivers what a `Sampler` takes from pictures.
+
+    Parameters
+    ----------
+    pixels, bits : int
+        Of the line.
+    amplitude, offset : float
+        Brightest less darkest level, and darkest level.
+    noise : float
+        Standard deviation of white noise that tells as much as the noise of the lines does.
+    blur : float
+        Standard deviation of the sampling [m].
+    shift, scale : float
+        Standard deviations of where the pixels look [m], and of their distance as a share.
+    """
+
+    pixels: int
+    bits: int
+    amplitude: float
+    offset: float
+    noise: float
+    blur: float
+    shift: float
+    scale: float
+
+    def to_toml(self) -> str:
+        """The table [camera] of a design."""
+        return "\n".join(
+            [
+                "[camera]",
+                f"pixels = {self.pixels}",
+                f"bits = {self.bits}",
+                f'amplitude = "{self.amplitude:.1f} +/- 10 %"  # from the brightest and darkest '
+                "pixels; calibration finds it",
+                f"offset = {self.offset:.1f}",
+                f"noise = {self.noise:.3g}",
+                'noise_model = "gaussian"',
+                f'blur = "{self.blur * 1e6:.3g} +/- {self.blur * 0.5e6:.2g} um"  # without '
+                "that of the lens",
+                f'shift = "0 +/- {self.shift * 1e3:.2g} mm"',
+                f'scale = "1 +/- {self.scale:.2g}"',
+            ]
+        )
+
+
+def line_camera(
+    pictures: Sequence[NDArray[Any]],
+    region: Region,
+    length: float,
+    channels: Sequence[str] = ("grey",),
+    pixels: int | None = None,
+) -> LineCamera:
+    """The camera of a design, from some pictures.
+
+    The noise is what the lines of four bands across the strip differ by, beyond light that differs
+    smoothly, divided by the number of bands, and with the covariance of neighbours added: the
+    spectral density at long waves, where fringes are.
+
+    Parameters
+    ----------
+    pictures : sequence of ndarray
+        Some pictures.
+    region : Region
+        Where the strip is.
+    length : float
+        Of the strip [m].
+    channels : sequence of str
+        As `channels_of` names them.
+    pixels : int, optional
+        Of the line; as many as the picture has if not given.
+
+    Raises
+    ------
+    InputError
+        If the band is too narrow to tell the noise, or the pictures are dark.
+    """
+    period = 2 if region.sites else 1
+    count = int(region.length / period) if pixels is None else pixels
+    sampler = Sampler(region, count, channels)
+    lines = np.array([sampler.line(picture) for picture in pictures])
+    low, high = (float(np.quantile(lines, share)) for share in (0.001, 0.999))
+    if high <= low:
+        raise InputError("The pictures show no light on the strip; expose longer.")
+    noise = _noise(pictures, region, count, channels)
+    top = 2**region.bits - 1
+    # bits that resolve the noise, and the levels in them
+    bits = int(np.clip(np.ceil(np.log2(max(1.0, FINE * top / max(noise, 1e-6)))), region.bits, 16))
+    scale = (2**bits - 1) / top
+    step = length / region.length
+    return LineCamera(
+        pixels=count,
+        bits=bits,
+        amplitude=np.floor((high - low) * scale * 10) / 10,
+        offset=np.floor(low * scale * 10) / 10,
+        noise=noise * scale,
+        blur=sampler.spread * length / count,
+        shift=EDGE * step / np.sqrt(2),
+        scale=EDGE * np.sqrt(2) / region.length,
+    )
+
+
+def _noise(
+    pictures: Sequence[NDArray[Any]], region: Region, pixels: int, channels: Sequence[str]
+) -> float:
+    """Standard deviation of a line [grey levels of the picture], the largest of the channels."""
+    period = 2 if region.sites else 1
+    if region.width * (1 - 2 * region.margin) < 2 * BANDS * period:
+        raise InputError(
+            f"The strip is {region.width:.0f} pixels wide, too few rows to tell the noise from; "
+            "state noise in the design, or bring the camera nearer."
+        )
+    edges = np.linspace(region.margin, 1 - region.margin, BANDS + 1)
+    bands = [Sampler(_band(region, *pair), pixels, channels) for pair in pairwise(edges)]
+    top = 2**region.bits - 1
+    powers = []
+    for picture in pictures:
+        lines = np.array([np.atleast_2d(band.line(picture)) for band in bands])
+        powers.append([_power(lines[:, channel], top) for channel in range(lines.shape[1])])
+    return float(np.sqrt(np.mean(powers, axis=0).max() / BANDS))
+
+
+def _band(region: Region, low: float, high: float) -> Region:
+    """A part of a region across the strip, without a margin."""
+    corners = region.points([[0, low], [1, low], [1, high], [0, high]])
+    ends = tuple((float(column), float(row)) for column, row in corners)
+    return replace(region, corners=ends, margin=0.0)
+
+
+def _power(lines: Array, top: int) -> float:
+    """Spectral density at long waves of what lines of one strip differ by, shape (bands, n)."""
+    n = lines.shape[1]
+    mean = lines.mean(axis=0)
+    keep = np.all(lines < top, axis=0)
+    if keep.sum() < 8 * DEGREE:
+        raise InputError("Nearly all pixels of the strip are saturated; expose shorter.")
+    smooth = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, n), DEGREE)
+    # light and darkness of a band differ smoothly from those of the mean
+    basis = np.hstack([smooth * mean[:, None] / mean.mean(), smooth])
+    # an orthonormal basis Q, and T that adds neighbours: of white noise r with Q projected out,
+    # the mean of r' T r is (tr T - tr Q' T Q) times the variance
+    basis = np.linalg.svd(basis * keep[:, None], full_matrices=False)[0]
+    differ = ((lines - mean) * keep).T
+    rest = differ - basis @ (basis.T @ differ)
+    own = float((rest**2).sum()) / (keep.sum() - basis.shape[1])
+    freedom = keep.sum() - (basis * _with_neighbours(basis)).sum()
+    together = float((rest * _with_neighbours(rest)).sum()) / freedom
+    return max(own, together) / (len(lines) - 1)
+
+
+def _with_neighbours(columns: Array) -> Array:
+    """Sums over all rows that are no more than `LAGS` away."""
+    return correlate1d(columns, np.ones(2 * LAGS + 1), axis=0, mode="constant")
