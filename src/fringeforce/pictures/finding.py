@@ -98,6 +98,8 @@ def _coarse(light: NDArray[np.float32]) -> Array:
     rows, columns = light.shape[0] // step * step, light.shape[1] // step * step
     small = light[:rows, :columns].reshape(rows // step, step, columns // step, step)
     small = small.mean(axis=(1, 3))
+    if np.ptp(small) <= 0:
+        raise InputError(f"The pictures are of one grey level all over. {REMEDY}")
     bright = small > _threshold(small)
     patches: Any = ndimage.label(bright, np.ones((3, 3)))
     labels, count = patches
