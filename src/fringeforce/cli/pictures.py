@@ -94,7 +94,8 @@ def extract(
     print(_described(found))
     if camera:
         channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
-        print(line_camera(first, found, sensor.transducer.length, channels).to_toml())
+        length, response = sensor.transducer.length, sensor.camera.response
+        print(line_camera(first, found, length, channels, response=response).to_toml())
     if preview is not None:
         channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
         pixels = min(sensor.camera.pixels, found.resolution)

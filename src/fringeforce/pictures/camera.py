@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import correlate1d
+from scipy.ndimage import correlate1d, uniform_filter1d
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.optics.camera import encoded
 from fringeforce.pictures.region import Region
 from fringeforce.pictures.sampling import Sampler
 
@@ -24,6 +25,8 @@ LAGS = 8
 """Pixels over which noise may depend on that of its neighbours: the side of a block of JPEG."""
 FINE = 4
 """Grey levels of a line for each standard deviation of its noise, so that rounding adds little."""
+DARK = 0.01
+"""How far darkness may be off, as a share of the amplitude: the darkest pixels see some light."""
 EDGE = 0.3
 """How far an edge of the region may be off [pixels of the picture]."""
 
@@ -44,6 +47,8 @@ class LineCamera:
         Standard deviation of the sampling [m].
     shift, scale : float
         Standard deviations of where the pixels look [m], and of their distance as a share.
+    response : str
+        As in a design.
     """
 
     pixels: int
@@ -54,6 +59,7 @@ class LineCamera:
     blur: float
     shift: float
     scale: float
+    response: str = "linear"
 
     def to_toml(self) -> str:
         """The table [camera] of a design."""
@@ -64,9 +70,10 @@ class LineCamera:
                 f"bits = {self.bits}",
                 f'amplitude = "{self.amplitude:.1f} +/- 10 %"  # from the brightest and darkest '
                 "pixels; calibration finds it",
-                f"offset = {self.offset:.1f}",
+                f'offset = "{self.offset:.1f} +/- {DARK * self.amplitude:.2g}"',
                 f"noise = {self.noise:.3g}",
                 'noise_model = "gaussian"',
+                f'response = "{self.response}"',
                 f'blur = "{self.blur * 1e6:.3g} +/- {self.blur * 0.5e6:.2g} um"  # without '
                 "that of the lens",
                 f'shift = "0 +/- {self.shift * 1e3:.2g} mm"',
@@ -81,6 +88,7 @@ def line_camera(
     length: float,
     channels: Sequence[str] = ("grey",),
     pixels: int | None = None,
+    response: str = "linear",
 ) -> LineCamera:
     """The camera of a design, from some pictures.
 
@@ -100,6 +108,8 @@ def line_camera(
         As `channels_of` names them.
     pixels : int, optional
         Of the line; as many as the picture has if not given.
+    response : str
+        Of the camera, as in a design; amplitude and offset are of the light before it.
 
     Raises
     ------
@@ -110,7 +120,9 @@ def line_camera(
     count = int(region.length / period) if pixels is None else pixels
     sampler = Sampler(region, count, channels)
     lines = np.array([sampler.line(picture) for picture in pictures])
-    low, high = (float(np.quantile(lines, share)) for share in (0.001, 0.999))
+    # means of neighbours, so that noise does not lower the one and raise the other
+    smooth = uniform_filter1d(lines, LAGS, axis=-1, mode="nearest")
+    low, high = float(smooth.min()), float(smooth.max())
     if high <= low:
         raise InputError("The pictures show no light on the strip; expose longer.")
     noise = _noise(pictures, region, count, channels)
@@ -118,6 +130,8 @@ def line_camera(
     # bits that resolve the noise, and the levels in them
     bits = int(np.clip(np.ceil(np.log2(max(1.0, FINE * top / max(noise, 1e-6)))), region.bits, 16))
     scale = (2**bits - 1) / top
+    grid = np.linspace(0, 1, 4096)
+    low, high = top * np.interp([low / top, high / top], encoded(grid, response), grid)
     step = length / region.length
     return LineCamera(
         pixels=count,
@@ -128,6 +142,7 @@ def line_camera(
         blur=sampler.spread * length / count,
         shift=EDGE * step / np.sqrt(2),
         scale=EDGE * np.sqrt(2) / region.length,
+        response=response,
     )
 
 
