@@ -107,6 +107,5 @@ def test_forces_are_right_within_their_deviations(
         off = (reading.forces - applied).ravel()
         distances.append(off @ np.linalg.solve(reading.covariance, off))
         assert np.abs(off).max() < 0.1
-    print(kind.__name__, np.round(np.array(distances) / loads[0].size, 2), camera)
     # errors of the camera's place and light are common to all frames, so each is judged alone
     assert max(distances) < chi2.ppf(1 - 0.001 / len(loads), loads[0].size)

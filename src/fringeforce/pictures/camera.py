@@ -93,8 +93,8 @@ def line_camera(
     """The camera of a design, from some pictures.
 
     The noise is what the lines of four bands across the strip differ by, beyond light that differs
-    smoothly, divided by the number of bands, and with the covariance of neighbours added: the
-    spectral density at long waves, where fringes are.
+    smoothly, with the covariance of neighbours added, along the strip and across: the spectral
+    density at long waves, where fringes are.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def _noise(
     for picture in pictures:
         lines = np.array([np.atleast_2d(band.line(picture)) for band in bands])
         powers.append([_power(lines[:, channel], top) for channel in range(lines.shape[1])])
-    return float(np.sqrt(np.mean(powers, axis=0).max() / BANDS))
+    return float(np.sqrt(np.mean(powers, axis=0).max()))
 
 
 def _band(region: Region, low: float, high: float) -> Region:
@@ -174,7 +174,7 @@ def _band(region: Region, low: float, high: float) -> Region:
 
 
 def _power(lines: Array, top: int) -> float:
-    """Spectral density at long waves of what lines of one strip differ by, shape (bands, n)."""
+    """Spectral density at long waves of the noise of the mean of lines, shape (BANDS, n)."""
     n = lines.shape[1]
     mean = lines.mean(axis=0)
     keep = np.all(lines < top, axis=0)
@@ -186,14 +186,23 @@ def _power(lines: Array, top: int) -> float:
     # an orthonormal basis Q, and T that adds neighbours: of white noise r with Q projected out,
     # the mean of r' T r is (tr T - tr Q' T Q) times the variance
     basis = np.linalg.svd(basis * keep[:, None], full_matrices=False)[0]
-    differ = ((lines - mean) * keep).T
-    rest = differ - basis @ (basis.T @ differ)
-    own = float((rest**2).sum()) / (keep.sum() - basis.shape[1])
-    freedom = keep.sum() - (basis * _with_neighbours(basis)).sum()
-    together = float((rest * _with_neighbours(rest)).sum()) / freedom
-    return max(own, together) / (len(lines) - 1)
+    free = np.array([keep.sum() - basis.shape[1], keep.sum() - _together(basis)])
+    semivariance = np.zeros((BANDS, 2))
+    for apart in range(1, BANDS):
+        for differ in (lines[apart:] - lines[:-apart]) * keep:
+            rest = (differ - basis @ (basis.T @ differ))[:, None]
+            powers = np.array([float((rest**2).sum()), _together(rest)]) / free
+            semivariance[apart] += powers / 2 / (BANDS - apart)
+    # bands that share blocks of a codec err alike: the variance of their mean from the variogram,
+    # zero covariance at the largest distance (Cressie, Statistics for Spatial Data, section 2.4);
+    # along the strip it is as for any band, so its share is told from single pixels
+    pairs = np.abs(np.subtract.outer(np.arange(BANDS), np.arange(BANDS)))
+    alike = float((semivariance[-1] - semivariance[pairs]).mean(axis=(0, 1))[0])
+    alone = semivariance[1:].mean(axis=0) / BANDS
+    return float(alone.max() * max(1.0, alike / max(float(alone[0]), 1e-300)))
 
 
-def _with_neighbours(columns: Array) -> Array:
-    """Sums over all rows that are no more than `LAGS` away."""
-    return correlate1d(columns, np.ones(2 * LAGS + 1), axis=0, mode="constant")
+def _together(columns: Array) -> float:
+    """Sum of products of all rows with those that are no more than `LAGS` away."""
+    beside = correlate1d(columns, np.ones(2 * LAGS + 1), axis=0, mode="constant")
+    return float((columns * beside).sum())

@@ -66,10 +66,13 @@ class Region:
     mosaic: str = ""
 
     def __post_init__(self) -> None:
-        points = np.asarray(self.corners, dtype=float)
+        try:
+            points = np.asarray(self.corners, dtype=float)
+        except (TypeError, ValueError):
+            points = np.empty(0)
         if points.shape != (4, 2) or not np.isfinite(points).all():
             raise InputError(
-                f"corners of shape {points.shape}; give four pairs of column and row, finite."
+                f"corners = {self.corners}; give four pairs of column and row, finite."
             )
         columns, rows = (int(length) for length in self.size)
         edges = np.roll(points, -1, axis=0) - points
