@@ -1,6 +1,5 @@
 """Forces from pictures are right within the deviations that are stated with them."""
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -92,9 +91,7 @@ def test_forces_are_right_within_their_deviations(
     first = first_pictures([tmp_path])
     channels = channels_of(sensor.polariscope, region, first[0].ndim == 3)
     length = sensor.transducer.length
-    camera = line_camera(first, region, length, channels, response=response).to_toml()
-    values = tomllib.loads(camera)["camera"]
-    own = sensor.replace(**{f"camera.{key}": value for key, value in values.items()})
+    own = line_camera(first, region, length, channels, response=response).put_into(sensor)
     frames, times = extract_frames([tmp_path], own, region)
     assert (times is not None) == (kind is video)
     if times is not None:

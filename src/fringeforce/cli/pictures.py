@@ -55,9 +55,14 @@ def extract(
     camera: Annotated[
         bool, typer.Option("--camera", help="Print the design's [camera] for these pictures.")
     ] = False,
+    own: Annotated[
+        Path | None,
+        typer.Option("--design", help="Design to write: with the camera that --camera prints."),
+    ] = None,
 ) -> None:
     """Take the lines of a strip from camera pictures, as frames for read and calibrate."""
     from fringeforce.base.errors import InputError
+    from fringeforce.base.storage import whole_file
     from fringeforce.design.files import load_strip
     from fringeforce.io.frames import save_frames
     from fringeforce.pictures.camera import line_camera
@@ -67,7 +72,7 @@ def extract(
     from fringeforce.pictures.sampling import Sampler, channels_of
     from fringeforce.plotting.pictures import draw_region
 
-    if output is None and not camera and preview is None:
+    if output is None and not camera and preview is None and own is None:
         raise InputError("Say what to write: --output frames.h5, --preview FILE, or --camera.")
     sensor, first = load_strip(design), first_pictures(pictures)
     if not first:
@@ -92,12 +97,18 @@ def extract(
             found.save(region)
             print(f"{region}: where the strip is")
     print(_described(found))
-    if camera:
-        channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
+    channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
+    if camera or own is not None:
         length, response = sensor.transducer.length, sensor.camera.response
-        print(line_camera(first, found, length, channels, response=response).to_toml())
+        seen_by = line_camera(first, found, length, channels, response=response)
+        if camera:
+            print(seen_by.to_toml())
+        if own is not None:
+            sensor = seen_by.put_into(sensor)
+            with whole_file(own) as unfinished:
+                unfinished.write_text(sensor.to_toml(), encoding="utf-8")
+            print(f"{own}: the design with the camera of these pictures")
     if preview is not None:
-        channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
         pixels = min(sensor.camera.pixels, found.resolution)
         draw_region(Sampler(found, pixels, channels), first[0], preview)
         print(f"{preview}: what was found")

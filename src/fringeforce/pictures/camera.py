@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -13,6 +14,7 @@ from scipy.ndimage import correlate1d, uniform_filter1d
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import encoded
 from fringeforce.pictures.region import Region
 from fringeforce.pictures.sampling import Sampler
@@ -80,6 +82,11 @@ class LineCamera:
                 f'scale = "1 +/- {self.scale:.2g}"',
             ]
         )
+
+    def put_into(self, sensor: Sensor) -> Sensor:
+        """The design with this camera."""
+        values = tomllib.loads(self.to_toml())["camera"]
+        return sensor.replace(**{f"camera.{key}": value for key, value in values.items()})
 
 
 def line_camera(

@@ -67,9 +67,9 @@ class Region:
 
     def __post_init__(self) -> None:
         try:
-            points = np.asarray(self.corners, dtype=float)
+            points: Array = np.array(self.corners, dtype=float)
         except (TypeError, ValueError):
-            points = np.empty(0)
+            points = np.zeros(0)
         if points.shape != (4, 2) or not np.isfinite(points).all():
             raise InputError(
                 f"corners = {self.corners}; give four pairs of column and row, finite."
@@ -92,7 +92,9 @@ class Region:
             raise InputError(f"bits = {self.bits} of a region; cameras have 1 to 16.")
         if not 0 <= self.margin <= 0.45:
             raise InputError(f"margin = {self.margin:g} of a region; take 0 to 0.45.")
-        object.__setattr__(self, "corners", tuple((float(c), float(r)) for c, r in points))
+        object.__setattr__(
+            self, "corners", tuple((float(point[0]), float(point[1])) for point in points)
+        )
         object.__setattr__(self, "size", (columns, rows))
         _ = self.sites  # refuses what is no mosaic
 
