@@ -13,6 +13,7 @@ import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.cli import app
 from fringeforce.io.frames import load_frames
+from fringeforce.pictures.extraction import extract_frames
 
 pytestmark = pytest.mark.slow
 
@@ -55,6 +56,8 @@ def test_pictures_become_forces(folder: Path, sensor: ff.Sensor, loads: NDArray)
     assert "4 OK" in run("read", "own.h5", "frames.h5", "-o", "lines.csv")
     assert "4 OK" in run("read", "own.h5", "shots", *found, "-o", "pictures.csv")
     assert Path("lines.csv").read_text() == Path("pictures.csv").read_text()
+    run("live", "own.h5", "--camera", "file:shots", *found, "--to", "csv:live.csv")
+    assert len(Path("live.csv").read_text().splitlines()) >= 1 + 4
     rows = np.genfromtxt("lines.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     assert np.abs(rows["normal_N"].reshape(4, 11) - loads[..., 0]).max() < 0.1
 
@@ -72,3 +75,11 @@ def test_corners_are_taken_as_stated_and_kept(folder: Path) -> None:
     }.items():
         with pytest.raises(InputError, match=said):
             run("extract", "saad", *words)
+
+
+def test_pads_and_cameras_take_no_region(folder: Path, model: ff.SensorModel) -> None:
+    strip = ff.Region([(1, 1), (50, 1), (50, 9), (1, 9)], (600, 150))
+    with pytest.raises(InputError, match="pads are read whole"):
+        extract_frames(["shots"], ff.load_sensor("pad"), strip)
+    with pytest.raises(InputError, match="file:PATH"):
+        ff.open_camera("sim", model, region=strip)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.pictures.files import load_pictures
 from fringeforce.pictures.region import Region
@@ -47,14 +48,8 @@ def bits_of(pictures: Sequence[NDArray[Any]], stated: int | None, designed: int)
     return designed
 
 
-def sampler_of(sensor: Sensor, region: Region, picture: NDArray[Any]) -> Sampler:
-    """What takes the frames of a design from pictures such as one."""
-    channels = channels_of(sensor.polariscope, region, picture.ndim == 3)
-    return Sampler(region, sensor.camera.pixels, channels)
-
-
 def extract_frames(
-    paths: Paths, sensor: Sensor, region: Region
+    paths: Paths, sensor: Sensor | Pad, region: Region
 ) -> tuple[NDArray[np.unsignedinteger], Array | None]:
     """Frames of a design from pictures.
 
@@ -63,7 +58,7 @@ def extract_frames(
     paths : iterable of path
         As of `load_pictures`.
     sensor : Sensor
-        Its camera says pixels and bits of the lines.
+        Its camera says pixels and bits of the lines.  Pads are refused.
     region : Region
         Where the strip is.
 
@@ -74,10 +69,16 @@ def extract_frames(
     times : ndarray, shape (k,), or None
         When they were exposed, since the start of the video [s]; None if a file does not say.
     """
+    seen: Any = sensor.camera
+    light: Any = sensor.polariscope
+    if sensor.dimensions != 1:
+        raise InputError("Lines are taken from pictures of strips; images of pads are read whole.")
     sampler, frames, times = None, [], []
     for picture, time in load_pictures(paths):
-        sampler = sampler or sampler_of(sensor, region, picture)
-        frames.append(sampler.frames([picture], sensor.camera.bits)[0])
+        if sampler is None:
+            channels = channels_of(light, region, picture.ndim == 3)
+            sampler = Sampler(region, seen.pixels, channels)
+        frames.append(sampler.frames([picture], seen.bits)[0])
         times.append(time)
     if not frames:
         raise InputError("There are no pictures to take lines from.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -59,7 +60,7 @@ class Region:
     True
     """
 
-    corners: tuple[tuple[float, float], ...]
+    corners: Sequence[Sequence[float]]
     size: tuple[int, int]
     bits: int = 8
     margin: float = 0.15
