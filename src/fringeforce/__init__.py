@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from fringeforce.models.files import load_model
     from fringeforce.models.given import model_from_influence
     from fringeforce.models.strip import SensorModel
+    from fringeforce.pictures.finding import find_region
+    from fringeforce.pictures.region import Region
+    from fringeforce.pictures.sampling import Sampler
     from fringeforce.reading.batch import Batch
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Reading, Status
@@ -46,7 +49,9 @@ __all__ = [
     "Reader",
     "Reading",
     "References",
+    "Region",
     "Resultant",
+    "Sampler",
     "Sensor",
     "SensorModel",
     "SkinContacts",
@@ -54,6 +59,7 @@ __all__ = [
     "assess_presses",
     "calibrate",
     "characterize",
+    "find_region",
     "live",
     "load_model",
     "load_sensor",
@@ -81,7 +87,9 @@ _HOME = {
     "Reader": "reading.reader",
     "Reading": "reading.reading",
     "References": "calibration.light.references",
+    "Region": "pictures.region",
     "Resultant": "contacts.resultant",
+    "Sampler": "pictures.sampling",
     "SkinContacts": "contacts.skin_contacts",
     "Status": "reading.reading",
     "Sensor": "design.strip",
@@ -90,6 +98,7 @@ _HOME = {
     "calibrate": "calibration.calibrate",
     "plan_presses": "calibration.planning.plan",
     "characterize": "models.characterization",
+    "find_region": "pictures.finding",
     "live": "acquisition.loop",
     "load_model": "models.files",
     "model_from_influence": "models.given",

@@ -15,6 +15,7 @@ from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
 from fringeforce.cli.paper import reproduce
+from fringeforce.cli.pictures import extract
 from fringeforce.cli.studies import optimise, study, sweep
 
 __all__ = ["app", "main"]
@@ -33,7 +34,7 @@ app = typer.Typer(
 )
 
 COMMANDS = (
-    *(new, materials, characterize, show, simulate, read, live),
+    *(new, materials, characterize, show, simulate, extract, read, live),
     *(plan, calibrate, check, update, study, sweep, optimise, dataset, explore, reproduce),
 )
 for command in COMMANDS:

@@ -16,6 +16,14 @@ Frames = Annotated[
         help="Frames: .h5, .npy, .png or .tiff; a row each, or an image each for a pad."
     ),
 ]
+RegionFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--region",
+        help="Where the strip is in pictures (`fringeforce extract --region`); frames may then be "
+        "pictures, videos and folders of them.",
+    ),
+]
 Scheduler = Annotated[
     str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
 ]
@@ -47,6 +55,17 @@ def with_tolerances(model: Any, stated: Sequence[str] | None) -> Any:
             )
         values[path.strip()] = value.strip().strip('"')
     return model.with_tolerances(**values) if values else model
+
+
+def frames_and_times(path: Path, sensor: Any, region: Path | None) -> tuple[Any, Any]:
+    """Frames of a file, or of pictures with the strip in a region; times [s] or None."""
+    from fringeforce.io.frames import load_frames, load_times
+    from fringeforce.pictures.extraction import extract_frames
+    from fringeforce.pictures.region import Region
+
+    if region is None:
+        return load_frames(path, sensor.dimensions), load_times(path)
+    return extract_frames([path], sensor, Region.load(region))
 
 
 def is_model(path: str) -> bool:

@@ -8,7 +8,14 @@ from typing import Annotated
 import typer
 
 from fringeforce.base.errors import InputError
-from fringeforce.cli.arguments import Design, Model, draw_beside, is_model
+from fringeforce.cli.arguments import (
+    Design,
+    Model,
+    RegionFile,
+    draw_beside,
+    frames_and_times,
+    is_model,
+)
 from fringeforce.cli.progress import progress_bar
 
 Parameters = Annotated[
@@ -102,6 +109,7 @@ def calibrate(
         Path | None,
         typer.Option(help="HTML page to write: verdict, residuals, fields, contacts and values."),
     ] = None,
+    region: RegionFile = None,
 ) -> None:
     """Make the model agree with the sensor on the bench; ends with status 1 if it must not be used.
 
@@ -113,23 +121,28 @@ def calibrate(
     from fringeforce.calibration.planning.plan import next_presses
     from fringeforce.design.files import load_strip
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
-    from fringeforce.io.frames import load_frames
     from fringeforce.plotting.calibration_report import calibration_report
     from fringeforce.plotting.figures import draw_residuals
     from fringeforce.studies.summary import calibration_summary
 
     sensor = load_strip(design)
-    images = load_frames(frames)
+    images, times = frames_and_times(frames, sensor, region)
     known = load_bench_loads(loads, sensor, len(images))
     by_time = isinstance(known, LoadLog)
-    times = load_frame_times(frames, len(images), fps) if by_time else None
+    if not by_time:
+        times = None
+    elif times is None or fps is not None:
+        times = load_frame_times(frames, len(images), fps)
     forces = None if by_time or known.tactels is None else known.on_tactels(sensor.tactels.count)
     given_loads = known
     if columns:
         if forces is None:
             raise InputError("--columns corrects the columns of tactels; give loads of tactels.")
         given_loads = forces
-    given = (None if path is None else load_frames(path) for path in (dark, unloaded, bright))
+    given = (
+        None if path is None else frames_and_times(path, sensor, region)[0]
+        for path in (dark, unloaded, bright)
+    )
     references = References(*given)
     zero = 0.0 if cell_zero is None else _quantity("--cell-zero", cell_zero, "newton")
     with progress_bar("Calibrating") as advance:

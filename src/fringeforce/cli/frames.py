@@ -14,8 +14,10 @@ from fringeforce.cli.arguments import (
     Frames,
     Friction,
     Model,
+    RegionFile,
     Tolerance,
     draw_beside,
+    frames_and_times,
     with_tolerances,
 )
 from fringeforce.cli.progress import progress_bar
@@ -72,6 +74,7 @@ def read(
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
     friction: Friction = None,
     tolerance: Tolerance = None,
+    region: RegionFile = None,
     fps: Annotated[
         float | None,
         typer.Option(help="Frames per second of a strip that relaxes, if they have no times."),
@@ -82,7 +85,6 @@ def read(
     Ends with status 1, and draws nothing, if none of the frames can be used.
     """
     from fringeforce.io.bench_loads import load_frame_times
-    from fringeforce.io.frames import load_frames
     from fringeforce.io.tables import save_contacts, save_readings
     from fringeforce.models.files import load_model
     from fringeforce.plotting.figures import draw_readings
@@ -90,10 +92,11 @@ def read(
 
     found = with_tolerances(load_model(model), tolerance)
     sensor, reader = found.sensor, Reader(found, friction)
-    images = load_frames(frames, sensor.dimensions)
+    images, times = frames_and_times(frames, sensor, region)
     _check_shape(frames, images.shape, found.frame_shape)
     readings: Any = []
-    times = load_frame_times(frames, len(images), fps) if reader.needs_times else None
+    if reader.needs_times and (times is None or fps is not None):
+        times = load_frame_times(frames, len(images), fps)
     with progress_bar() as advance:
         for reading in reader.stream(images, times=times):
             readings.append(reading)
@@ -125,7 +128,7 @@ def _check_shape(path: Path, shape: tuple[int, ...], wanted: tuple[int, ...]) ->
     if len(wanted) == 1 and len(shape) == 2:
         raise InputError(
             f"{path}: {given} looks like a picture, or like {shape[0]} lines of {shape[1]} pixels; "
-            f"the model's camera has {own}. Of a picture, cut out the line along the strip; for "
+            f"the model's camera has {own}. Of pictures, run fringeforce extract; for "
             f"lines, state pixels = {shape[1]} in the design and calibrate or characterize anew."
         )
     frame = " x ".join(map(str, shape[1:]))

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import Exposure, Friction, Model, Rate, Tolerance, with_tolerances
+from fringeforce.cli.arguments import (
+    Exposure,
+    Friction,
+    Model,
+    Rate,
+    RegionFile,
+    Tolerance,
+    with_tolerances,
+)
 
 if TYPE_CHECKING:
     from fringeforce.acquisition.loop import Report
@@ -56,6 +64,7 @@ def live(
     ] = None,
     friction: Friction = None,
     tolerance: Tolerance = None,
+    region: RegionFile = None,
 ) -> None:
     """Read a camera live, show the forces, and send them where they are wanted."""
     from fringeforce.acquisition.cameras.camera import Settings
@@ -63,14 +72,16 @@ def live(
     from fringeforce.acquisition.loop import live as run
     from fringeforce.cli.display import busy, display, summary
     from fringeforce.models.files import load_model
+    from fringeforce.pictures.region import Region
     from fringeforce.reading.reader import Reader
 
     found, settings = load_model(model), Settings(line_rate, exposure, block)
     found = with_tolerances(found, tolerance)
+    seen = None if region is None else Region.load(region)
     reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1
     with busy("Exposing a simulated touch ...") if slow else nullcontext():
-        source = open_camera(camera, found, settings)
+        source = open_camera(camera, found, settings, seen)
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
     sinks = _opened(targets, found, bind, token)
     with busy("Loading the reader, which is compiled for about a minute the first time ..."):

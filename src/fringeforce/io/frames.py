@@ -23,6 +23,7 @@ from fringeforce.base.storage import (
     load_array,
     new_file,
     read,
+    write,
     write_forces,
     write_frames,
 )
@@ -54,7 +55,11 @@ def pixel_axes(positions: Any) -> Mapping[str, tuple[ArrayLike, str]]:
 
 
 def save_frames(
-    path: PathLike, frames: ArrayLike, positions: Any, forces: ArrayLike | None = None
+    path: PathLike,
+    frames: ArrayLike,
+    positions: Any,
+    forces: ArrayLike | None = None,
+    times: ArrayLike | None = None,
 ) -> None:
     """Write frames, and the forces behind them where they are known.
 
@@ -68,9 +73,13 @@ def save_frames(
         `pixel_positions` of the model: of a strip, or along x and along y of a pad [m].
     forces : array_like, shape (k, n, components), optional
         Forces [N].
+    times : array_like, shape (k,), optional
+        When the frames were exposed [s]; those of a video count from its start.
     """
     with new_file(path, FRAMES) as file:
         write_frames(file, np.asarray(frames), pixel_axes(positions))
+        if times is not None:
+            write(file, "time", np.asarray(times, float), ("frame",), "s", "when it was exposed")
         if forces is not None:
             write_forces(file, forces, COMPONENTS[np.shape(forces)[-1]])
 
@@ -122,7 +131,10 @@ def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
 
 
 def load_times(path: PathLike) -> Array | None:
-    """When the frames of a recording were exposed, shape (k,) [s since 1970]; None if unknown."""
+    """When the frames of a recording were exposed, shape (k,) [s]; None if unknown.
+
+    Of cameras since 1970, of videos since their start.
+    """
     if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
         return None
     with existing_file(path, *KINDS) as file:

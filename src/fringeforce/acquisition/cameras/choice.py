@@ -6,10 +6,15 @@ from fringeforce.acquisition.cameras.camera import Camera, Settings
 from fringeforce.base.errors import InputError
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
+from fringeforce.pictures.extraction import extract_frames
+from fringeforce.pictures.region import Region
 
 
 def open_camera(
-    name: str, model: SensorModel | PadModel, settings: Settings | None = None
+    name: str,
+    model: SensorModel | PadModel,
+    settings: Settings | None = None,
+    region: Region | None = None,
 ) -> Camera:
     """A camera for a sensor, not yet connected.
 
@@ -22,6 +27,8 @@ def open_camera(
         The sensor that it looks at; its design says the pixels and bits of a line, or of an image.
     settings : Settings, optional
         Rate, exposure, block.
+    region : Region, optional
+        Where the strip is in pictures; PATH is then of pictures, a video, or a folder of them.
 
     Raises
     ------
@@ -37,6 +44,8 @@ def open_camera(
     (64, 2048)
     """
     kind, _, rest = name.partition(":")
+    if region is not None and kind != "file":
+        raise InputError(f"A region is for pictures in files, file:PATH, and not for {name}.")
     seen, pictures = model.sensor.camera, len(model.sensor.polariscope.pictures)
     if name == "sim":
         from fringeforce.acquisition.cameras.simulator import SimulatedCamera
@@ -45,6 +54,9 @@ def open_camera(
     if kind == "file" and rest:
         from fringeforce.acquisition.cameras.replay import ReplayCamera
 
+        if region is not None:
+            taken = extract_frames([rest], model.sensor, region)
+            return ReplayCamera(rest, settings, found=taken)
         return ReplayCamera(rest, settings, dimensions=model.sensor.dimensions)
     if kind in ("aravis", "pylon") and pictures > 1:
         raise InputError(

@@ -6,11 +6,13 @@ import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
+from fringeforce.base.arrays import Array
 from fringeforce.io.frames import load_frames, load_times
 
 
@@ -29,6 +31,9 @@ class ReplayCamera(Interruptible):
     dimensions : int
         `dimensions` of the sensor: 1 for lines of a strip, 2 for images of a pad.
 
+    found : pair of ndarray and ndarray or None, optional
+        Frames and times [s] that were taken from pictures, in the place of those of the file.
+
     Raises
     ------
     FileFormatError
@@ -41,12 +46,13 @@ class ReplayCamera(Interruptible):
         settings: Settings | None = None,
         full_speed: bool = False,
         dimensions: int = 1,
+        found: tuple[NDArray[Any], Array | None] | None = None,
     ) -> None:
         super().__init__(settings, dimensions > 1)
         self.name = Path(path).name
-        self.lines = load_frames(path, dimensions)
         rate = self.settings.line_rate
-        times = np.arange(len(self.lines)) / rate if rate else load_times(path)
+        self.lines, times = found or (load_frames(path, dimensions), load_times(path))
+        times = np.arange(len(self.lines)) / rate if rate else times
         self._offsets = None if times is None or full_speed else times - times[:1]
 
     @property

@@ -1,0 +1,136 @@
+"""The command from camera pictures to frames: extract."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fringeforce.cli.arguments import Design
+
+if TYPE_CHECKING:
+    from fringeforce.pictures.region import Region
+
+Pictures = Annotated[
+    list[Path],
+    typer.Argument(help="Pictures, videos, arrays of pictures (.npy), or folders of them."),
+]
+
+
+def extract(
+    design: Design,
+    pictures: Pictures,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", "--out", help="Frames file to write (HDF5)."),
+    ] = None,
+    region: Annotated[
+        Path | None,
+        typer.Option(help="Region file: read if it is there, otherwise written."),
+    ] = None,
+    corners: Annotated[
+        str | None,
+        typer.Option(
+            help='Corners of the strip, clockwise from small x: "column,row column,row ..."; '
+            "found if not given."
+        ),
+    ] = None,
+    outline: Annotated[
+        Path | None,
+        typer.Option(help="Picture in which the whole strip is bright, to find it in."),
+    ] = None,
+    preview: Annotated[
+        Path | None, typer.Option(help="Picture to write of what was found (PNG).")
+    ] = None,
+    bits: Annotated[
+        int | None, typer.Option(help="Bits of the camera, of pictures stored with 16.")
+    ] = None,
+    mosaic: Annotated[
+        str, typer.Option(help='Pixels of raw mosaics: "RGGB", or biases such as "180,90,270,0".')
+    ] = "",
+    margin: Annotated[
+        float, typer.Option(help="Share of the strip's width to leave out on either side.")
+    ] = 0.15,
+    camera: Annotated[
+        bool, typer.Option("--camera", help="Print the design's [camera] for these pictures.")
+    ] = False,
+    own: Annotated[
+        Path | None,
+        typer.Option("--design", help="Design to write: with the camera that --camera prints."),
+    ] = None,
+) -> None:
+    """Take the lines of a strip from camera pictures, as frames for read and calibrate."""
+    from fringeforce.base.errors import InputError
+    from fringeforce.base.storage import whole_file
+    from fringeforce.design.files import load_strip
+    from fringeforce.io.frames import save_frames
+    from fringeforce.pictures.camera import line_camera
+    from fringeforce.pictures.extraction import bits_of, extract_frames, first_pictures
+    from fringeforce.pictures.finding import find_region
+    from fringeforce.pictures.region import Region
+    from fringeforce.pictures.sampling import Sampler, channels_of
+    from fringeforce.plotting.pictures import draw_region
+
+    if output is None and not camera and preview is None and own is None:
+        raise InputError("Say what to write: --output frames.h5, --preview FILE, or --camera.")
+    sensor, first = load_strip(design), first_pictures(pictures)
+    if not first:
+        raise InputError("There are no pictures to take lines from.")
+    if region is not None and region.exists():
+        if corners is not None or mosaic or bits is not None:
+            raise InputError(
+                f"{region} states corners, bits and mosaic; change it there, or give --region "
+                "the name of a new file."
+            )
+        found = Region.load(region)
+    else:
+        levels = bits_of(first, bits, sensor.camera.bits)
+        size = (first[0].shape[1], first[0].shape[0])
+        if corners is None:
+            seen = first if outline is None else first_pictures([outline])
+            aspect = sensor.transducer.length / sensor.transducer.width
+            found = find_region(seen, levels, margin, mosaic, aspect)
+        else:
+            found = Region(_corners(corners), size, levels, margin, mosaic)
+        if region is not None:
+            found.save(region)
+            print(f"{region}: where the strip is")
+    print(_described(found))
+    channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
+    if camera or own is not None:
+        length, response = sensor.transducer.length, sensor.camera.response
+        seen_by = line_camera(first, found, length, channels, response=response)
+        if camera:
+            print(seen_by.to_toml())
+        if own is not None:
+            sensor = seen_by.put_into(sensor)
+            with whole_file(own) as unfinished:
+                unfinished.write_text(sensor.to_toml(), encoding="utf-8")
+            print(f"{own}: the design with the camera of these pictures")
+    if preview is not None:
+        pixels = min(sensor.camera.pixels, found.resolution)
+        draw_region(Sampler(found, pixels, channels), first[0], preview)
+        print(f"{preview}: what was found")
+    if output is not None:
+        frames, times = extract_frames(pictures, sensor, found)
+        save_frames(output, frames, sensor.pixel_positions, times=times)
+        print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
+
+
+def _corners(text: str) -> Any:
+    from fringeforce.base.errors import InputError
+
+    try:
+        return [tuple(float(number) for number in pair.split(",")) for pair in text.split()]
+    except ValueError:
+        raise InputError(
+            f'--corners "{text}" is not four pairs; write "10,20 209,20 209,59 10,59".'
+        ) from None
+
+
+def _described(region: Region) -> str:
+    return (
+        f"The strip is {region.length:.0f} pixels long and {region.width:.0f} wide, tilted by "
+        f"{region.tilt:.2f} degrees."
+    )

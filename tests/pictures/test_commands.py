@@ -1,0 +1,85 @@
+"""The commands from pictures to forces."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from rendering import Scene
+from typer.testing import CliRunner
+
+import fringeforce as ff
+from fringeforce.base.errors import InputError
+from fringeforce.cli import app
+from fringeforce.io.frames import load_frames
+from fringeforce.pictures.extraction import extract_frames
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def folder(
+    tilted: Scene,
+    light: NDArray[np.float64],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Path:
+    """Pictures of loads, an outline, and a design that knows nothing of the camera."""
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(7)
+    Path("shots").mkdir()
+    outline = np.full(1000, 0.7)
+    for name, one in [*((f"shots/{k}.png", x) for k, x in enumerate(light)), ("all.png", outline)]:
+        picture = 255 * tilted.picture(one)
+        noisy = np.clip(np.rint(picture + rng.normal(0, 2.5, picture.shape)), 0, 255)
+        Image.fromarray(noisy.astype(np.uint8)).save(name)
+    return tmp_path
+
+
+def run(*words: str) -> str:
+    result = CliRunner().invoke(app, list(words), catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_pictures_become_forces(folder: Path, sensor: ff.Sensor, loads: NDArray) -> None:
+    found = ("--region", "region.toml")
+    wanted = "--camera", "--design", "own.toml"
+    said = run("extract", "saad", "shots", "--outline", "all.png", *found, *wanted)
+    assert "pixels = 517" in said
+    run("characterize", "own.toml", "-o", "own.h5")
+    run("extract", "own.toml", "shots", *found, "--out", "frames.h5", "--preview", "seen.png")
+    assert load_frames("frames.h5").shape == (4, 517)
+    with Image.open("seen.png") as preview:
+        assert np.ptp(np.asarray(preview.convert("L"))) > 200
+    assert "4 OK" in run("read", "own.h5", "frames.h5", "-o", "lines.csv")
+    assert "4 OK" in run("read", "own.h5", "shots", *found, "-o", "pictures.csv")
+    assert Path("lines.csv").read_text() == Path("pictures.csv").read_text()
+    run("live", "own.h5", "--camera", "file:shots", *found, "--to", "csv:live.csv")
+    assert len(Path("live.csv").read_text().splitlines()) >= 1 + 4
+    rows = np.genfromtxt("lines.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert np.abs(rows["normal_N"].reshape(4, 11) - loads[..., 0]).max() < 0.1
+
+
+def test_corners_are_taken_as_stated_and_kept(folder: Path) -> None:
+    corners = "40.3,30.2 556.1,66.9 554.2,107.4 36.8,72.6"
+    run("extract", "saad", "shots", "--corners", corners, "--region", "own.toml", "--camera")
+    assert ff.Region.load("own.toml").corners[2] == (554.2, 107.4)
+    for words, said in {
+        ("shots", "--region", "own.toml", "--bits", "8", "--camera"): "states corners",
+        ("shots", "--corners", "1,2 3", "--camera"): "four pairs",
+        ("shots", "--camera"): "ends may be dark",
+        ("shots", "--region", "own.toml", "--out", "f.h5"): "517 or fewer",
+        ("shots",): "Say what to write",
+    }.items():
+        with pytest.raises(InputError, match=said):
+            run("extract", "saad", *words)
+
+
+def test_pads_and_cameras_take_no_region(folder: Path, model: ff.SensorModel) -> None:
+    strip = ff.Region([(1, 1), (50, 1), (50, 9), (1, 9)], (600, 150))
+    with pytest.raises(InputError, match="pads are read whole"):
+        extract_frames(["shots"], ff.load_sensor("pad"), strip)
+    with pytest.raises(InputError, match="file:PATH"):
+        ff.open_camera("sim", model, region=strip)

@@ -1,0 +1,108 @@
+"""Forces from pictures are right within the deviations that are stated with them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+import tifffile
+from numpy.typing import NDArray
+from PIL import Image
+from rendering import Scene
+from scipy.stats import chi2
+
+import fringeforce as ff
+from fringeforce.pictures.camera import line_camera
+from fringeforce.pictures.extraction import extract_frames, first_pictures
+from fringeforce.pictures.sampling import channels_of
+from fringeforce.reading.reading import Status
+
+Levels = NDArray[np.float64]
+
+
+def quantised(shares: Levels, noise: float, bits: int = 8, seed: int = 0) -> NDArray[Any]:
+    """Noise as a share of the full scale, rounded and clipped."""
+    top = 2**bits - 1
+    noisy = top * (shares + np.random.default_rng(seed).normal(0, noise, shares.shape))
+    return np.clip(np.rint(noisy), 0, top).astype(np.uint8 if bits <= 8 else np.uint16)
+
+
+def png(pictures: Levels, folder: Path) -> None:
+    for number, picture in enumerate(quantised(pictures, 0.01)):
+        Image.fromarray(picture).save(folder / f"{number}.png")
+
+
+def tiff_of_12_bits(pictures: Levels, folder: Path) -> None:
+    deep = quantised(pictures, 0.01, bits=12)
+    tifffile.imwrite(folder / "stack.tif", deep, photometric="minisblack")
+
+
+def jpeg_in_srgb(pictures: Levels, folder: Path) -> None:
+    low = pictures <= 0.0031308  # IEC 61966-2-1
+    coded = np.where(low, 12.92 * pictures, 1.055 * pictures ** (1 / 2.4) - 0.055)
+    for number, picture in enumerate(quantised(coded, 0.01)):
+        Image.fromarray(picture).save(folder / f"{number}.jpg", quality=85)
+
+
+def video(pictures: Levels, folder: Path) -> None:
+    with av.open(str(folder / "film.mp4"), "w") as container:
+        stream: Any = container.add_stream("libx264", rate=25, options={"crf": "18"})
+        stream.height, stream.width = pictures.shape[1:]
+        stream.pix_fmt = "yuv420p"
+        for picture in quantised(pictures, 0.01):
+            frame = av.VideoFrame.from_ndarray(np.repeat(picture[..., None], 3, 2), "rgb24")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+
+def bayer_under_red_light(pictures: Levels, folder: Path) -> None:
+    seen = 0.08 * pictures  # green pixels
+    seen[:, ::2, ::2] = pictures[:, ::2, ::2]
+    seen[:, 1::2, 1::2] = 0.03 * pictures[:, 1::2, 1::2]
+    np.save(folder / "raw.npy", quantised(seen, 0.01))
+
+
+KINDS: dict[Callable[[Levels, Path], None], dict[str, Any]] = {
+    png: {},
+    tiff_of_12_bits: {"bits": 12},
+    jpeg_in_srgb: {"response": "sRGB"},
+    video: {},
+    bayer_under_red_light: {"mosaic": "RGGB"},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_forces_are_right_within_their_deviations(
+    kind: Callable[[Levels, Path], None],
+    tilted: Scene,
+    light: Levels,
+    loads: Levels,
+    sensor: ff.Sensor,
+    tmp_path: Path,
+) -> None:
+    told = dict(KINDS[kind])
+    response = told.pop("response", "linear")
+    kind(np.array([tilted.picture(one) for one in light]), tmp_path)
+    even = 255 * tilted.picture(np.full(1000, 0.7))
+    region = ff.find_region([quantised(even / 255, 0.01)], aspect=12.5, **told)
+    first = first_pictures([tmp_path])
+    channels = channels_of(sensor.polariscope, region, first[0].ndim == 3)
+    length = sensor.transducer.length
+    own = line_camera(first, region, length, channels, response=response).put_into(sensor)
+    frames, times = extract_frames([tmp_path], own, region)
+    assert (times is not None) == (kind is video)
+    if times is not None:
+        np.testing.assert_allclose(np.diff(times), 1 / 25)
+    reader = ff.Reader(ff.characterize(own))
+    distances = []
+    for frame, applied in zip(frames, loads, strict=True):
+        reading = reader.read(frame)
+        assert reading.status is Status.OK, reading.advice
+        off = (reading.forces - applied).ravel()
+        distances.append(off @ np.linalg.solve(reading.covariance, off))
+        assert np.abs(off).max() < 0.1
+    # errors of the camera's place and light are common to all frames, so each is judged alone
+    assert max(distances) < chi2.ppf(1 - 0.001 / len(loads), loads[0].size)
