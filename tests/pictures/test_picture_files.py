@@ -69,11 +69,13 @@ def test_folders_are_read_in_the_order_of_their_numbers(tmp_path: Path) -> None:
 def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
     (tmp_path / "broken.png").write_bytes(b"\x89PNG\r\n")
     np.save(tmp_path / "real.npy", np.zeros((3, 4)))
+    (tmp_path / "broken.mp4").write_bytes(b"no video at all")
     (tmp_path / "empty").mkdir()
     (tmp_path / "text.txt").write_text("none")
     for name, said in {
         "none.png": "no file",
         "broken.png": "cannot be read",
+        "broken.mp4": "cannot be decoded",
         "real.npy": "float64",
         "empty": "no pictures",
         "text.txt": "pictures are read from",
