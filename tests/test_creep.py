@@ -5,9 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from typer.testing import CliRunner
 
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
+from fringeforce.cli import app
+from fringeforce.io.tables import save_forces
 from fringeforce.models.creep import Creep
 
 TERMS = [["6 %", "0.4 s"], ["4 %", "15 s"]]
@@ -139,7 +142,6 @@ def test_times_are_asked_for_and_checked() -> None:
     ("terms", "text"),
     [
         ([["60 %", "1 s"], ["40 %", "2 s"]], "sum to 100%"),
-        ([["6 %", "1 s"], ["4 %", "1 s"]], "same time"),
         ([["6 %", "1 mm"]], "quantity in seconds"),
         ([["0 %", "1 s"]], "share"),
         ([["6 %"]], "relaxation"),
@@ -156,3 +158,48 @@ def test_a_design_with_relaxation_is_written_and_read_back(tmp_path: Path) -> No
     again = ff.load_sensor(tmp_path / "soft.toml")
     assert again == design
     assert again.tolerances["transducer.relaxation.0.share"] == pytest.approx(0.012)
+
+
+@pytest.mark.parametrize("terms", [[], [[0.08, 3.0]], [[0.06, 0.4], [0.04, 15.0]]])
+def test_terms_are_found_from_a_load_that_is_held(terms: list[list[float]]) -> None:
+    times = np.arange(0.0, 66.0, 0.1)
+    loads = np.zeros((len(times), 11, 2))
+    held = np.interp(times, [0, 2, 2.2, 62, 62.2, 66], [0, 0, 1.5, 1.5, 0, 0])
+    loads[..., 0] = held[:, None] * np.exp(-np.square((np.arange(11) - 5) / 1.5))
+    frames = ff.characterize(sensor(terms)).expose(loads, rng=1, times=times)
+    found = ff.find_relaxation(ff.characterize(sensor(())), frames, loads, times).sensor
+    assert len(found.transducer.relaxation) == len(terms)
+    for number, ((share, time), term) in enumerate(
+        zip(terms, found.transducer.relaxation, strict=True)
+    ):
+        stds = [found.tolerances[f"transducer.relaxation.{number}.{k}"] for k in ("share", "time")]
+        assert abs(term.share - share) < 4 * stds[0] < share
+        assert abs(term.time - time) < 4 * stds[1] < time
+
+
+def test_the_command_finds_terms_and_readings_use_them(tmp_path: Path) -> None:
+    times = np.arange(0.0, 30.0, 0.25)
+    loads = np.zeros((len(times), 11, 2))
+    loads[4:100, 4:7, 0] = 1.0
+    save_forces(tmp_path / "hold.csv", loads)
+    model = ff.characterize(sensor([["8 %", "3 s"]]))
+    np.save(tmp_path / "hold.npy", model.expose(loads, rng=0, times=times))
+    ff.characterize(sensor(())).save(tmp_path / "drawn.h5")
+    names = [str(tmp_path / name) for name in ("drawn.h5", "hold.npy", "hold.csv", "soft.h5")]
+    ended = CliRunner().invoke(app, ["creep", *names[:3], "-o", names[3], "--fps", "4"])
+    assert ended.exit_code == 0, ended.output
+    assert "1 terms of relaxation from 120 frames" in ended.output
+    out = str(tmp_path / "forces.csv")
+    without = CliRunner().invoke(app, ["read", names[3], names[1], "-o", out])
+    assert "--fps" in without.output + str(without.exception)
+    read = CliRunner().invoke(app, ["read", names[3], names[1], "-o", out, "--fps", "4"])
+    assert read.exit_code == 0, read.output
+
+
+def test_recordings_that_tell_no_terms_are_refused() -> None:
+    model, times = ff.characterize(sensor(())), np.arange(30.0)
+    silent = model.expose(np.zeros((30, 11, 2)), rng=0)
+    with pytest.raises(InputError, match="0 of 30 frames"):
+        ff.find_relaxation(model, silent, np.zeros((30, 11, 2)), times)
+    with pytest.raises(InputError, match="29 frames do not fit loads of 30"):
+        ff.find_relaxation(model, silent[:29], np.zeros((30, 11, 2)), times)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fringeforce.calibration.light.references import References
     from fringeforce.calibration.planning.candidates import Limits
     from fringeforce.calibration.planning.plan import Plan, assess_presses, plan_presses
+    from fringeforce.calibration.relaxation import find_relaxation
     from fringeforce.contacts.contact import Contact, Friction
     from fringeforce.contacts.loads import polar
     from fringeforce.contacts.press import Press
@@ -60,6 +61,7 @@ __all__ = [
     "calibrate",
     "characterize",
     "find_region",
+    "find_relaxation",
     "live",
     "load_model",
     "load_sensor",
@@ -99,6 +101,7 @@ _HOME = {
     "plan_presses": "calibration.planning.plan",
     "characterize": "models.characterization",
     "find_region": "pictures.finding",
+    "find_relaxation": "calibration.relaxation",
     "live": "acquisition.loop",
     "load_model": "models.files",
     "model_from_influence": "models.given",

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.calibration import calibrate, check, plan, update
+from fringeforce.cli.calibration import calibrate, check, creep, plan, update
 from fringeforce.cli.datasets import dataset
 from fringeforce.cli.designs import characterize, materials, new, show
 from fringeforce.cli.explorer import explore
@@ -35,7 +35,7 @@ app = typer.Typer(
 
 COMMANDS = (
     *(new, materials, characterize, show, simulate, extract, read, live),
-    *(plan, calibrate, check, update, study, sweep, optimise, dataset, explore, reproduce),
+    *(plan, calibrate, check, update, creep, study, sweep, optimise, dataset, explore, reproduce),
 )
 for command in COMMANDS:
     app.command()(command)

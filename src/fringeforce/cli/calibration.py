@@ -274,6 +274,42 @@ def update(
         raise typer.Exit(1)
 
 
+def creep(
+    model: Model,
+    frames: Annotated[Path, typer.Argument(help="Frames of loads that are pressed and held.")],
+    loads: Loads,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    fps: Annotated[
+        float | None, typer.Option(help="Frames per second, if the frames have no times.")
+    ] = None,
+) -> None:
+    """Find how the layers relax, from a recording of loads that are pressed, held and released.
+
+    Loads are a table of tactels by frame, linear from one frame to the next.
+    """
+    from fringeforce.calibration.load_log import LoadLog
+    from fringeforce.calibration.relaxation import find_relaxation
+    from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
+    from fringeforce.io.frames import load_frames
+    from fringeforce.models.files import load_strip_model
+
+    elastic, images = load_strip_model(model), load_frames(frames)
+    known = load_bench_loads(loads, elastic.sensor, len(images))
+    if isinstance(known, LoadLog) or known.tactels is None:
+        raise InputError(f"{loads}: creep takes loads of tactels, frame by frame.")
+    times = load_frame_times(frames, len(images), fps)
+    forces = known.on_tactels(elastic.sensor.tactels.count)
+    found = find_relaxation(elastic, images, forces, times)
+    found.save(output)
+    terms, stds = found.sensor.transducer.relaxation, found.sensor.tolerances
+    print(f"{output}: {len(terms) or 'no'} terms of relaxation from {len(images)} frames")
+    for number, term in enumerate(terms):
+        share, time = (stds[f"transducer.relaxation.{number}.{key}"] for key in ("share", "time"))
+        print(
+            f"{term.share:.2%} (standard deviation {share:.2%}) in {term.time:.3g} s ({time:.2g} s)"
+        )
+
+
 def _newtons(text: str) -> float:
     return _quantity("--largest", text, "newton")
 

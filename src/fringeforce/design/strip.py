@@ -88,8 +88,6 @@ class Transducer(Part):
             raise ValueError(
                 f"relaxation: shares sum to {lost:.0%}; less than 100 % of a modulus can be lost"
             )
-        if len({term.time for term in self.relaxation}) < len(self.relaxation):
-            raise ValueError("relaxation: two terms have the same time; add their shares up in one")
         if self.relaxation and (self.strain == "finite" or not self.solved_in_a_plane):
             raise ValueError(
                 'relaxation takes plane = "stress" or "strain", and strain = "linear"; leave it out'

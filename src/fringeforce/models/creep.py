@@ -16,11 +16,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import residue
+from scipy.signal import lfilter
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
+
+EVEN = 1e-6
+"""Range of the steps over their mean up to which times are evenly spaced."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +47,18 @@ class Creep:
         terms = transducer.relaxation
         if not terms or transducer.photoelastic.effect == "stress_optic_coefficient":
             return cls(np.empty(0), np.empty(0))
-        whole = np.poly([-1 / term.time for term in terms])
-        left = whole
-        for term in terms:
-            others = np.poly([-1 / other.time for other in terms if other is not term])
-            left = np.polysub(left, term.share / term.time * others)
-        parts, poles, _ = residue(whole, left)
-        rates = -np.real(poles)
-        return cls(np.array(np.real(parts) / rates, dtype=float), np.array(rates, dtype=float))
+        return cls.retarding(*np.array([(term.share, term.time) for term in terms]).T)
+
+    @classmethod
+    def retarding(cls, shares: Array, times: Array) -> Creep:
+        """Of the shares g_k and the times tau_k [s] of a relaxation.
+
+        With D = diag(1 / tau) and v = sqrt(g / tau) the relaxation is m = 1 - v' (s + D)^-1 v, and
+        1 / m = 1 + v' (s + D - v v')^-1 v (Sherman and Morrison), which eigenvectors take apart.
+        """
+        root = np.sqrt(shares / times)
+        rates, vectors = np.linalg.eigh(np.diag(1 / times) - np.outer(root, root))
+        return cls(np.square(root @ vectors) / rates, rates)
 
     def passed(self, lags: Array, before: Array, now: Array, interval: float) -> Array:
         """Lags after a ramp from one load to the next, exactly.
@@ -86,6 +93,14 @@ class Creep:
             Loads, or the phases that they cause at once.
         """
         found, lags = np.zeros_like(values), np.zeros((len(self.rates), *values.shape[1:]))
+        steps = np.diff(times)
+        if len(steps) and np.ptp(steps) < EVEN * steps.mean():
+            for amount, kept, own, new in zip(
+                self.amounts, *self.weights(float(steps.mean())), strict=True
+            ):
+                rest = -new * values[:1]
+                found += amount * lfilter([new, own], [1.0, -kept], values, axis=0, zi=rest)[0]
+            return found
         for k in range(1, len(values)):
             lags = self.passed(lags, values[k - 1], values[k], float(times[k] - times[k - 1]))
             found[k] = np.tensordot(self.amounts, lags, 1)

@@ -1,0 +1,199 @@
+"""Terms of a strip's relaxation from a recording under known loads: pressed, held, released.
+
+Each frame is read as if it were alone.  The whole normal force that it shows is u + sum_k c_k z_k
+of the known one u, with the lags z_k of `models.creep`, times a gain that is nearly one, and with
+lags at the first frame that nobody knows.  As many terms are taken as the evidence supports.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import OptimizeResult, least_squares
+
+from fringeforce.base.arrays import Array
+from fringeforce.base.errors import InputError
+from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.tolerances import Tolerances
+from fringeforce.models.creep import Creep, checked_times
+from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import RELAXATION
+from fringeforce.reading.reader import Reader
+from fringeforce.reading.reading import Status
+
+GAIN = 0.05
+"""Standard deviation of the gain between loads as read and as known: what a calibration leaves."""
+HISTORY = 0.1
+"""Standard deviation of loads that acted for long before, over the largest load of the recording,
+which begins with a strip at rest."""
+WIDEST = 3.0
+"""Standard deviations that a term has to be away from none, as designs demand of tolerances."""
+TERMS = 3
+"""Most terms that are tried."""
+LONGEST = 1.0
+"""Longest time of a term over the length of the recording: what is slower is a part of the gain."""
+FEW = 20
+"""Readings below which no term can be told."""
+MOST = 100
+"""Steps of a fit; those that take more run along a term that is not there."""
+SHIFTS = (0.0, -0.2, 0.2)
+"""Shifts of times that are evenly spread over the logarithm of all lengths, over its range."""
+WEAK = 0.1
+"""Share of the largest load below which a frame is left out."""
+SPARE = 0.9
+"""Largest sum of shares."""
+
+
+def find_relaxation(
+    model: SensorModel, frames: ArrayLike, loads: ArrayLike, times: ArrayLike
+) -> SensorModel:
+    """Find the Prony terms of a strip's relaxation from frames under known loads.
+
+    Parameters
+    ----------
+    model : SensorModel
+        As drawn or calibrated, of a strip with tactels; what its design says of relaxation is left
+        aside.
+    frames : array_like, shape (F, n_pixels)
+        Grey levels of a recording that begins with a strip at rest, and in which loads are
+        pressed, held for as long as creep matters, and released.
+    loads : array_like, shape (F, n, 2)
+        Forces that acted, linear from one frame to the next [N].
+    times : array_like, shape (F,)
+        When the frames were exposed [s].
+
+    Returns
+    -------
+    SensorModel
+        Whose design states the terms, each with its standard deviation; none if the recording does
+        not support any.
+
+    Raises
+    ------
+    InputError
+        If frames, loads and times do not fit each other, too few frames can be read, or the phase
+        does not creep by the stress-optic law.
+
+    Examples
+    --------
+    >>> soft = ff.load_sensor("saad").replace(**{"transducer.relaxation": [["8 %", "3 s"]]})
+    >>> times, loads = np.arange(0, 30, 0.5), np.zeros((60, 11, 2))
+    >>> loads[4:40, 5, 0] = 2.0
+    >>> frames = ff.characterize(soft).expose(loads, rng=0, times=times)
+    >>> drawn = ff.characterize(ff.load_sensor("saad"))
+    >>> found = ff.find_relaxation(drawn, frames, loads, times)
+    >>> [round(term.share, 2) for term in found.sensor.transducer.relaxation]
+    [0.08]
+    """
+    if model.sensor.transducer.photoelastic.effect == "stress_optic_coefficient":
+        raise InputError(
+            "By the stress-optic law the phase of layers that relax alike does not creep; state a "
+            "strain_optic_coefficient."
+        )
+    elastic = _with_terms(model, np.empty((0, 2)), np.empty((0, 2)))
+    known = checked_loads(loads, model.sensor.tactels.count)
+    when = checked_times(times, len(known))
+    if len(np.asarray(frames)) != len(known):
+        raise InputError(f"{len(np.asarray(frames))} frames do not fit loads of {len(known)}.")
+    read = Reader(elastic).read_batch(frames)
+    applied = known[..., 0].sum(axis=1)
+    usable = np.array([status is Status.OK for status in read.status])
+    # where hardly a fringe shows, readings in a row share their errors
+    usable &= np.abs(applied) > WEAK * np.abs(applied).max()
+    if usable.sum() < FEW:
+        raise InputError(
+            f"{usable.sum()} of {len(usable)} frames can be read, and terms take {FEW}; check the "
+            "recording with fringeforce read."
+        )
+    assert read.covariance is not None
+    shown = read.forces[..., 0].sum(axis=1)
+    deviation = np.sqrt(np.maximum(read.covariance[:, ::2, ::2].sum(axis=(1, 2)), 1e-12))
+    best, size, count = np.inf, int(usable.sum()), 0
+    terms = np.empty((0, 2)), np.empty((0, 2))
+    while count <= TERMS:
+        fit = _Fit(when, applied, shown, deviation, usable, count).best()
+        values, stds = _terms(fit, count, size)
+        if _criterion(fit, size) > best or (values < WIDEST * stds).any():
+            break
+        best, terms, count = _criterion(fit, size), (values, stds), count + 1
+    return _with_terms(model, *terms)
+
+
+class _Fit:
+    """Least squares of so many terms.
+
+    Unknown are the logarithms of shares and times, the deviation of the gain from one over its
+    standard deviation, and each lag at the first frame over its own.
+    """
+
+    def __init__(
+        self,
+        times: Array,
+        applied: Array,
+        shown: Array,
+        deviation: Array,
+        usable: Array,
+        count: int,
+    ) -> None:
+        self.times, self.applied, self.count = times, applied, count
+        self.shown, self.deviation, self.usable = shown, deviation, usable
+        self.largest = float(np.abs(applied).max())
+        steps = np.diff(times)
+        self.range = float(steps[steps > 0].min()), LONGEST * float(times[-1] - times[0])
+
+    def __call__(self, unknowns: Array) -> Array:
+        count = self.count
+        shares, lasting = np.exp(unknowns[: 2 * count].reshape(2, count))
+        shares = shares * min(1.0, SPARE / max(shares.sum(), 1e-12))
+        creep, gain = Creep.retarding(shares, lasting), unknowns[2 * count]
+        lags = HISTORY * self.largest * unknowns[2 * count + 1 :]
+        faded = np.exp(-np.outer(self.times - self.times[0], creep.rates)) * lags
+        model = self.applied + creep.added(self.times, self.applied) + faded @ creep.amounts
+        left = ((1 + GAIN * gain) * model - self.shown) / self.deviation
+        return np.concatenate([left[self.usable], unknowns[2 * count :]])
+
+    def best(self) -> OptimizeResult:
+        """The best fit from times of all lengths."""
+        low, high = np.log(self.range)
+        within = (np.arange(self.count) + 0.5) / max(self.count, 1)
+        starts = [low + (high - low) * np.clip(within + by, 0.02, 0.98) for by in SHIFTS]
+        bounds = np.full((2, 3 * self.count + 1), [[-np.inf], [np.inf]])
+        bounds[0, : self.count], bounds[1, : self.count] = np.log(1e-5), np.log(SPARE)
+        bounds[0, self.count : 2 * self.count] = low
+        bounds[1, self.count : 2 * self.count] = high
+        found = []
+        for start in starts:
+            unknowns = np.zeros(3 * self.count + 1)
+            unknowns[: self.count], unknowns[self.count : 2 * self.count] = np.log(0.03), start
+            found.append(least_squares(self, unknowns, bounds=bounds, x_scale="jac", max_nfev=MOST))
+        return min(found, key=lambda one: one.cost)
+
+
+def _criterion(fit: OptimizeResult, frames: int) -> float:
+    """Bayesian information criterion (Schwarz, Ann. Statist. 6, 461, 1978)."""
+    return 2 * fit.cost + len(fit.x) * np.log(frames)
+
+
+def _terms(fit: OptimizeResult, count: int, frames: int) -> tuple[Array, Array]:
+    """Shares and times, shape (count, 2), and their standard deviations."""
+    excess = max(2 * fit.cost / max(frames - len(fit.x), 1), 1.0)
+    covariance = excess * np.linalg.pinv(fit.jac.T @ fit.jac, hermitian=True)
+    values = np.exp(fit.x[: 2 * count])
+    stds = values * np.sqrt(np.diag(covariance)[: 2 * count])
+    order = np.argsort(values[count:])
+    return values.reshape(2, count).T[order], stds.reshape(2, count).T[order]
+
+
+def _with_terms(model: SensorModel, terms: Array, stds: Array) -> SensorModel:
+    """The model with these terms in the place of its own."""
+    sensor = model.sensor.replace(**{"transducer.relaxation": [list(map(float, t)) for t in terms]})
+    stated = {
+        f"{RELAXATION}{number}.{name}": float(std)
+        for number, row in enumerate(stds)
+        for name, std in zip(("share", "time"), row, strict=True)
+    }
+    kept = {p: std for p, std in sensor.tolerances.items() if not p.startswith(RELAXATION)}
+    tolerances = Tolerances({**kept, **stated})
+    return replace(model, sensor=sensor.model_copy(update={"tolerances": tolerances}))
