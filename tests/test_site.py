@@ -94,10 +94,12 @@ def test_the_design_reference_has_every_field(site: Path) -> None:
     assert {name for name in fields(Sensor) if f">{name}<" not in page} <= {
         "channels",
         "plates",
+        "relaxation",
         "skin",
     }
     assert "polariscope.channels" in page
     assert "polariscope.plates" in page
+    assert "transducer.relaxation" in page
     assert "[skin]" in page
 
 
