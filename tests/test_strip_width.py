@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.explorer.limits import check
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
@@ -55,7 +54,7 @@ def test_the_quick_check_of_the_plane_agrees_with_fine_elements(
         ("saad", 6e-3, "stress", 'poor; take plane = "3d"'),
         ("saad", 6e-3, "3d", "good for any width"),
         ("skin", 200e-3, "stress", 'take plane = "strain"'),
-        ("skin", 6e-3, "stress", 'influence_error = "31 %"'),
+        ("skin", 6e-3, "stress", 'poor; take plane = "3d"'),
     ],
 )
 def test_a_poor_plane_is_told_and_a_better_one(
@@ -114,7 +113,7 @@ def test_a_narrow_line_in_the_middle_sees_one_phase(sensor: ff.Sensor, across: S
 
 def test_a_wide_line_is_seen_through_evenly_spread_points(sensor: ff.Sensor) -> None:
     line = sensor.replace(**SOLID, **{"camera.line_position": 0.2e-3, "camera.line_width": "1 mm"})
-    y, weights = camera_line(line)
+    y, weights = camera_line(line.camera)
     assert weights.sum() == pytest.approx(1)
     assert weights @ y == pytest.approx(0.2e-3)
     assert weights @ (y - 0.2e-3) ** 2 == pytest.approx(1e-6 / 12)
@@ -176,7 +175,5 @@ def test_what_needs_a_plane_says_so(sensor: ff.Sensor) -> None:
         convergence_study(solid)
     with pytest.raises(ff.FringeforceError, match='take plane = "stress"'):
         ff.characterize(solid, "paper")
-    with pytest.raises(ff.FringeforceError, match='"3d"; calibrate, plan'):
-        design_jacobian(solid, ("transducer.length",), np.zeros(1))
     with pytest.raises(ff.FringeforceError, match='take "stress" or "strain" here'):
         check(solid)

@@ -276,6 +276,6 @@ def test_a_value_that_no_longer_bears_its_tolerance_is_named(real: ff.Sensor) ->
         real.replace(**{THICKNESS: "0.05 mm"})
 
 
-def test_contacts_beside_tactels_need_a_plane(sensor: ff.Sensor) -> None:
-    with pytest.raises(ff.FringeforceError, match="plane"):
-        sensor.replace(**{"transducer.plane": "3d", "tactels.contact_width": "0.4 mm"})
+def test_contacts_of_some_width_need_layers(sensor: ff.Sensor) -> None:
+    with pytest.raises(ff.FringeforceError, match='plane = "given"'):
+        sensor.replace(**{"transducer.plane": "given", "tactels.contact_width": "0.4 mm"})

@@ -8,8 +8,10 @@ from fringeforce.design.strip import Transducer
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
+from fringeforce.mechanics.solid.strip import QUICK
 from fringeforce.mechanics.stress import integrated_stress
 from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.models.strip_width import light_line
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 
@@ -79,3 +81,35 @@ def test_a_design_with_wide_contacts_is_characterised_with_them(sensor: ff.Senso
     assert np.abs(model.pixel_influence - lines).max() > 100 * off
     with pytest.raises(ff.FringeforceError, match="contact_width"):
         ff.characterize(wide, mesh="paper")
+
+
+def test_in_three_dimensions_a_wide_strip_is_that_of_plane_strain(sensor: ff.Sensor) -> None:
+    solid = {"edges": "roller", "plane": "3d", "length": "7 mm", "width": "40 mm"}
+    wide = sensor.replace(transducer=solid, tactels={"count": 3, "pitch": "1 mm"})
+    strip, x = wide.transducer, np.linspace(-3.5e-3, 3.5e-3, 400)
+    rng = np.random.default_rng()
+    centres, widths = rng.uniform(-1e-3, 1e-3, 6), np.array([0.0, *rng.uniform(0, 0.8e-3, 5)])
+    line = light_line(strip, wide.camera, mesh=QUICK)
+    found = surface_influence(strip, -1.5e-3, 1.5e-3, x, line).under(centres, widths)
+    plane = strip.model_copy(update={"plane": "strain"})
+    exact = _exact(plane, centres, widths, x)
+    assert np.abs(found - exact).max() < 0.06 * np.abs(exact).max()
+    assert np.sqrt(np.square(found - exact).mean()) < 0.01 * np.abs(exact).max()
+
+
+def test_in_three_dimensions_differences_between_strips_are_smooth(sensor: ff.Sensor) -> None:
+    solid = {"plane": "3d", "length": "8 mm"}
+    short = sensor.replace(transducer=solid, tactels={"count": 3, "pitch": "1 mm"})
+    x, at = np.linspace(-4e-3, 4e-3, 400), (np.array([0.3e-3]), np.zeros(1))
+
+    def difference(step: float) -> np.ndarray:
+        found = []
+        for sign in (1, -1):
+            cover = {"thickness": 0.5e-3 * (1 + sign * step), "youngs_modulus": 11e6 * (1 + step)}
+            strip = short.replace(**{"transducer.compliant": cover}).transducer
+            line = light_line(strip, short.camera, short.transducer, QUICK)
+            found.append(surface_influence(strip, 0.0, 0.5e-3, x, line).under(*at))
+        return (found[0] - found[1]) / (2 * step)
+
+    small, large = difference(1e-3), difference(0.05)
+    assert np.abs(small - large).max() < 0.02 * np.abs(large).max()

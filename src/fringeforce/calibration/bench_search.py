@@ -441,7 +441,13 @@ class Search:
             return False
         self.centre = design.copy()
         contacts = contact_phases(
-            self.sensor, self.mechanical, design, self.places, self.size, ENTRY_STEP[1]
+            self.sensor,
+            self.mechanical,
+            design,
+            self.places,
+            self.size,
+            ENTRY_STEP[1],
+            self.bench.contacts.fine,
         )
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(self.bench, contacts=contacts, template=template)

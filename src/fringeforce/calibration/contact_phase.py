@@ -16,7 +16,10 @@ from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import moment_table
+from fringeforce.mechanics.solid.mesh import Grading
+from fringeforce.mechanics.solid.strip import QUICK, STRIP
 from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.models.strip_width import light_line
 from fringeforce.models.uncertainty import ORDER, coefficients, line_moments, mixtures
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -63,6 +66,9 @@ class ContactPhases:
         Coefficients of the moments.
     size : ContactSize
         Of the contacts.
+    fine : ndarray, shape (C, 2, K, G)
+        What fine bricks add to the moments that coarse ones give [rad/N]: it hardly changes with
+        the design.  Zero in a plane, whose elements are fine.
     """
 
     centre: Array
@@ -71,6 +77,7 @@ class ContactPhases:
     mixing: Array
     table: Array
     size: ContactSize
+    fine: Array
 
     def profiles(self, design: Array, x: Array, nodes: int) -> Array:
         """Coefficients at the nodes of the phase of every contact, shape (C, 2, k, m) [rad/N].
@@ -129,6 +136,7 @@ def contact_phases(
     places: Array,
     size: ContactSize,
     step: float,
+    fine: Array | None = None,
 ) -> ContactPhases:
     """Solve a varied design, and a step of every entry to both sides.
 
@@ -146,15 +154,18 @@ def contact_phases(
         Of the contacts.
     step : float
         Of an entry.
+    fine : ndarray, optional
+        Of contacts at these places about another design, as `ContactPhases.fine`.
     """
     assert POSITIONS not in paths
     half, cover = sensor.transducer.length / 2, sensor.transducer.compliant.thickness
     grid = np.linspace(-half, half, int(np.ceil(2 * half / cover * PER_COVER)) + 1)
 
-    def solved(design: Array) -> Array:
+    def solved(design: Array, mesh: Grading = QUICK) -> Array:
         made = varied(sensor, paths, design)
         first, last = places.min() - size.reach, places.max() + size.reach
-        surface = surface_influence(made.transducer, max(first, -half), min(last, half), grid)
+        line = light_line(made.transducer, made.camera, sensor.transducer, mesh)
+        surface = surface_influence(made.transducer, max(first, -half), min(last, half), grid, line)
         constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
         moments = line_moments(surface, places, size.reach)
         return np.asarray(phase_lead(moments, constant))
@@ -170,11 +181,15 @@ def contact_phases(
         ahead, behind = solved(centre + unit), solved(centre - unit)
         slopes.append((ahead - behind) / (2 * step))
         curves.append(((ahead + behind) / 2 - middle) / step**2)
+    if fine is None:
+        plane = sensor.transducer.solved_in_a_plane
+        fine = np.zeros_like(middle) if plane else solved(centre, STRIP) - middle
+    middle = middle + fine
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.stack([middle, *slopes, *curves], axis=-1)  # (C, 2, K, G, 1 + 2d)
     mixed = np.einsum("kr,ctkgi->gctri", spread, parts, optimize=True)
     table = moment_table(ORDER)
-    return ContactPhases(centre, half, CubicSpline(grid, mixed), mixing, table, size)
+    return ContactPhases(centre, half, CubicSpline(grid, mixed), mixing, table, size, fine)
 
 
 def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array
-from fringeforce.base.errors import InputError
 from fringeforce.calibration.design_entries import (
     EFFECTS,
     POSITIONS,
@@ -17,7 +16,11 @@ from fringeforce.calibration.design_entries import (
     varied,
 )
 from fringeforce.design.strip import Sensor
+from fringeforce.mechanics.solid.strip import QUICK
+from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.models.strip_width import light_line
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 STEP = 0.004
 """Step of an entry for central differences."""
@@ -71,17 +74,7 @@ def design_jacobian(
     step : float
         Step of the central differences; the mesh follows the design, so it must be well above the
         finite elements' relative error.
-
-    Raises
-    ------
-    InputError
-        For a strip in three dimensions, whose elements are too coarse for such differences.
     """
-    if sensor.transducer.plane == "3d":
-        raise InputError(
-            'Derivatives by values of a design need transducer.plane = "stress" or "strain", not '
-            '"3d"; calibrate, plan or compare with one of these.'
-        )
     middle = characterize(varied(sensor, paths, centre))
     half = sensor.transducer.length / 2
     grid = np.linspace(-half, half, GRID)
@@ -93,7 +86,7 @@ def design_jacobian(
             continue
         unit = (owners == path).astype(float)
         ahead, behind = (
-            characterize(varied(sensor, paths, centre + sign * step * unit)).influence(grid)
+            _influence(varied(sensor, paths, centre + sign * step * unit), sensor, grid)
             for sign in (1, -1)
         )
         change = (ahead - behind) / (2 * step)
@@ -104,3 +97,16 @@ def design_jacobian(
         values += [change * own[:, None] for own in np.eye(change.shape[1])]
     stacked = np.stack(values, axis=1).reshape(GRID, len(values), -1)
     return DesignJacobian(centre, middle, CubicSpline(grid, stacked))
+
+
+def _influence(made: Sensor, drawn: Sensor, x: Array) -> Array:
+    """Influence of a varied design, shape (m, n, 2); of a solid with bricks like the drawing's."""
+    line = light_line(made.transducer, made.camera, drawn.transducer, QUICK)
+    if line is None:
+        return characterize(made).influence(x)
+    tactels = made.tactels
+    centres, width = tactels.positions + tactels.placement, tactels.contact_width
+    first, last = centres[0] - width / 2, centres[-1] + width / 2
+    surface = surface_influence(made.transducer, first, last, x, line)
+    constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
+    return phase_lead(surface.under(centres, np.full(tactels.count, width)), constant)

@@ -257,11 +257,10 @@ class Sensor(Design):
                 f"from the centre, beyond the strip's end at {half * 1e3:g} mm; take fewer "
                 f"tactels, {remedy} or a longer strip"
             )
-        if not transducer.solved_in_a_plane and (tactels.placement or tactels.contact_width):
+        if transducer.plane == "given" and (tactels.placement or tactels.contact_width):
             raise ValueError(
-                "placement and contact_width do not go with plane = "
-                f'"{transducer.plane}", where tactels are lines at their places; leave them '
-                'out or take plane = "stress" or "strain"'
+                'placement and contact_width do not go with plane = "given", whose influence '
+                "matrix says what a force does; leave them out"
             )
         if transducer.strain == "finite" and (
             not transducer.solved_in_a_plane or not tactels.contact_width

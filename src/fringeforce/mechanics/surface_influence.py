@@ -19,6 +19,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
+from fringeforce.mechanics.solid.strip import LightLine, line_stress
 from fringeforce.mechanics.stress import integrated_stress
 
 DEGREE = 5
@@ -100,7 +101,7 @@ class SurfaceInfluence:
 
 
 def surface_influence(
-    transducer: Transducer, first: float, last: float, x: Array
+    transducer: Transducer, first: float, last: float, x: Array, line: LightLine | None = None
 ) -> SurfaceInfluence:
     """Solve for line loads along a part of the surface.
 
@@ -112,12 +113,23 @@ def surface_influence(
         Ends of the part [m], on the strip.
     x : ndarray, shape (m,)
         Where the stress is wanted [m].
+    line : LightLine, optional
+        What the light crosses, to solve the strip in three dimensions.
     """
-    cover = transducer.compliant.thickness
+    drawn = transducer if line is None else line.like or transducer
+    cover = drawn.compliant.thickness
     # a load at the very end of the strip has no elements on one side
     end = transducer.length / 2 - SPACING * cover
     # a spline is best inside its outermost places
     low, high = np.clip([first - MARGIN * cover, last + MARGIN * cover], -end, end)
+    ends = bool(low <= -end), bool(high >= end)
+    if line is not None:
+        step = SPACING * cover
+        numbers = np.arange(np.ceil(-end / step), np.floor(end / step) + 1)
+        near = (numbers * step > low - step) & (numbers * step < high + step)
+        places = numbers[near] * step
+        stress = line_stress(transducer, places, x, line)
+        return SurfaceInfluence(places, stress, POINT * cover, ends)
     count = max(int(np.ceil((high - low) / (SPACING * cover))) + 1, DEGREE + 1)
     places = np.linspace(low, high, count)
     parts = []
@@ -125,5 +137,4 @@ def surface_influence(
         some = places[start : start + TOGETHER]
         solved = unit_displacements(transducer, some, strip_mesh(transducer, some))
         parts.append(integrated_stress(solved, x))
-    ends = bool(low <= -end), bool(high >= end)
     return SurfaceInfluence(places, np.concatenate(parts, axis=1), POINT * cover, ends)

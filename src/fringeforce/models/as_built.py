@@ -22,6 +22,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Limits, limits, number_at, with_values
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
 from fringeforce.models.presses import Presses, are_presses
+from fringeforce.models.strip_width import light_line
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -291,13 +292,9 @@ def built(drawing: Sensor, model: StripModel, generator: np.random.Generator) ->
 
 def _surface(sensor: Sensor, centres: Array, widths: Array) -> SurfaceInfluence:
     """Line loads as far as contacts reach."""
-    if sensor.transducer.plane == "3d":
-        raise InputError(
-            "Contacts beside the tactels or of some width need a plane model; take "
-            'plane = "stress" or "strain", or leave out placement and contact_width.'
-        )
     first, last = float(np.min(centres - widths / 2)), float(np.max(centres + widths / 2))
-    return surface_influence(sensor.transducer, first, last, sensor.pixel_positions)
+    line = light_line(sensor.transducer, sensor.camera)
+    return surface_influence(sensor.transducer, first, last, sensor.pixel_positions, line)
 
 
 def shape_errors(x: Array, shape: tuple[int, ...], generator: np.random.Generator) -> Array:

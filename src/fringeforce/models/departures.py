@@ -27,6 +27,7 @@ from fringeforce.estimation.frame_model import (
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.models.strip_width import light_line
 from fringeforce.models.uncertainty import (
     Uncertainty,
     coefficients,
@@ -272,6 +273,7 @@ class Departures:
             max(centres[0] - reach, -half),
             min(centres[-1] + reach, half),
             np.clip(x, -half, half),
+            light_line(strip, sensor.camera),
         )
         constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
         seen, nodes = self.uncertain.shown, len(self.uncertain.frame.fixed)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fringeforce.base.progress import Progress
 from fringeforce.contacts.loads import paper_load
 from fringeforce.design.strip import Sensor, Tactels
-from fringeforce.mechanics.solid.strip import STRIP
+from fringeforce.mechanics.solid.strip import QUICK
 from fringeforce.models.strip import characterize
 from fringeforce.models.strip_width import strip_width
 
-QUICK = replace(STRIP, order=3)
-"""Bricks that solve a strip in a second; phases are within 2.4 % of finer ones, see
-docs/measured/solid.txt."""
 GOOD = 0.05
 """Share of the largest phase up to which a plane counts as good: twice what those bricks leave, and
 the larger level of the study of the width."""
@@ -71,14 +68,7 @@ class PlaneCheck:
             return f"{said}, good enough"
         if self.away[best] <= GOOD:
             return f'{said}; take plane = "{best}", {_percent(self.away[best])} off'
-        if self.sensor.skin is None:
-            return f'{said}, which is poor; take plane = "3d"'
-        share = f"{max(self.away[best], 0.01):.0%}".replace("%", " %")
-        change = "" if own == best else f'plane = "{best}" and '
-        return (
-            f"{said}, which is poor; skins are read in a plane: take {change}influence_error = "
-            f'"{share}", or calibrate'
-        )
+        return f'{said}, which is poor; take plane = "3d"'
 
 
 def plane_check(sensor: Sensor, progress: Progress | None = None) -> PlaneCheck:

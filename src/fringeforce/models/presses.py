@@ -12,9 +12,11 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.cylinder import Compliance, cylinder_forces
 from fringeforce.contacts.press import Press, Tractions
+from fringeforce.design.light import Camera
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
+from fringeforce.models.strip_width import light_line
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Presses = Sequence["Press"] | Sequence[Sequence["Press"]]
@@ -122,11 +124,12 @@ def press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
     forces = np.concatenate([part.forces for part in found])
     transducer = sensor.transducer
     constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
-    if transducer.edges == "roller":
+    if transducer.edges == "roller" and transducer.solved_in_a_plane:
         stress = fourier.integrated_stress(transducer, places, x)
         lead = np.einsum("mnc,nc->m", stress, forces, optimize=True)
     else:
-        surface = _surface(transducer.model_dump_json(), x.tobytes())
+        camera = sensor.camera.model_dump_json()
+        surface = _surface(transducer.model_dump_json(), camera, x.tobytes())
         lines = surface.shares(places, np.zeros(len(places))).T @ forces
         lead = surface.stress.reshape(len(x), -1) @ lines.ravel()
     inside = np.abs(x) <= transducer.length / 2
@@ -134,9 +137,10 @@ def press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _surface(stated: str, x: bytes) -> SurfaceInfluence:
+def _surface(stated: str, camera: str, x: bytes) -> SurfaceInfluence:
     """Line loads all over a strip, solved once."""
     transducer = Transducer.model_validate_json(stated)
     half = transducer.length / 2
     where = np.clip(np.frombuffer(x), -half, half)
-    return surface_influence(transducer, -half, half, where)
+    line = light_line(transducer, Camera.model_validate_json(camera))
+    return surface_influence(transducer, -half, half, where, line)

@@ -55,7 +55,7 @@ from fringeforce.models.imaging_files import (
     write_imaging,
 )
 from fringeforce.models.presses import Presses, are_presses, press_phase
-from fringeforce.models.strip_width import strip_width
+from fringeforce.models.strip_width import light_line, strip_width
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import Picture, pictures
@@ -507,13 +507,13 @@ def characterize(
             'transducer.plane = "given": the influence matrix of this design was given, and there '
             "is nothing to solve; keep the model that has it, model_from_influence(...)."
         )
+    if sensor.skin or sensor.tactels.contact_width or sensor.tactels.placement:
+        return _distributed(sensor, mesh)
     if sensor.transducer.plane == "3d" and mesh in (None, "default"):
         found = strip_width(sensor, progress=progress)
         facts = {"method": "finite elements, 3-D", "order": found.order, "unknowns": found.unknowns}
         return SensorModel(sensor, found.breaks, found.psi, facts)
     transducer, positions = sensor.transducer, sensor.tactels.positions
-    if sensor.skin or sensor.tactels.contact_width or sensor.tactels.placement:
-        return _distributed(sensor, mesh)
     if mesh is None or isinstance(mesh, str):
         mesh = named_mesh(mesh or "default", transducer, positions)
     return reduced(sensor, unit_displacements(transducer, positions, mesh))
@@ -529,7 +529,10 @@ def _distributed(sensor: Sensor, mesh: Mesh | str | None) -> SensorModel:
     tactels, transducer = sensor.tactels, sensor.transducer
     centres, half = tactels.positions + tactels.placement, tactels.contact_width / 2
     places = strip_mesh(transducer, tactels.positions)
-    surface = surface_influence(transducer, centres[0] - half, centres[-1] + half, places.stations)
+    line = light_line(transducer, sensor.camera)
+    surface = surface_influence(
+        transducer, centres[0] - half, centres[-1] + half, places.stations, line
+    )
     constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
     widths = np.full(tactels.count, tactels.contact_width)
     facts = {"method": "finite elements, distributed loads", "line loads": len(surface.places)}

@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.progress import Progress
 from fringeforce.contacts.loads import checked_loads
-from fringeforce.design.strip import Sensor
+from fringeforce.design.light import Camera
+from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.solid.mesh import Grading
-from fringeforce.mechanics.solid.strip import STRIP, strip_integral
+from fringeforce.mechanics.solid.strip import STRIP, LightLine, strip_integral
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import pictures
@@ -143,7 +144,7 @@ def strip_width(
         Places across the strip [m] and their weights in place of the camera's line.
     """
     strip = sensor.transducer
-    y, weights = camera_line(sensor) if places is None else places
+    y, weights = camera_line(sensor.camera) if places is None else places
     found = strip_integral(strip, sensor.tactels.positions, y, mesh, progress)
     constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
     return StripWidth(
@@ -158,12 +159,28 @@ def strip_width(
     )
 
 
-def camera_line(sensor: Sensor, points: int = POINTS) -> tuple[Array, Array]:
+def light_line(
+    transducer: Transducer, camera: Camera, like: Transducer | None = None, mesh: Grading = STRIP
+) -> LightLine | None:
+    """What the camera's line sees of a strip that is solved in three dimensions, else none.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip.
+    camera : Camera
+        Where its line lies.
+    like, mesh
+        As of `LightLine`.
+    """
+    return LightLine(*camera_line(camera), like, mesh) if transducer.plane == "3d" else None
+
+
+def camera_line(camera: Camera, points: int = POINTS) -> tuple[Array, Array]:
     """Gauss points over what the camera's line covers [m], and their weights, which sum up to one.
 
     A narrow line has a single one.
     """
-    camera = sensor.camera
     middle = camera.line_position or 0.0
     if camera.line_width is None:
         return np.array([middle]), np.ones(1)

@@ -15,7 +15,6 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.base.errors import InputError
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -35,6 +34,7 @@ from fringeforce.models.as_built import (
 )
 from fringeforce.models.finite_strain import second_order_influence
 from fringeforce.models.strip import SensorModel
+from fringeforce.models.strip_width import light_line
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import pictures
@@ -364,11 +364,6 @@ def _contact_moments(
     sensor, std = model.sensor, model.sensor.tolerances
     if PLACEMENT not in std and WIDTH not in std:
         return np.ascontiguousarray(np.moveaxis(psi, 0, 2)[:, :, None]), 1.0
-    if sensor.transducer.plane == "3d":
-        raise InputError(
-            'Tolerances of placement and contact_width need plane = "stress" or "strain"; take one '
-            'of them, or leave the tolerances out with plane = "3d".'
-        )
     tactels = sensor.tactels
     width = tactels.contact_width + FAR * std.get(WIDTH, 0.0)
     reach = FAR * std.get(PLACEMENT, 0.0) + width / 2
@@ -380,6 +375,7 @@ def _contact_moments(
         max(centres[0] - reach, -end),
         min(centres[-1] + reach, end),
         np.clip(x, -end, end),
+        light_line(sensor.transducer, sensor.camera),
     )
     constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
     lines = phase_lead(line_moments(surface, centres, reach), constant)
