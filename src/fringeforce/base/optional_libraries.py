@@ -28,5 +28,5 @@ def extra(module: str, group: str) -> ModuleType:
     except (ImportError, RuntimeError) as error:
         raise InputError(
             f"{module.partition('.')[0]} cannot be imported ({error}); "
-            f"pip install 'fringeforce[{group}]'"
+            f"run  pip install '.[{group}]'  in the folder of fringeforce"
         ) from None

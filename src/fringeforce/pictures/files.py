@@ -136,5 +136,5 @@ def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
     except (av.error.FFmpegError, ValueError) as error:
         raise FileFormatError(
             f"{path} cannot be decoded ({codec}: {error}). FFmpeg's codecs come with "
-            "pip install 'fringeforce[pictures]'; record H.264, MJPEG or FFV1, or save pictures."
+            "pip install '.[pictures]'; record H.264, MJPEG or FFV1, or save pictures."
         ) from None
