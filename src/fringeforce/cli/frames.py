@@ -20,7 +20,7 @@ from fringeforce.cli.arguments import (
     frames_and_times,
     with_tolerances,
 )
-from fringeforce.cli.progress import progress_bar
+from fringeforce.cli.progress import compiling, progress_bar
 
 if TYPE_CHECKING:
     from fringeforce.reading.reading import Reading
@@ -97,7 +97,7 @@ def read(
     readings: Any = []
     if reader.needs_times and (times is None or fps is not None):
         times = load_frame_times(frames, len(images), fps)
-    with progress_bar() as advance:
+    with compiling(), progress_bar() as advance:
         for reading in reader.stream(images, times=times):
             readings.append(reading)
             advance("Reading", len(readings), len(images))

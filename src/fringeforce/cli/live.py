@@ -71,6 +71,7 @@ def live(
     from fringeforce.acquisition.cameras.choice import open_camera
     from fringeforce.acquisition.loop import live as run
     from fringeforce.cli.display import busy, display, summary
+    from fringeforce.cli.progress import compiling
     from fringeforce.models.files import load_model
     from fringeforce.pictures.region import Region
     from fringeforce.reading.reader import Reader
@@ -80,11 +81,11 @@ def live(
     seen = None if region is None else Region.load(region)
     reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1
-    with busy("Exposing a simulated touch ...") if slow else nullcontext():
-        source = open_camera(camera, found, settings, seen)
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
-    sinks = _opened(targets, found, bind, token)
-    with busy("Loading the reader, which is compiled for about a minute the first time ..."):
+    with compiling():  # all of it, before a camera delivers what would wait and be dropped
+        with busy("Exposing a simulated touch ...") if slow else nullcontext():
+            source = open_camera(camera, found, settings, seen)
+        sinks = _opened(targets, found, bind, token)
         reader.prepare()
     refused = _Refused()
     with _interruptible() as stop, display(found.sensor, source.name) as report:
