@@ -106,9 +106,9 @@ def read(
     else:
         statuses = save_readings(output, readings, sensor.components)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
-    for status in {reading.status: reading for reading in readings}:
+    for status, reading in {reading.status: reading for reading in readings}.items():
         if status.name != "OK":
-            print(f"  {status.name}: {status.advice}")
+            print(f"  {reason(reading)}")
     for finding in _findings(readings):
         print(f"  {finding}")
     if not any(reading.status.usable for reading in readings):
@@ -116,6 +116,12 @@ def read(
         raise typer.Exit(1)
     if plot:
         draw_beside(output, "the forces drawn", partial(draw_readings, sensor, readings))
+
+
+def reason(reading: Reading) -> str:
+    """Why a frame has its verdict, and what to do."""
+    words = f"{reading.detail} {reading.status.advice}".strip()
+    return f"{reading.status.name}: {words}"
 
 
 def _check_shape(path: Path, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:
