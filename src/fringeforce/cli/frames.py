@@ -20,7 +20,7 @@ from fringeforce.cli.arguments import (
     frames_and_times,
     with_tolerances,
 )
-from fringeforce.cli.progress import progress_bar
+from fringeforce.cli.progress import compiling, progress_bar
 
 if TYPE_CHECKING:
     from fringeforce.reading.reading import Reading
@@ -97,7 +97,7 @@ def read(
     readings: Any = []
     if reader.needs_times and (times is None or fps is not None):
         times = load_frame_times(frames, len(images), fps)
-    with progress_bar() as advance:
+    with compiling(), progress_bar() as advance:
         for reading in reader.stream(images, times=times):
             readings.append(reading)
             advance("Reading", len(readings), len(images))
@@ -106,9 +106,9 @@ def read(
     else:
         statuses = save_readings(output, readings, sensor.components)
     print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
-    for status in {reading.status: reading for reading in readings}:
+    for status, reading in {reading.status: reading for reading in readings}.items():
         if status.name != "OK":
-            print(f"  {status.name}: {status.advice}")
+            print(f"  {reason(reading)}")
     for finding in _findings(readings):
         print(f"  {finding}")
     if not any(reading.status.usable for reading in readings):
@@ -116,6 +116,12 @@ def read(
         raise typer.Exit(1)
     if plot:
         draw_beside(output, "the forces drawn", partial(draw_readings, sensor, readings))
+
+
+def reason(reading: Reading) -> str:
+    """Why a frame has its verdict, and what to do."""
+    words = f"{reading.detail} {reading.status.advice}".strip()
+    return f"{reading.status.name}: {words}"
 
 
 def _check_shape(path: Path, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:

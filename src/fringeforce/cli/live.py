@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fringeforce.models.pad import PadModel
     from fringeforce.models.strip import SensorModel
     from fringeforce.reading.reader import Reader
+    from fringeforce.reading.reading import Status
 
 
 def live(
@@ -66,55 +67,71 @@ def live(
     tolerance: Tolerance = None,
     region: RegionFile = None,
 ) -> None:
-    """Read a camera live, show the forces, and send them where they are wanted."""
+    """Read a camera live, show the forces, and send them where they are wanted.
+
+    Ends with status 1 if nothing that came can be used.
+    """
     from fringeforce.acquisition.cameras.camera import Settings
     from fringeforce.acquisition.cameras.choice import open_camera
     from fringeforce.acquisition.loop import live as run
     from fringeforce.cli.display import busy, display, summary
+    from fringeforce.cli.progress import compiling
     from fringeforce.models.files import load_model
     from fringeforce.pictures.region import Region
     from fringeforce.reading.reader import Reader
+    from fringeforce.reading.reading import Status
 
     found, settings = load_model(model), Settings(line_rate, exposure, block)
     found = with_tolerances(found, tolerance)
     seen = None if region is None else Region.load(region)
     reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1
-    with busy("Exposing a simulated touch ...") if slow else nullcontext():
-        source = open_camera(camera, found, settings, seen)
     targets = [*(to or ()), *([f"record:{record}"] if record else [])]
-    sinks = _opened(targets, found, bind, token)
-    with busy("Loading the reader, which is compiled for about a minute the first time ..."):
+    with compiling():  # all of it, before a camera delivers what would wait and be dropped
+        with busy("Exposing a simulated touch ...") if slow else nullcontext():
+            source = open_camera(camera, found, settings, seen)
+        sinks = _opened(targets, found, bind, token)
         reader.prepare()
     refused = _Refused()
     with _interruptible() as stop, display(found.sensor, source.name) as report:
         told = refused.beside(report)
         statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=told)
-    print("\n".join([*summary(statistics), *refused.findings(reader)]))
+    print("\n".join([*summary(statistics), *refused.reasons(reader, statistics.statuses)]))
+    if statistics.statuses and not any(Status[name].usable for name in statistics.statuses):
+        print(f"None of the {statistics.counted} can be used.")
+        raise typer.Exit(1)
 
 
 class _Refused:
-    """The last frame that no load explained, to say at the end what seems wrong."""
+    """The last frame of every verdict but OK, to say at the end what it means."""
 
     def __init__(self) -> None:
-        self._frame: Any = None
+        self._frames: dict[Status, Any] = {}
 
     def beside(self, report: Report) -> Report:
         """A report that also looks for refused frames."""
 
         def told(statistics: Statistics, readings: Readings | None) -> None:
             for place, status in enumerate(readings.status if readings is not None else ()):
-                if status.name == "MODEL_MISMATCH" and readings is not None:
-                    self._frame = readings.lines[place]
+                if status.name != "OK" and readings is not None:
+                    self._frames[status] = readings.lines[place]
             report(statistics, readings)
 
         return told
 
-    def findings(self, reader: Reader) -> list[str]:
-        """What is said of it."""
-        if self._frame is None:
-            return []
-        return [f"  {finding}" for finding in reader.search(self._frame).findings]
+    def reasons(self, reader: Reader, statuses: Iterable[str]) -> list[str]:
+        """What is said of each verdict, once."""
+        from fringeforce.cli.frames import reason
+        from fringeforce.reading.reading import Status
+
+        said = list[str]()
+        for status in (Status[name] for name in statuses if name != "OK"):
+            if status.usable or status not in self._frames:
+                said.append(f"  {status.name}: {status.advice}")
+            else:
+                reading = reader.search(self._frames[status])
+                said += [f"  {words}" for words in (reason(reading), *reading.findings)]
+        return said
 
 
 def _opened(

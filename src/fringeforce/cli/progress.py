@@ -1,4 +1,4 @@
-"""A bar for what takes long."""
+"""What takes long: a bar, and a word where loops are compiled."""
 
 from __future__ import annotations
 
@@ -41,3 +41,24 @@ def progress_bar(title: str = "", width: int = 24) -> Iterator[Callable[[str, in
             progress.update(task, description=title, completed=done, total=expected)
 
         yield advance
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Say so, once, if loops are compiled meanwhile; nothing if they are only loaded."""
+    from numba.core.event import Event, Listener, install_listener
+
+    class Once(Listener):
+        told = False
+
+        def on_start(self, event: Event) -> None:
+            if not self.told:
+                self.told = True
+                words = "Compiling for this machine, once; it takes a minute or two ..."
+                print(words, file=sys.stderr, flush=True)
+
+        def on_end(self, event: Event) -> None:
+            pass
+
+    with install_listener("numba:compile", Once()):
+        yield
