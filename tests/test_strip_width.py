@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -177,3 +178,15 @@ def test_what_needs_a_plane_says_so(sensor: ff.Sensor) -> None:
         ff.characterize(solid, "paper")
     with pytest.raises(ff.FringeforceError, match='take "stress" or "strain" here'):
         check(solid)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"transducer.strain": "finite", "tactels.contact_width": "0.5 mm"},
+        {"transducer.relaxation": [{"share": "0.06 +/- 20 %", "time": "0.4 s"}]},
+        {"tactels.placement": "0 +/- 0.1 mm", "tactels.contact_width": "0.4 +/- 0.2 mm"},
+    ],
+)
+def test_the_plane_of_every_design_is_checked(sensor: ff.Sensor, changes: dict[str, Any]) -> None:
+    assert plane_check(sensor.replace(**changes)).nearest == "stress"

@@ -8,6 +8,7 @@ import pytest
 
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, FringeforceError
+from fringeforce.contacts.random_presses import PressRanges, random_presses
 from fringeforce.design.files import parse_sensor
 from fringeforce.explorer import limits
 from fringeforce.io.tables import save_contacts
@@ -153,6 +154,21 @@ def test_a_new_contact_is_searched(model: ff.SensorModel) -> None:
     readings = [reader.read(frame) for frame in model.expose([one, one, two, two], rng=0)]
     assert [len(reading.contacts) for reading in readings] == [1, 1, 2, 2]
     assert [reading.tracked for reading in readings] == [False, True, False, True]
+
+
+def test_frames_that_have_nothing_in_common_are_not_followed(model: ff.SensorModel) -> None:
+    rng = np.random.default_rng()
+    skin = model.sensor.skin
+    assert skin is not None
+    rows = [random_presses(skin.extent, rng, PressRanges(count=(1, 2))) for _ in range(30)]
+    readings = list(ff.Reader(model).stream(np.array([model.expose(row, rng) for row in rows])))
+    good = [number for number, one in enumerate(readings) if one.status is ff.Status.OK]
+    assert len(good) > 20
+    for number in good:
+        total = readings[number].total
+        assert total is not None
+        true = sum(press.normal for press in rows[number])
+        assert abs(total.force[0] - true) < 6 * total.std[0], number
 
 
 def test_shear_that_grows_is_followed(model: ff.SensorModel) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from fringeforce.cli.benchmark import benchmark
 from fringeforce.cli.calibration import calibrate, check, creep, plan, update
 from fringeforce.cli.datasets import dataset
 from fringeforce.cli.designs import characterize, materials, new, show
@@ -39,6 +40,7 @@ COMMANDS = (
 )
 for command in COMMANDS:
     app.command()(command)
+app.add_typer(benchmark)
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, renewed
-from fringeforce.reading.skin_reader import FAINT, SkinReader
+from fringeforce.reading.skin_reader import FAINT, SkinReader, near
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.strip_frames import FITS
 
@@ -113,6 +113,9 @@ class SkinFollower(Follower):
         if self._moved(found):
             fallen = found.contacts.forces[:, 0] < found.centre.forces[:, 0] / GROWN
             found = renewed(self._single.skin, found)
+            # the linearisation that a large step was judged by does not hold at its end
+            if found.chance < FITS or not near(found.contacts, last.contacts):
+                return None
             like = self._begin(found)
             if fallen.any() and (found.contacts.forces[:, 0] <= FAINT * like.deviations).any():
                 found = self._single.without_faint(found, like.deviations)

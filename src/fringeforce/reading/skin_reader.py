@@ -50,6 +50,9 @@ CLOSE = 16.0
 """Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
 OFF = 64.0
 """Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
+JUMPED = 2.0
+"""Factor of a force from one frame to the next beyond which it is not the same contact that moved:
+at hundreds of frames a second nothing presses twice as hard in one of them."""
 PAUSE = 3
 """Candidates after which mirror images of the best so far are tried."""
 ALIKE = 0.1
@@ -105,7 +108,7 @@ class SkinReader(StripFrames):
         if before is not None:
             last, probability = before
             found = climbed(self.skin, frame, last.contacts, push, last.others)
-            if found.chance > FITS:
+            if found.chance > FITS and near(found.contacts, last.contacts):
                 return self.stated(found, probability, tracked=True), found
         silent = self._silent(frame, push)
         met = self._explained(frame, lines, push, silent)
@@ -381,6 +384,15 @@ class SkinReader(StripFrames):
             status=status,
             probability=0.0,
         )
+
+
+def near(found: Contacts, last: Contacts) -> bool:
+    """Whether contacts may be those of the frame before: within half their widths, as strong."""
+    here, there = found.geometry, last.geometry
+    near = np.abs(here - there)[:, PLACE] <= np.maximum(here, there)[:, WIDTH]
+    now, before = found.forces[:, 0], last.forces[:, 0]
+    alike = (now <= JUMPED * before) & (before <= JUMPED * now)
+    return bool((near & alike).all())
 
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:

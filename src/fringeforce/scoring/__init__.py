@@ -1,0 +1,1 @@
+"""A public benchmark of readers: frames of the richest simulations, and scores of what is read."""
