@@ -121,9 +121,17 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
     assert result.returncode == 0, result.stderr
     influence = ff.load_model(place / "m.h5").pixel_influence.reshape(-1, 22)
     condition = f"{np.linalg.cond(influence):.4g}"
-    # K_t by equation (2) of Saad et al.
+    # K_t by equation (2) of Saad et al., 0.006409 rad/(Pa m)
     plane = 'plane stress is 13 % off at a width of 2 mm, which is poor; take plane = "3d"'
-    for words in ("K_t", "0.006409", "condition number", condition, "Nyquist", "strain", plane):
+    for words in (
+        "K_t",
+        "6.409 rad/(MPa mm)",
+        "condition number",
+        condition,
+        "good, below the limit of 0.5 (Nyquist)",
+        "good, below the limit of 10 %",
+        plane,
+    ):
         assert words in result.stdout
 
 
