@@ -121,9 +121,17 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
     assert result.returncode == 0, result.stderr
     influence = ff.load_model(place / "m.h5").pixel_influence.reshape(-1, 22)
     condition = f"{np.linalg.cond(influence):.4g}"
-    # K_t by equation (2) of Saad et al.
+    # K_t by equation (2) of Saad et al., 0.006409 rad/(Pa m)
     plane = 'plane stress is 13 % off at a width of 2 mm, which is poor; take plane = "3d"'
-    for words in ("K_t", "0.006409", "condition number", condition, "Nyquist", "strain", plane):
+    for words in (
+        "K_t",
+        "6.409 rad/(MPa mm)",
+        "condition number",
+        condition,
+        "good, below the limit of 0.5 (Nyquist)",
+        "good, below the limit of 10 %",
+        plane,
+    ):
         assert words in result.stdout
 
 
@@ -232,3 +240,21 @@ def test_a_skin_is_planned_by_place_and_in_words(tmp_path: Path, plane: str) -> 
     words = (tmp_path / "p.txt").read_text().splitlines()
     assert words == [f"frame {k}: {said}" for k, said in enumerate(in_words(loads))]
     assert " N down" in words[int(pressed.argmax())]
+
+
+def test_a_solid_strip_is_refused_by_the_explorer_in_one_message(place: Path) -> None:
+    drawn = ff.load_sensor("saad").replace(**{"transducer.plane": "3d"})
+    (place / "solid.toml").write_text(drawn.to_toml(), encoding="utf-8")
+    result = run("explore", "solid.toml", "--no-browser", cwd=place)
+    assert result.returncode == 2
+    assert result.stderr.count('take "stress" or "strain"') == 1
+    assert "Traceback" not in result.stderr
+
+
+def test_a_unit_in_the_wrong_case_gets_a_hint(place: Path) -> None:
+    text = ff.load_sensor("saad").to_toml()
+    assert '"11 MPa"' in text
+    (place / "case.toml").write_text(text.replace('"11 MPa"', '"11 MPA"'), encoding="utf-8")
+    result = run("show", "case.toml", cwd=place)
+    assert result.returncode == 2
+    assert "(did you mean MPa?)" in result.stderr

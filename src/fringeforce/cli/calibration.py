@@ -55,7 +55,11 @@ def plan(
     from fringeforce.plotting.figures import draw_plan
     from fringeforce.studies.summary import plan_summary
 
-    known = load_strip_model(Path(source)) if is_model(source) else load_strip(source)
+    if is_model(source):
+        known = load_strip_model(Path(source))
+        sensor = known.sensor
+    else:
+        known = sensor = load_strip(source)
     limits = Limits(_newtons(largest), friction, density, together)
     found = plan_presses(known, presses, parameter, limits)
     save_bench_loads(output, found.presses)
@@ -65,7 +69,7 @@ def plan(
     with whole_file(instructions) as path:
         path.write_text("\n".join([*words, ""]), encoding="utf-8")
     print(f"{instructions}: the same in words, such as {words[0]!r}")
-    print("\n".join(plan_summary(found)))
+    print("\n".join(plan_summary(found, sensor)))
     if plot:
         draw_beside(output, "the gain drawn", lambda path: draw_plan(found.ratio, path))
 

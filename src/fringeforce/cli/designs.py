@@ -54,6 +54,7 @@ def characterize(
     from fringeforce.io.vtu import write_strip_vtu
     from fringeforce.models.characterization import characterize
     from fringeforce.models.plane_check import plane_check
+    from fringeforce.studies.summary import provenance_words
 
     sensor = load_sensor(design)
     with progress_bar() as advance:
@@ -65,8 +66,7 @@ def characterize(
             strip = load_strip(design)
             write_strip_vtu(vtu, strip, paper_load(strip.tactels.count), advance)
     model.save(output)
-    facts = ", ".join(f"{name}: {value}" for name, value in model.provenance.items())
-    print(f"{output}: {sensor.name}; {facts}")
+    print(f"{output}: {sensor.name}; {provenance_words(model)}")
     if plane is not None and not plane.good:
         print(f"  {plane.words}")
 

@@ -47,6 +47,7 @@ def explore(
 
     from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
     from fringeforce.design.materials import by_strain
+    from fringeforce.explorer.limits import check, check_skin
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import FirstDesign
@@ -61,6 +62,8 @@ def explore(
     else:
         start = FirstDesign(by_strain(load_sensor(name if known else target)))
 
+    if start.sensor.dimensions == 1:  # here, where it is one sentence, and not in the server
+        (check if start.sensor.skin is None else check_skin)(start.sensor)
     source = None
     if camera is not None:
         from fringeforce.acquisition.cameras.camera import Settings

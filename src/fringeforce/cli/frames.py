@@ -85,9 +85,10 @@ def read(
     Ends with status 1, and draws nothing, if none of the frames can be used.
     """
     from fringeforce.io.bench_loads import load_frame_times
+    from fringeforce.io.frames import load_applied
     from fringeforce.io.tables import save_contacts, save_readings
     from fringeforce.models.files import load_model
-    from fringeforce.plotting.figures import draw_readings
+    from fringeforce.plotting.readings import draw_readings
     from fringeforce.reading.reader import Reader
 
     found = with_tolerances(load_model(model), tolerance)
@@ -115,7 +116,9 @@ def read(
         print("None of the frames can be used.")
         raise typer.Exit(1)
     if plot:
-        draw_beside(output, "the forces drawn", partial(draw_readings, sensor, readings))
+        applied = load_applied(frames) if region is None else None
+        draw = partial(draw_readings, sensor, readings, applied=applied)
+        draw_beside(output, "the forces drawn", draw)
 
 
 def reason(reading: Reading) -> str:

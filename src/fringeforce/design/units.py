@@ -77,7 +77,7 @@ def parse_quantity(text: str, unit: str) -> float:
     except (PintError, TokenError, ArithmeticError, AssertionError, TypeError, ValueError):
         raise ValueError(
             f"is not a quantity in {_PLURAL.get(unit, unit + 's')}; write a number and a unit, as "
-            f"in {example}"
+            f"in {example}{_meant(text, unit)}"
         ) from None
     if dimensionless:
         raise ValueError(f"has no unit; write one, as in {example}")
@@ -94,3 +94,12 @@ def spell_quantity(value: float, unit: str) -> str:
             if parse_quantity(text, unit) == value:
                 candidates.append(text)
     return min(candidates, key=len)
+
+
+def _meant(text: str, unit: str) -> str:
+    """A question, if only the case of letters keeps a text from having one of the usual units."""
+    written = text.split()[-1].lstrip("0123456789.+-") if text.split() else ""
+    for usual in _PLEASANT.get(unit, ()):
+        if written != usual and written.casefold() == usual.casefold():
+            return f" (did you mean {usual}?)"
+    return ""

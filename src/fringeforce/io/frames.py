@@ -130,6 +130,17 @@ def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
     return frames
 
 
+def load_applied(path: PathLike) -> Array | None:
+    """Forces behind frames, shape (k, n, components) [N]; None where the file holds none.
+
+    Those of a live recording are readings, and none that were applied.
+    """
+    if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
+        return None
+    with existing_file(path, *KINDS) as file:
+        return read(file, "forces") if "forces" in file and "status" not in file else None
+
+
 def load_times(path: PathLike) -> Array | None:
     """When the frames of a recording were exposed, shape (k,) [s]; None if unknown.
 

@@ -208,19 +208,26 @@ def _rank_correlation(one: NDArray[Any], other: NDArray[Any]) -> float:
 
 
 def _optimum_words(optimum: BestDesign, before: Verified, after: Verified) -> str:
-    gain = optimum.before.worst_uncertainty / optimum.performance.worst_uncertainty
+    found, start = optimum.performance.worst_uncertainty, optimum.before.worst_uncertainty
     thickness = optimum.performance.thickness * 1e3, optimum.before.thickness * 1e3
+    limits = "" if optimum.sweep.feasible[0] else ", which exceeds a constraint"
     return (
-        f"The design found has a worst uncertainty of "
-        f"{optimum.performance.worst_uncertainty * 1e3:.3g} mN, {gain:.3g} times lower than the "
-        f"{optimum.before.worst_uncertainty * 1e3:.3g} mN of the design at the start, in a strip "
-        f"{thickness[0]:.3g} mm thick against {thickness[1]:.3g} mm. Of {after.frames} noisy "
-        f"frames at its worst load {after.read_right:.1%} were read right, with an error of the "
-        f"worst force of {after.found * 1e3:.3g} mN (predicted {after.predicted * 1e3:.3g}); the "
-        f"design at the start has {before.found * 1e3:.3g} mN (predicted "
-        f"{before.predicted * 1e3:.3g}), {before.found / after.found:.3g} times as much. Over all "
-        f"loads {after.elsewhere:.1%} were read right, and {before.elsewhere:.1%} at the start."
+        f"The design found has a worst uncertainty of {found * 1e3:.3g} mN, "
+        f"{_compared(found, start)} the {start * 1e3:.3g} mN of the design at the start{limits}, "
+        f"in a strip {thickness[0]:.3g} mm thick against {thickness[1]:.3g} mm. Of {after.frames} "
+        f"noisy frames at its worst load {after.read_right:.1%} were read right, with an error of "
+        f"the worst force of {after.found * 1e3:.3g} mN (predicted {after.predicted * 1e3:.3g}); "
+        f"the design at the start has {before.found * 1e3:.3g} mN (predicted "
+        f"{before.predicted * 1e3:.3g}). Over all loads {after.elsewhere:.1%} were read right, and "
+        f"{before.elsewhere:.1%} at the start."
     )
+
+
+def _compared(one: float, other: float) -> str:
+    """How a number compares with another, before the words for that one."""
+    if one == other:
+        return "the same as"
+    return f"{abs(1 - one / other):.0%} {'less' if one < other else 'more'} than"
 
 
 def _title(one: Axis, joint: str = " ") -> str:

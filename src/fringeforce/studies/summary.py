@@ -20,6 +20,10 @@ from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
 
 PLACES = {"camera scale": None}
+NYQUIST = 0.5
+"""Fringes per pixel up to which a camera resolves them."""
+LINEAR = 0.1
+"""Strain of the cover up to which linear elasticity is near enough."""
 
 
 def fringe_density(model: SensorModel) -> float:
@@ -69,13 +73,14 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
         ("camera", f"{camera.pixels} pixels of {pixel}, {camera.bits} bits"),
         _constant(sensor),
         ("peak phase per newton", f"{normal:.3g} rad normal, {tangential:.3g} rad tangential"),
-        ("condition number of psi", f"{condition:.4g} at the pixels"),
+        ("condition number", f"{condition:.4g} of the influence matrix, at the pixels"),
         (
             "fringe density at 1 N, 10 degrees on all",
-            f"{density:.3g} fringes per pixel; Nyquist's 0.5 is reached at {0.5 / density:.3g} N",
+            f"{density:.3g} fringes per pixel: {_judged(density, NYQUIST)} (Nyquist), reached at "
+            f"{NYQUIST / density:.3g} N",
         ),
         _strain(surface_strain(model), "pitch"),
-        ("elements", _provenance(model)),
+        ("solved by", provenance_words(model)),
     ]
 
 
@@ -102,7 +107,7 @@ def _pad_summary(model: PadModel) -> list[tuple[str, str]]:
             f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest",
         ),
         _strain(1.0 / tactels.side**2 / block.compliant.youngs_modulus, "tactel"),
-        ("influence", _provenance(model)),
+        ("solved by", provenance_words(model)),
     ]
 
 
@@ -126,16 +131,33 @@ def _layers(sensor: Sensor | Pad) -> list[tuple[str, str]]:
 def _constant(sensor: Sensor | Pad) -> tuple[str, str]:
     layer, light = sensor.transducer.photoelastic, sensor.polariscope
     constant = stress_optic_constant(layer, light.wavelength)
-    return "stress-optic constant K_t", f"{constant:.4g} rad/(Pa m)"
+    return "stress-optic constant K_t", f"{1e3 * constant:.4g} rad/(MPa mm)"
 
 
 def _strain(strain: float, area: str) -> tuple[str, str]:
-    words = f"{strain:.2%} over one {area}; linear theory ends near 10 %, at {0.1 / strain:.3g} N"
-    return "strain of the cover at 1 N", words
+    percent = f"{1e2 * strain:.2g} % over one {area}"
+    return "strain of the cover at 1 N", (
+        f"{percent}: {_judged(strain, LINEAR, 1e2, ' %')} (linear theory), reached at "
+        f"{LINEAR / strain:.3g} N"
+    )
 
 
-def _provenance(model: SensorModel | PadModel) -> str:
-    return ", ".join(f"{name} {value}" for name, value in model.provenance.items())
+def _judged(value: float, limit: float, factor: float = 1.0, unit: str = "") -> str:
+    """Good or bad, with the limit that decides."""
+    words = "good, below" if value < limit else "bad, above"
+    return f"{words} the limit of {limit * factor:g}{unit}"
+
+
+def provenance_words(model: SensorModel | PadModel) -> str:
+    """How a model was made: the method, then each fact as its name and value."""
+    facts = dict(model.provenance)
+    method = str(facts.pop("method", "a given influence matrix"))
+    found = (f"{name} {_few_digits(value)}" for name, value in facts.items())
+    return ", ".join([method, *found])
+
+
+def _few_digits(value: Any) -> str:
+    return f"{value:.2g}" if isinstance(value, float) else str(value)
 
 
 def calibration_summary(model: SensorModel) -> list[str]:
@@ -149,16 +171,16 @@ def calibration_summary(model: SensorModel) -> list[str]:
     return [*lines, f"  reduced chi-square {found.chi2:.4g}", *found.findings]
 
 
-def plan_summary(plan: Plan) -> list[str]:
+def plan_summary(plan: Plan, sensor: Sensor) -> list[str]:
     """What planned calibration loads are expected to achieve, in lines."""
-    width = max(map(len, plan.names))
-    lines = [f"  {'unknown':<{width}}  {'value':>10}  {'std before':>10}  {'std after':>10}"]
-    lines += [
-        f"  {name:<{width}}  {value:>10.4g}  {before:>10.2g}  {after:>10.2g}"
-        for name, value, before, after in zip(
-            plan.names, plan.values, plan.std[0], plan.std[-1], strict=True
-        )
-    ]
+    rows: list[tuple[str, ...]] = [("unknown", "value", "std before", "std after")]
+    for name, *numbers in zip(plan.names, plan.values, plan.std[0], plan.std[-1], strict=True):
+        factor, symbol = READABLE[_unit(sensor, name)]
+        value, *std = (number * factor for number in numbers)
+        rows.append((f"{name} [{symbol}]" if symbol else name, f"{value:.4g}",
+                     *(f"{one:.2g}" for one in std)))  # fmt: skip
+    width = max(len(name) for name, *_ in rows)
+    lines = [f"  {name:<{width}}" + "".join(f"  {cell:>10}" for cell in row) for name, *row in rows]
     lines.append("  error of readings, over that of a perfectly known sensor")
     count = len(plan.loads)
     shown = sorted({0, *(k for k in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500) if k < count), count})
@@ -170,12 +192,16 @@ def plan_summary(plan: Plan) -> list[str]:
 
 def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
     """An unknown before and after, to the second digit of its standard deviation."""
-    place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
-    unit = PLACES.get(name, "meter") if place else unit_at(model.sensor, name)
-    factor, symbol = READABLE[unit]
+    factor, symbol = READABLE[_unit(model.sensor, name)]
     digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6
-    found = f"{after * factor:.{digits}f} +- {std * factor:.{digits}f} {symbol}".rstrip()
+    found = f"{after * factor:.{digits}f} +/- {std * factor:.{digits}f} {symbol}".rstrip()
     return f"{before * factor:.6g} -> {found}"
+
+
+def _unit(sensor: Sensor | Pad, name: str) -> str | None:
+    """SI unit of an unknown of a calibration, by its name."""
+    place = name in ("camera shift", "camera scale") or name.startswith("tactel ")
+    return PLACES.get(name, "meter") if place else unit_at(sensor, name)
 
 
 def _mm(value: float) -> str:
