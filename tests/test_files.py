@@ -1,7 +1,9 @@
 """Files are whole or absent, and other programs can read them."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -147,3 +149,72 @@ def test_frames_of_another_kind_are_refused(
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ff.FringeforceError, match=words):
         files.load_frames(tmp_path / name)
+
+
+def _flipped(content: bytes, rng: np.random.Generator) -> bytes:
+    damaged = bytearray(content)
+    damaged[rng.integers(len(content))] ^= 1 << int(rng.integers(8))
+    return bytes(damaged)
+
+
+def _values(path: Path) -> dict[str, Any]:
+    """Everything in an HDF5 file, read without the package."""
+    found: dict[str, Any] = {}
+
+    def visit(name: str, item: Any) -> None:
+        found[name] = item[()].tolist() if isinstance(item, h5py.Dataset) else None
+        found.update({f"{name}@{key}": str(value) for key, value in item.attrs.items()})
+
+    with h5py.File(path, "r") as file:
+        visit("", file)
+        file.visititems(visit)
+    return {name: value for name, value in found.items() if "_LIST" not in name}
+
+
+@pytest.mark.parametrize("kind", ["model", "calibrated", "frames"])
+def test_a_flipped_bit_is_reported_or_changes_nothing(
+    model: ff.SensorModel, tmp_path: Path, kind: str
+) -> None:
+    path, load = tmp_path / f"{kind}.h5", ff.load_model
+    if kind == "frames":
+        load = files.load_frames
+        frames = model.expose(np.stack([ff.polar(1.0, 10, n=11)] * 3), rng=0)
+        files.save_frames(path, frames, model.sensor.pixel_positions)
+    elif kind == "calibrated":
+        places, rng = model.sensor.pixel_positions, np.random.default_rng(19)
+        size, tactels = places.size, model.sensor.tactels.total
+        imaging = Imaging(
+            positions=places,
+            amplitude=rng.uniform(90, 110, size),
+            offset=rng.uniform(1, 3, size),
+            usable=rng.random(size) > 0.01,
+            influence_modes=rng.normal(size=(1, size, tactels, 2)),
+            amplitude_modes=rng.normal(size=(2, size)),
+            offset_modes=rng.normal(size=(2, size)),
+        )
+        replace(model, imaging=imaging).save(path)
+    else:
+        model.save(path)
+    whole, rng = path.read_bytes(), np.random.default_rng(20)
+    expected, refused = _values(path), 0
+    for _ in range(150):
+        path.write_bytes(_flipped(whole, rng))
+        try:
+            load(path)
+        except ff.FringeforceError as error:
+            refused += "does not match its checksum" in str(error)
+        else:
+            assert _values(path) == expected
+    assert refused > 140
+
+
+def test_a_file_without_checksum_loads_as_before(model: ff.SensorModel, saved: Path) -> None:
+    content = saved.read_bytes()
+    saved.write_bytes(content[: content.rindex(b"\nfringeforce-sha256:")])
+    np.testing.assert_array_equal(ff.load_model(saved).psi, model.psi)
+
+
+def test_a_pipe_in_the_place_of_a_file_does_not_block(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "m.h5")
+    with pytest.raises(ff.FringeforceError, match="no regular file"):
+        ff.load_model(tmp_path / "m.h5")

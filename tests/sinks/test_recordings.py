@@ -80,6 +80,22 @@ def test_a_recording_can_be_read_again(
     np.testing.assert_allclose(np.diff(block.timestamps), np.diff(whole.timestamps), atol=1e-6)
 
 
+def test_a_flipped_bit_in_the_frames_of_a_recording_is_reported(
+    model: ff.SensorModel, blocks: list[Readings], whole: Readings, tmp_path: Path
+) -> None:
+    path = tmp_path / "r.h5"
+    _written(f"record:{path}", model, blocks)
+    line = np.asarray(whole.lines)[7].astype(load_frames(path).dtype).tobytes()
+    content = path.read_bytes()
+    place, rng = content.index(line), np.random.default_rng(21)
+    for _ in range(20):
+        damaged = bytearray(content)
+        damaged[place + rng.integers(len(line))] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        with pytest.raises(ff.FringeforceError, match=r"r\.h5"):
+            load_frames(path)
+
+
 def test_a_recording_can_be_read_while_it_grows(
     model: ff.SensorModel, blocks: list[Readings], tmp_path: Path
 ) -> None:

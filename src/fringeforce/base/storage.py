@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import tempfile
@@ -28,6 +29,19 @@ HDF5 = (".h5", ".hdf5", ".nc")
 FORCE_AXES = ("tactel", "component")
 """Last dimensions of forces and of what belongs to them."""
 LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
+SEAL = b"\nfringeforce-sha256:"
+"""What stands after the end of an HDF5 file, where HDF5 reads nothing, before the digest."""
+DIGEST_BYTES = hashlib.sha256().digest_size
+UNREADABLE = (
+    OSError,
+    LookupError,
+    ValueError,
+    RuntimeError,
+    TypeError,
+    AssertionError,
+    MemoryError,
+)
+"""What h5py and NumPy raise on files that are damaged."""
 
 
 @contextmanager
@@ -68,11 +82,47 @@ def whole_file(path: PathLike) -> Iterator[Path]:
 
 
 @contextmanager
-def new_file(path: PathLike, kind: str) -> Iterator[h5py.File]:
-    """An HDF5 file that takes its name only once it is complete."""
-    with whole_file(path) as place, h5py.File(place, "w", track_order=True) as file:
-        stamp(file, kind)
-        yield file
+def new_file(path: PathLike, kind: str, *, sealed: bool = True) -> Iterator[h5py.File]:
+    """An HDF5 file that takes its name only once it is complete.
+
+    Its checksum follows it unless `sealed` is false: a file that will be written to has none.
+    """
+    with whole_file(path) as place:
+        with h5py.File(place, "w", track_order=True) as file:
+            stamp(file, kind)
+            yield file
+        if sealed:
+            digest = _digest(place, place.stat().st_size)
+            with place.open("ab") as end:
+                end.write(SEAL + digest)
+
+
+def _digest(path: Path, size: int) -> bytes:
+    """SHA-256 of the first bytes of a file."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while size > 0 and (block := file.read(min(size, 1 << 20))):
+            found.update(block)
+            size -= len(block)
+    return found.digest()
+
+
+def _verify(path: PathLike) -> None:
+    """Raise FileFormatError if a file differs from its checksum; older files have none."""
+    place = Path(path)
+    if place.exists() and not place.is_file():
+        raise FileFormatError(f"{path} is no regular file; give the path of an HDF5 file.")
+    end = place.stat().st_size - len(SEAL) - DIGEST_BYTES
+    if end < 0:
+        return
+    with place.open("rb") as file:
+        file.seek(end)
+        seal = file.read()
+    if seal.startswith(SEAL) and seal[len(SEAL) :] != _digest(place, end):
+        raise FileFormatError(
+            f"{path} is damaged: its content does not match its checksum; restore it from a copy "
+            "or make it again (a model: characterize or calibrate again)."
+        )
 
 
 def stamp(file: h5py.File, kind: str) -> None:
@@ -87,6 +137,7 @@ def stamp(file: h5py.File, kind: str) -> None:
 def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File]:
     """An HDF5 file of one of some kinds, opened to read; FileFormatError for any other."""
     try:
+        _verify(path)
         with _opened(path) as file:
             found = file.attrs.get("format", "a foreign HDF5 file")
             if found not in [f"fringeforce-{name}" for name in (kind, *others)]:
@@ -102,7 +153,7 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
         raise
     except FileNotFoundError:
         raise FileFormatError(f"There is no file {path}.") from None
-    except (OSError, KeyError, ValueError, RuntimeError) as error:
+    except UNREADABLE as error:
         raise FileFormatError(
             f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
             "truncated or of another kind; write it again."
@@ -218,10 +269,12 @@ def text(file: h5py.File, name: str) -> str:
 
 def format_of(path: PathLike) -> str:
     """What an HDF5 file says it is; empty if it cannot be read or says nothing."""
+    if not Path(path).is_file():
+        return ""
     try:
         with _opened(path) as file:
             return str(file.attrs.get("format", ""))
-    except OSError:
+    except UNREADABLE:
         return ""
 
 

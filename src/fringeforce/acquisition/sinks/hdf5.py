@@ -160,7 +160,12 @@ class Hdf5Sink(Sink):
         most = FRAME_CHUNK if name == "grey" else CHUNK
         length = min(most, max(CHUNK_BYTES // row, 1))
         column = self._file.create_dataset(
-            name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(length, *shape)
+            name,
+            (0, *shape),
+            dtype,
+            maxshape=(None, *shape),
+            chunks=(length, *shape),
+            fletcher32=True,
         )
         describe(column, ("frame", *dimensions), unit, meaning)
         return column
