@@ -19,7 +19,11 @@ from fringeforce.cli.arguments import (
 from fringeforce.cli.progress import progress_bar
 
 Parameters = Annotated[
-    list[str] | None, typer.Option(help="Design value to estimate, a dotted path; repeatable.")
+    list[str] | None,
+    typer.Option(
+        help="Design value to estimate, a dotted path, in the place of those that are estimated "
+        "if none is given; repeatable."
+    ),
 ]
 Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
 
