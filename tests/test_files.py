@@ -218,3 +218,18 @@ def test_a_pipe_in_the_place_of_a_file_does_not_block(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "m.h5")
     with pytest.raises(ff.FringeforceError, match="no regular file"):
         ff.load_model(tmp_path / "m.h5")
+
+
+def test_an_array_whose_header_is_damaged_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "f.npy"
+    np.save(path, np.zeros((3, 2048), np.uint8))
+    content = path.read_bytes()
+    for place in range(128):
+        for bit in range(8):
+            damaged = bytearray(content)
+            damaged[place] ^= 1 << bit
+            path.write_bytes(damaged)
+            try:
+                assert files.load_frames(path).ndim == 2
+            except ff.FringeforceError as error:
+                assert "f.npy" in str(error)  # noqa: PT017

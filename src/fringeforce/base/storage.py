@@ -286,9 +286,11 @@ def load_array(path: PathLike) -> NDArray[Any]:
         raise FileFormatError(
             f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {ending!r}."
         )
+    if Path(path).exists() and not Path(path).is_file():
+        raise FileFormatError(f"{path} is no regular file; give the path of a file of frames.")
     try:
         return loaders[ending](path)
-    except (OSError, ValueError, EOFError, SyntaxError) as error:
+    except Exception as error:  # decoders raise errors of any kind on damaged files
         raise FileFormatError(f"{path} cannot be read as {ending} frames: {error}.") from None
 
 
