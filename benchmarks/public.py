@@ -89,9 +89,10 @@ def descended(frame: np.ndarray, model: ff.SensorModel) -> np.ndarray:
     response, influence = model.response, model.frame_influence
     begin = np.tile([0.01, 0.0], model.sensor.tactels.count)
 
-    def slope(forces: np.ndarray) -> Any:
+    def changes(forces: np.ndarray) -> np.ndarray:
         return response.slope(influence @ forces)[:, None] * influence
 
+    slope: Any = changes  # scipy's inferred type knows of names only
     found = least_squares(
         lambda forces: response.level(influence @ forces) - frame,
         begin,

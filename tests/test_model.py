@@ -1,5 +1,7 @@
 """Superposition, interpolation and the frames that a model predicts."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -72,3 +74,21 @@ def test_bad_input_is_named_with_its_remedy(model: ff.SensorModel, call, words) 
     with pytest.raises(ff.FringeforceError) as caught:
         call(model)
     assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_forces_that_are_not_finite_make_no_phase(model: ff.SensorModel, bad: float) -> None:
+    forces = ff.polar(1.0, 10, 11)
+    forces[3, 1] = bad
+    for use in (model.phase, model.expose, model.as_built(0).expose):
+        with pytest.raises(ff.FringeforceError, match=r"Force \(3, 1\) is"):
+            use(forces)
+
+
+def test_lists_that_are_no_arrays_are_refused(model: ff.SensorModel) -> None:
+    ragged: Any = [[[1.0, 0.0]], [[1.0]]]
+    for use in (model.phase, model.expose):
+        with pytest.raises(ff.FringeforceError, match="must be numbers"):
+            use(ragged)
+    with pytest.raises(ff.FringeforceError, match="array of grey levels"):
+        ff.Reader(model).read_batch(ragged)

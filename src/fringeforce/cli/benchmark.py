@@ -10,7 +10,6 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.base.storage import whole_file
 from fringeforce.cli.progress import progress_bar
 
 benchmark = typer.Typer(
@@ -55,6 +54,7 @@ def score(
     from rich.console import Console
     from rich.table import Table
 
+    from fringeforce.base.storage import whole_file
     from fringeforce.scoring.scores import score as scored
 
     found = scored(folder, answers)

@@ -52,15 +52,31 @@ def paper_load(n: int) -> Array:
     return polar(PAPER_LOAD, PAPER_ANGLE, n)
 
 
+def finite_loads(forces: ArrayLike, tactels: int) -> Array:
+    """As `checked_loads`, of a strip, and InputError if a force is not finite."""
+    loads = checked_loads(forces, tactels)
+    if not np.isfinite(loads).all():
+        place = tuple(np.argwhere(~np.isfinite(loads))[0].tolist())
+        raise InputError(f"Force {place} is {loads[place]:g} N; forces must be finite.")
+    return loads
+
+
 def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> Array:
     """Forces as floats of shape (..., tactels, components) [N].
 
     Raises
     ------
     InputError
-        If they are those of another number of tactels, or have the components before the tactels.
+        If they are no numbers, those of another number of tactels, or have the components before
+        the tactels.
     """
-    loads = np.asarray(forces, dtype=float)
+    try:
+        loads = np.asarray(forces, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"Forces must be numbers of shape (..., {tactels}, {components}); these are none "
+            f"({error})."
+        ) from None
     if loads.shape[-2:] != (tactels, components):
         turned = loads.shape[-2:] == (components, tactels)
         remedy = " Components come last: pass np.swapaxes(forces, -1, -2)." if turned else ""

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.loads import checked_loads
+from fringeforce.contacts.loads import finite_loads
 from fringeforce.design.parts import Design
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Limits, limits, number_at, with_values
@@ -159,7 +159,7 @@ class BuiltSensor:
         if contacts is None or are_presses(forces):
             return self.model.phase(forces) + self.residual
         sensor = self.model.sensor
-        loads = checked_loads(cast(ArrayLike, forces), sensor.tactels.count)
+        loads = finite_loads(cast(ArrayLike, forces), sensor.tactels.count)
         surface = self.surface
         if surface is None or not surface.covers(*contacts):
             surface = _surface(sensor, *contacts)

@@ -23,7 +23,7 @@ from fringeforce.base.storage import (
     text,
     write,
 )
-from fringeforce.contacts.loads import checked_loads
+from fringeforce.contacts.loads import finite_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response, misfit
@@ -219,13 +219,13 @@ class SensorModel:
             where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
             if are_presses(forces):
                 return finite_press_phase(self.sensor, where, forces)
-            loads = checked_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
+            loads = finite_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
             return finite_phase(self.sensor, where, loads)
         if are_presses(forces):
             where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
             return press_phase(self.sensor, where, forces)
         influence = self.pixel_influence if x is None else self.influence(x)
-        loads = checked_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
+        loads = finite_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
         return loads.reshape(*loads.shape[:-2], -1) @ influence.reshape(len(influence), -1).T
 
     def intensity(self, forces: ArrayLike) -> Array:

@@ -107,7 +107,10 @@ def checked_recording(frames: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]
     InputError
         If they are none of this sensor.
     """
-    levels = np.asarray(frames)
+    try:
+        levels = np.asarray(frames)
+    except ValueError as error:
+        raise InputError(f"A recording is an array of grey levels, not this: {error}.") from None
     if levels.shape[1:] != shape or levels.dtype.kind not in "uif":
         raise InputError(
             f"A recording of shape {levels.shape} and type {levels.dtype} does not fit; this "
