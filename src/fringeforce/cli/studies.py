@@ -29,6 +29,8 @@ class Question(StrEnum):
     convergence = "convergence"
     sensitivity = "sensitivity"
     width = "width"
+    strain = "strain"
+    creep = "creep"
 
 
 def study(
@@ -38,7 +40,8 @@ def study(
         "study"
     ),
     load: Annotated[
-        float, typer.Option(help="Largest normal force on a tactel for `resolution` [N].")
+        float,
+        typer.Option(help="Largest normal force of a tactel: resolution, creep [N]."),
     ] = 1.0,
     seed: Annotated[int, typer.Option(help="Seed of loads and noise.")] = 0,
     scheduler: Scheduler = None,
@@ -48,10 +51,12 @@ def study(
     from fringeforce.design.files import load_strip
     from fringeforce.models.strip import characterize
     from fringeforce.studies.convergence import convergence_study
+    from fringeforce.studies.creep import creep_study
     from fringeforce.studies.execution import executor
     from fringeforce.studies.range import range_study
     from fringeforce.studies.resolution import resolution_study
     from fringeforce.studies.sensitivity import sensitivity_study
+    from fringeforce.studies.strain import strain_study
     from fringeforce.studies.width import width_study
 
     sensor = load_strip(design)
@@ -64,6 +69,8 @@ def study(
                 sensor, pool, seed=seed, progress=advance
             ),
             Question.width: lambda: width_study(sensor, pool, seed, advance),
+            Question.strain: lambda: strain_study(sensor, advance),
+            Question.creep: lambda: creep_study(sensor, load, seed, advance),
         }
         found = answers[question]()
     _tell(found, out)
