@@ -197,6 +197,9 @@ def test_files_can_be_taken_away(page: Page, server: LocalServer) -> None:
 
 def test_the_tour_leads_from_force_to_force(page: Page, server: LocalServer) -> None:
     opened(page, server)
+    tail = page.get_by_role("slider", name="Tactel 2, normal force")
+    tail.press("End")
+    own = tail.get_attribute("aria-valuenow")
     page.get_by_role("button", name="Tour").click()
     tour = page.get_by_role("dialog")
     titles = []
@@ -206,6 +209,26 @@ def test_the_tour_leads_from_force_to_force(page: Page, server: LocalServer) -> 
     assert titles[0].startswith("1. A force")
     assert titles[-1].startswith("7.")
     expect(page.get_by_role("button", name="Tour")).to_be_focused()
+    expect(tail).to_have_attribute("aria-valuenow", own or "")  # the forces come back
+
+
+def test_a_drag_says_what_it_does_and_leaves_the_scale(page: Page, server: LocalServer) -> None:
+    opened(page, server)
+    hint, value = page.locator("#strip text.hint"), page.locator("#strip text.value")
+    expect(hint).to_contain_text("Drag a dot")
+    scale = page.locator("#strip .measure text")
+    before = scale.inner_text()
+    dot = page.locator("#strip .handle.normal .dot").nth(4).bounding_box()
+    assert dot is not None
+    x, y = dot["x"] + dot["width"] / 2, dot["y"] + dot["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 8, y + 15, steps=4)
+    expect(value).to_contain_text(re.compile(r"\d\.\d\d N down, \d\.\d\d N left"))
+    expect(hint).to_be_empty()
+    page.mouse.up()
+    expect(value).to_be_empty()
+    expect(scale).to_have_text(before)
 
 
 def test_the_page_survives_a_server_that_dies_and_comes_back(browser: Browser) -> None:

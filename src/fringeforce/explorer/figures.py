@@ -14,7 +14,7 @@ from fringeforce.studies.summary import fringe_density, surface_strain
 VISIBLE = 3.0
 """Standard deviations that a force needs to be told from none."""
 LINEAR = 0.1
-"""Strain of the cover at which linear elasticity ends."""
+"""Strain of the cover at which linear elasticity is surely over."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def design_figures(model: SensorModel) -> list[Figure]:
     return [
         Figure(
             "peak",
-            "Peak phase",
+            "Peak phase, 1 N each",
             float(np.abs(phase).max()),
             "rad",
             "Largest phase lead under 1 N at 10 degrees on every tactel; 2 pi make one fringe.",
@@ -65,7 +65,7 @@ def design_figures(model: SensorModel) -> list[Figure]:
         ),
         Figure(
             "uncertainty",
-            "Worst uncertainty",
+            "Worst deviation, 1 N each",
             float(spread.max()) * 1e3,
             "mN",
             "Largest standard deviation of a force read from one frame of that load.",
@@ -80,9 +80,9 @@ def design_figures(model: SensorModel) -> list[Figure]:
         ),
         Figure(
             "linear",
-            "Linear up to",
+            "Strain of 10 % at",
             LINEAR / surface_strain(model),
             "N",
-            "Force on one tactel that strains the cover by 10 %, where linear theory ends.",
+            "Force on one tactel that strains the cover by 10 %; `study strain` tells where linear ends.",
         ),
     ]

@@ -31,6 +31,10 @@ interface Drag {
 export class Arrows {
   readonly group = shape("g", { class: "arrows" });
   private readonly measure = shape("g", { class: "measure" });
+  private readonly hint = shape("text", { class: "hint", "text-anchor": "middle" });
+  private readonly value = shape("text", { class: "value", "text-anchor": "middle" });
+  /** Whether a force was ever taken in hand. */
+  private used = false;
   private arrows: Arrow[] = [];
   private drag: Drag | null = null;
   private full = 2;
@@ -53,12 +57,33 @@ export class Arrows {
     this.place = place;
     const { normal, tangential } = this.store.state;
     if (this.arrows.length !== normal.length) this.build(normal.length);
-    if (!this.drag) {
-      const peak = largest([...normal, ...tangential]) * 1.1;
-      this.full = SCALES.find((scale) => scale >= peak && scale >= 2) ?? 64;
-    }
+    if (!this.drag) this.rescale(largest([...normal, ...tangential]));
     this.gauge();
     normal.forEach((force, i) => this.put(i, force, tangential[i]));
+    this.tell(normal, tangential);
+  }
+
+  /** Loads that are chosen set the scale; a drag leaves it, unless it ends where the scale does. */
+  private rescale(peak: number): void {
+    if (!this.store.state.preset && peak < 0.95 * this.full) return;
+    this.full = SCALES.find((scale) => scale >= peak * 1.1 && scale >= 2) ?? 64;
+  }
+
+  /** The forces of the tactel in hand, or where to take one. */
+  private tell(normal: number[], tangential: number[]): void {
+    if (!this.place || !this.model) return;
+    const { tactels } = this.model;
+    this.hint.replaceChildren(this.used ? "" : "Drag a dot: up presses harder, sideways shears.");
+    const middle = this.place.across((tactels[0] + tactels[tactels.length - 1]) / 2);
+    set(this.hint, { x: middle, y: this.surface - REACH - 4 });
+    if (!this.drag) {
+      this.value.replaceChildren();
+      return;
+    }
+    const i = this.drag.tactel;
+    const words = `${normal[i].toFixed(2)} N down, ${Math.abs(tangential[i]).toFixed(2)} N ${tangential[i] < 0 ? "left" : "right"}`;
+    this.value.replaceChildren(words);
+    set(this.value, { x: this.place.across(tactels[i]), y: this.surface - REACH - 12 });
   }
 
   private get perNewton(): number {
@@ -81,7 +106,8 @@ export class Arrows {
 
   private build(n: number): void {
     this.arrows = Array.from({ length: n }, (_, i) => this.made(i));
-    this.group.replaceChildren(this.measure, ...this.arrows.map((arrow) => arrow.group));
+    const arrows = this.arrows.map((arrow) => arrow.group);
+    this.group.replaceChildren(this.measure, ...arrows, this.hint, this.value);
   }
 
   private made(tactel: number): Arrow {
@@ -117,6 +143,7 @@ export class Arrows {
       slider.focus({ preventScroll: true });
       this.group.setPointerCapture(event.pointerId);
       this.drag = { tactel, direction: direction === "normal" ? "both" : direction };
+      this.used = true;
     });
     return slider;
   }
@@ -154,6 +181,7 @@ export class Arrows {
   private release(): void {
     if (!this.drag) return;
     this.drag = null;
+    this.value.replaceChildren();
     this.store.commit();
     this.onGesture();
   }
@@ -191,6 +219,7 @@ export class Arrows {
     else if (event.key === "End") next = this.full;
     else return;
     event.preventDefault();
+    this.used = true;
     const values = this.store.state[direction].slice();
     values[tactel] = hundredths(clamped(next, -MOST, MOST));
     this.store.change({ preset: "", [direction]: values });

@@ -42,7 +42,10 @@ export class Explorer {
   );
 
   constructor() {
-    new Tour((key) => this.preset(key));
+    new Tour(
+      (key) => this.preset(key),
+      () => this.kept(),
+    );
     downloadMenu(
       PICTURES,
       (kind) => this.connection.want("download", () => this.question("download", { kind })),
@@ -67,6 +70,16 @@ export class Explorer {
     if (this.model) {
       this.store.change({ preset: key, ...presetLoads(key, this.model.tactels.length) });
     }
+  }
+
+  /** What brings the forces of now back, if the design still has as many tactels. */
+  private kept(): () => void {
+    const { preset, normal, tangential } = this.store.state;
+    return () => {
+      if (this.store.state.normal.length === normal.length) {
+        this.store.change({ preset, normal, tangential });
+      }
+    };
   }
 
   private wantDesign(): void {

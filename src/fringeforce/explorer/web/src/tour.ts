@@ -58,14 +58,24 @@ export class Tour {
     tabindex: -1,
   });
   private at = -1;
+  private giveBack = () => {};
 
-  constructor(private readonly onPreset: (key: string) => void) {
+  /** @param keep remembers the forces, and gives what brings them back */
+  constructor(
+    private readonly onPreset: (key: string) => void,
+    private readonly keep: () => () => void,
+  ) {
     this.card.hidden = true;
     document.body.append(this.card);
-    byId("tour").addEventListener("click", () => this.show(0));
+    byId("tour").addEventListener("click", () => this.begin());
     this.card.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.end();
     });
+  }
+
+  private begin(): void {
+    if (this.at < 0) this.giveBack = this.keep();
+    this.show(0);
   }
 
   private show(at: number): void {
@@ -99,6 +109,7 @@ export class Tour {
     this.leave();
     this.at = -1;
     this.card.hidden = true;
+    this.giveBack();
     byId("tour").focus();
   }
 }
