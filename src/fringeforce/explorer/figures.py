@@ -83,6 +83,7 @@ def design_figures(model: SensorModel) -> list[Figure]:
             "Strain of 10 % at",
             LINEAR / surface_strain(model),
             "N",
-            "Force on one tactel that strains the cover by 10 %; `study strain` tells where linear ends.",
+            "Force on one tactel that strains the cover by 10 %. Large strain is seen earlier: "
+            "`fringeforce study strain` tells from where.",
         ),
     ]
