@@ -34,5 +34,5 @@ def test_missing_pypylon_is_named_with_its_extra(
 ) -> None:
     monkeypatch.setitem(sys.modules, "pypylon", None)
     monkeypatch.setitem(sys.modules, "pypylon.pylon", None)
-    with pytest.raises(ff.FringeforceError, match=r"pip install 'fringeforce\[pylon\]'"):
+    with pytest.raises(ff.FringeforceError, match=r"pip install '\.\[pylon\]'"):
         ff.open_camera("pylon:", model)

@@ -215,12 +215,12 @@ def test_an_unknown_sink_is_refused_with_those_there_are(model: ff.SensorModel, 
 @pytest.mark.parametrize(
     ("target", "module", "words"),
     [
-        ("foxglove:", "foxglove", r"pip install 'fringeforce\[robots\]'"),
-        ("mcap:r", "foxglove", r"pip install 'fringeforce\[robots\]'"),
-        ("rosbag:r", "rosbags.rosbag2", r"pip install 'fringeforce\[robots\]'"),
-        ("zmq:", "zmq", r"pip install 'fringeforce\[robots\]'"),
-        ("lsl:r", "pylsl", r"pip install 'fringeforce\[robots\]'"),
-        ("ws:", "websockets", r"pip install 'fringeforce\[web\]'"),
+        ("foxglove:", "foxglove", r"pip install '\.\[robots\]'"),
+        ("mcap:r", "foxglove", r"pip install '\.\[robots\]'"),
+        ("rosbag:r", "rosbags.rosbag2", r"pip install '\.\[robots\]'"),
+        ("zmq:", "zmq", r"pip install '\.\[robots\]'"),
+        ("lsl:r", "pylsl", r"pip install '\.\[robots\]'"),
+        ("ws:", "websockets", r"pip install '\.\[web\]'"),
         ("ros:r", "rclpy", "source the setup file of a ROS"),
     ],
 )
