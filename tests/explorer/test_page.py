@@ -217,13 +217,13 @@ def test_a_drag_says_what_it_does_and_leaves_the_scale(page: Page, server: Local
     hint, value = page.locator("#strip text.hint"), page.locator("#strip text.value")
     expect(hint).to_contain_text("Drag a dot")
     scale = page.locator("#strip .measure text")
-    before = scale.inner_text()
+    before = scale.text_content() or ""
     dot = page.locator("#strip .handle.normal .dot").nth(4).bounding_box()
     assert dot is not None
     x, y = dot["x"] + dot["width"] / 2, dot["y"] + dot["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(x + 8, y + 15, steps=4)
+    page.mouse.move(x + 25, y + 15, steps=4)
     expect(value).to_contain_text(re.compile(r"\d\.\d\d N down, \d\.\d\d N left"))
     expect(hint).to_be_empty()
     page.mouse.up()
