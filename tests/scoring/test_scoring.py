@@ -3,6 +3,7 @@
 import csv
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from fringeforce.mechanics import fourier
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.scoring.making import make_benchmark
 from fringeforce.scoring.scores import score
-from fringeforce.scoring.tracks import TRACKS
+from fringeforce.scoring.tracks import TRACKS, Scene
 
 COUNT = 40
 
@@ -169,3 +170,22 @@ def test_bad_requests_are_refused_and_leave_nothing(tmp_path: Path) -> None:
     with pytest.raises(ff.FringeforceError, match="no folder truth"):
         score(tmp_path, tmp_path)
     assert not (tmp_path / "new").exists()
+
+
+def test_what_is_interrupted_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> Scene:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(TRACKS, "drawn", replace(TRACKS["drawn"], take=interrupted))
+    with pytest.raises(KeyboardInterrupt):
+        make_benchmark(tmp_path / "frames", 2, tracks=("held", "drawn"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_negative_deviations_are_refused(made: Path, tmp_path: Path) -> None:
+    rows = [row | {"normal_std_N": "-1"} for row in _rows(made / "truth" / "drawn.csv")]
+    _answer(tmp_path / "answers" / "drawn.csv", rows)
+    with pytest.raises(ff.FringeforceError, match="line 2: a standard deviation is negative"):
+        score(made, tmp_path / "answers")

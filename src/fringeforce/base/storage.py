@@ -64,7 +64,7 @@ def writing(path: PathLike) -> Iterator[None]:
 
 @contextmanager
 def whole_file(path: PathLike) -> Iterator[Path]:
-    """Where to write a file that takes its name only once it is complete.
+    """Where to write a file, or a new folder, that takes its name only once it is complete.
 
     Raises
     ------

@@ -9,12 +9,10 @@ import numpy as np
 from fringeforce.contacts.loads import paper_load
 from fringeforce.estimation.bounds import covariance
 from fringeforce.models.strip import SensorModel
-from fringeforce.studies.summary import fringe_density, surface_strain
+from fringeforce.studies.summary import LINEAR, fringe_density, surface_strain
 
 VISIBLE = 3.0
 """Standard deviations that a force needs to be told from none."""
-LINEAR = 0.1
-"""Strain of the cover at which linear elasticity is surely over."""
 
 
 @dataclass(frozen=True)

@@ -389,10 +389,10 @@ class SkinReader(StripFrames):
 def near(found: Contacts, last: Contacts) -> bool:
     """Whether contacts may be those of the frame before: within half their widths, as strong."""
     here, there = found.geometry, last.geometry
-    near = np.abs(here - there)[:, PLACE] <= np.maximum(here, there)[:, WIDTH]
+    beside = np.abs(here - there)[:, PLACE] <= np.maximum(here, there)[:, WIDTH]
     now, before = found.forces[:, 0], last.forces[:, 0]
     alike = (now <= JUMPED * before) & (before <= JUMPED * now)
-    return bool((near & alike).all())
+    return bool((beside & alike).all())
 
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:

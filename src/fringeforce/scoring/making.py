@@ -11,8 +11,8 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
-from fringeforce.base.storage import whole_file, writing
-from fringeforce.scoring.tracks import TRACKS, Scene, Track, model_of
+from fringeforce.base.storage import whole_file
+from fringeforce.scoring.tracks import TRACKS, Track, model_of
 
 PathLike = str | os.PathLike[str]
 TRUTH = "truth"
@@ -69,34 +69,28 @@ def make_benchmark(
         raise InputError(f"count = {count} frames: give 1 to {MOST:,}.")
     if target.exists():
         raise InputError(f"{target} exists; name a new folder for the benchmark.")
-    with writing(target):
-        (target / TRUTH).mkdir(parents=True)
-    for done, name in enumerate(names):
-        report(f"Frames of {name}", done, len(names))
-        track, place = TRACKS[name], target / name
-        place.mkdir()
-        model = model_of(track)
-        with whole_file(place / "design.toml") as unfinished:
-            unfinished.write_text(model.sensor.to_toml(), encoding="utf-8")
-        for part, number in ((PUBLIC, 0), (HIDDEN, 1)):
-            key = None if seed is None else [seed, number, list(TRACKS).index(name)]
-            scene = track.take(model, np.random.default_rng(key), count)
-            _save(place / f"{part}.npy", scene)
-            truth = place / f"{part}.csv" if part == PUBLIC else target / TRUTH / f"{name}.csv"
-            _write_truth(truth, track, scene.truth)
+    with whole_file(target) as whole:
+        (whole / TRUTH).mkdir(parents=True)
+        for done, name in enumerate(names):
+            report(f"Frames of {name}", done, len(names))
+            track, place = TRACKS[name], whole / name
+            place.mkdir()
+            model = model_of(track)
+            (place / "design.toml").write_text(model.sensor.to_toml(), encoding="utf-8")
+            for part, number in ((PUBLIC, 0), (HIDDEN, 1)):
+                key = None if seed is None else [seed, number, list(TRACKS).index(name)]
+                scene = track.take(model, np.random.default_rng(key), count)
+                np.save(place / f"{part}.npy", scene.frames)
+                truth = place / f"{part}.csv" if part == PUBLIC else whole / TRUTH / f"{name}.csv"
+                _write_truth(truth, track, scene.truth)
     report("Done", len(names), len(names))
     return names
-
-
-def _save(path: Path, scene: Scene) -> None:
-    with whole_file(path) as place, place.open("wb") as file:
-        np.save(file, scene.frames)
 
 
 def _write_truth(path: Path, track: Track, truth: Array) -> None:
     """Values of every tactel of every frame, or of all contacts together, number 0."""
     first = 1 if track.number == "tactel" else 0
-    with whole_file(path) as place, place.open("w", newline="", encoding="utf-8") as file:
+    with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["frame", track.number, *track.columns])
         for frame, rows in enumerate(truth):

@@ -102,16 +102,12 @@ def score(folder: PathLike, answers: PathLike) -> tuple[Score, ...]:
             f"{given} holds no answers; name them after the tracks: "
             f"{', '.join(f'{name}.csv' for name in known)}."
         )
-    files = [f"{name}.csv" for name in read]
-    return tuple(
-        _score(name, place / TRUTH / file, given / file)
-        for name, file in zip(read, files, strict=True)
-    )
+    return tuple(_score(name, place / TRUTH, given) for name in read)
 
 
-def _score(name: str, truth: Path, answer: Path) -> Score:
-    track = TRACKS[name]
-    true, _, _ = _values(truth, track)
+def _score(name: str, truth: Path, answers: Path) -> Score:
+    track, answer = TRACKS[name], answers / f"{name}.csv"
+    true, _, _ = _values(truth / answer.name, track)
     frames, numbers, _ = true.shape
     found, std, stands = _values(answer, track, (frames, numbers))
     forces = [i for i, column in enumerate(track.columns) if column.endswith("_N")]
@@ -160,6 +156,8 @@ def _values(
                 spread = [float(row.get(name) or math.nan) for name in deviations]
             except (TypeError, ValueError) as error:
                 raise FileFormatError(f"{path}, line {line}: {error}.") from None
+            if any(std < 0 for std in spread):
+                raise FileFormatError(f"{path}, line {line}: a standard deviation is negative.")
             if number and first == 0:
                 continue  # single contacts
             rows.append((frame, number, value, spread, _stands(row.get("status"))))

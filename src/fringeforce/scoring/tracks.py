@@ -25,8 +25,6 @@ NARROWEST = 0.05e-3
 """Contacts of a width drawn below this one have it [m]."""
 EXACT = {"transducer.edges": "roller"}
 """Edges whose light an exact series gives."""
-FULL = 11
-"""Tactels that are pressed at most."""
 
 
 @dataclass(frozen=True, eq=False)
