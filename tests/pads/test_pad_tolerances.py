@@ -225,7 +225,7 @@ def test_findings_of_more_frames_keep_no_more_matrices(roller: PadModel) -> None
         frame = loosened(roller, **departing).expose(touch(roller, rng), rng)
         assert diagnosis.findings(frame.ravel(), used)
         gc.collect()
-        counts.append(sum(isinstance(held, Sampling) for held in gc.get_objects()))
+        counts.append(sum(type(held) is Sampling for held in gc.get_objects()))
     assert counts[1] == counts[0]
 
 
