@@ -201,30 +201,40 @@ class BenchPosterior:
 
     def mean(self, f: int, shared: Array) -> Array:
         """What is expected of the own unknowns of a frame."""
-        own, loads = self._contacts(f), self.bench.loads
-        size = self.bench.contacts.size
-        stated = loads.widths[f, own]
-        widths = np.where(np.isfinite(stated), (stated - size.width) / size.width_std, 0.0)
-        forces, places = loads.forces[f, own].ravel(), self.bench.beside[f, own] / size.place
-        found = np.concatenate([forces, places, widths, np.zeros(LAMP)])
-        return found + self.bench.moves[f] @ shared[self.bench.at.own("written")]
+        return self._written[f] + self.bench.moves[f] @ shared[self.bench.at.own("written")]
+
+    @cached_property
+    def _written(self) -> list[Array]:
+        """Own unknowns of all frames as written down."""
+        loads, size, found = self.bench.loads, self.bench.contacts.size, []
+        for f, beside in enumerate(self.bench.beside):
+            own = self._contacts(f)
+            stated = loads.widths[f, own]
+            widths = np.where(np.isfinite(stated), (stated - size.width) / size.width_std, 0.0)
+            forces, places = loads.forces[f, own].ravel(), beside[own] / size.place
+            found.append(np.concatenate([forces, places, widths, np.zeros(LAMP)]))
+        return found
 
     def precision(self, f: int) -> Array:
         """Inverse variances of the own unknowns of a frame before it is seen."""
-        sizes, own, loads = self.expected.sizes, self._contacts(f), self.bench.loads
-        size = self.bench.contacts.size
-        unit = self.unit("normal", f)
-        forces = np.stack([sizes["normal"] * unit, sizes["tangential"] * unit], axis=1)
-        places, widths = loads.place_std[f, own], loads.width_std[f, own]
-        found = np.concatenate(
-            [
+        return self._precisions[f]
+
+    @cached_property
+    def _precisions(self) -> list[Array]:
+        sizes, loads, size = self.expected.sizes, self.bench.loads, self.bench.contacts.size
+        found = []
+        for f in range(len(self.bench.frames)):
+            own, unit = self._contacts(f), self.unit("normal", f)
+            forces = np.stack([sizes["normal"] * unit, sizes["tangential"] * unit], axis=1)
+            places, widths = loads.place_std[f, own], loads.width_std[f, own]
+            deviations = [
                 _stated(loads.force_std[f, own], forces).ravel(),
                 _stated(places / size.place, sizes["place"]),
                 _stated(widths / size.width_std, sizes["width"]),
                 [sizes["gain"], sizes["offset"]],
             ]
-        )
-        return 1 / np.square(found)
+            found.append(1 / np.square(np.concatenate(deviations)))
+        return found
 
     def free(self, name: str, f: int) -> Mask:
         """Which of one of GROUPS of a frame have no standard deviation that somebody states."""

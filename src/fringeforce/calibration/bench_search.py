@@ -447,7 +447,7 @@ class Search:
             self.places,
             self.size,
             ENTRY_STEP[1],
-            self.bench.contacts.fine,
+            self.bench.contacts,
         )
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(self.bench, contacts=contacts, template=template)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fringeforce.base.arrays import Array, Index
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import moment_table
@@ -69,6 +69,15 @@ class ContactPhases:
     fine : ndarray, shape (C, 2, K, G)
         What fine bricks add to the moments that coarse ones give [rad/N]: it hardly changes with
         the design.  Zero in a plane, whose elements are fine.
+    places : ndarray, shape (C,)
+        Of the contacts [m].
+    step : float
+        Of the entries, to both sides of the design at which the curvatures were solved.
+    origin : ndarray, shape (d,)
+        That design.
+    bends : ndarray, shape (2, d, C, 2, K, G)
+        Slopes and half curvatures of the moments there [rad/N]; zero by what the phase is
+        proportional to.
     """
 
     centre: Array
@@ -78,6 +87,10 @@ class ContactPhases:
     table: Array
     size: ContactSize
     fine: Array
+    places: Array
+    step: float
+    origin: Array
+    bends: Array
 
     def profiles(self, design: Array, x: Array, nodes: int) -> Array:
         """Coefficients at the nodes of the phase of every contact, shape (C, 2, k, m) [rad/N].
@@ -93,7 +106,7 @@ class ContactPhases:
         """
         t = design - self.centre
         weights = np.concatenate([[1.0], t, np.square(t)])
-        return coefficients(np.moveaxis(self._along(x)[0] @ weights, 0, -1), nodes)
+        return coefficients(np.moveaxis(self._along(x) @ weights, 0, -1), nodes)
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -110,23 +123,39 @@ class ContactPhases:
         ndarray, shape (d + 2, C, 2, k, m)
         """
         t = design - self.centre
-        (values, slopes), d = self._along(x), len(t)
+        values, d = self._along(x), len(t)
         weights = np.concatenate([[1.0], t, np.square(t)])
-        along = slopes @ weights
+        along = np.asarray(self.lead(np.clip(x, -self.half, self.half), 1)) @ weights
         changes = [values[..., 1 + i] + 2 * t[i] * values[..., 1 + d + i] for i in range(d)]
         changes += [along, along * drawn[:, None, None, None]]
         return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
 
-    def _along(self, x: Array) -> tuple[Array, Array]:
-        """Values of `lead` and their slopes along the strip.
+    def reaches(self, design: Array, effect: Mask, step: float) -> bool:
+        """Whether curvatures hold at another design, as well as those that a step would give.
+
+        Parameters
+        ----------
+        design : ndarray, shape (d,)
+            Entries.
+        effect : ndarray of bool, shape (d,)
+            Which of them the phase is proportional to.
+        step : float
+            Of an entry.
+        """
+        far = np.abs(design - self.origin)[~effect].max(initial=0.0)
+        return bool(self.step <= step and far <= self.step)
+
+    def _along(self, x: Array) -> Array:
+        """Values of `lead`.
 
         A tangent goes on beyond the ends, where no pixel counts: a step there would ring in the
         splines of the nodes, and make the loss jump where the camera moves.
         """
         near = np.clip(x, -self.half, self.half)
-        slopes = np.asarray(self.lead(near, 1))
-        beyond = (x - near)[:, None, None, None, None]
-        return np.asarray(self.lead(near)) + beyond * slopes, slopes
+        values, out = np.asarray(self.lead(near)), near != x
+        beyond = (x - near)[out, None, None, None, None]
+        values[out] += beyond * np.asarray(self.lead(near[out], 1))
+        return values
 
 
 def contact_phases(
@@ -136,9 +165,12 @@ def contact_phases(
     places: Array,
     size: ContactSize,
     step: float,
-    fine: Array | None = None,
+    near: ContactPhases | None = None,
 ) -> ContactPhases:
     """Solve a varied design, and a step of every entry to both sides.
+
+    Of a design within such a step of an earlier one only the middle is solved: curvatures change
+    little over that distance.
 
     Parameters
     ----------
@@ -154,8 +186,8 @@ def contact_phases(
         Of the contacts.
     step : float
         Of an entry.
-    fine : ndarray, optional
-        Of contacts at these places about another design, as `ContactPhases.fine`.
+    near : ContactPhases, optional
+        About another design.
     """
     assert POSITIONS not in paths
     half, cover = sensor.transducer.length / 2, sensor.transducer.compliant.thickness
@@ -171,25 +203,34 @@ def contact_phases(
         return np.asarray(phase_lead(moments, constant))
 
     middle = solved(centre)
-    slopes, curves = [], []
-    for number, path in enumerate(paths):
-        if path in EFFECTS:  # the phase is proportional to it
-            slopes.append(middle)
-            curves.append(middle / 2)
-            continue
-        unit = step * np.eye(len(paths))[number]
-        ahead, behind = solved(centre + unit), solved(centre - unit)
-        slopes.append((ahead - behind) / (2 * step))
-        curves.append(((ahead + behind) / 2 - middle) / step**2)
-    if fine is None:
-        plane = sensor.transducer.solved_in_a_plane
-        fine = np.zeros_like(middle) if plane else solved(centre, STRIP) - middle
+    effect = np.array([path in EFFECTS for path in paths], dtype=bool)
+    if near is not None and not np.array_equal(near.places, places):
+        near = None
+    if near is not None and near.reaches(centre, effect, step):
+        step, origin, bends = near.step, near.origin, near.bends
+    else:
+        origin, bends = centre, np.zeros((2, len(paths), *middle.shape))
+        for number in np.flatnonzero(~effect):
+            unit = step * np.eye(len(paths))[number]
+            ahead, behind = solved(centre + unit), solved(centre - unit)
+            bends[0, number] = (ahead - behind) / (2 * step)
+            bends[1, number] = ((ahead + behind) / 2 - middle) / step**2
+    if near is not None:
+        fine = near.fine
+    elif sensor.transducer.solved_in_a_plane:
+        fine = np.zeros_like(middle)
+    else:
+        fine = solved(centre, STRIP) - middle
     middle = middle + fine
+    off = centre - origin
+    slopes, curves = bends * np.exp(off[effect].sum())
+    slopes = slopes + 2 * curves * off[:, None, None, None, None]
+    slopes[effect], curves[effect] = middle, middle / 2  # the phase is proportional to it
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
-    parts = np.stack([middle, *slopes, *curves], axis=-1)  # (C, 2, K, G, 1 + 2d)
-    mixed = np.einsum("kr,ctkgi->gctri", spread, parts, optimize=True)
-    table = moment_table(ORDER)
-    return ContactPhases(centre, half, CubicSpline(grid, mixed), mixing, table, size, fine)
+    parts = np.concatenate([middle[None], slopes, curves])
+    mixed = np.einsum("kr,ictkg->gctri", spread, parts, optimize=True)
+    lead, table = CubicSpline(grid, mixed), moment_table(ORDER)
+    return ContactPhases(centre, half, lead, mixing, table, size, fine, places, step, origin, bends)
 
 
 def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:

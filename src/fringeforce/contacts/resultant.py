@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import binary_dilation, label
 
 from fringeforce.base.arrays import Array, Index, Mask
+from fringeforce.base.measured import measured
 from fringeforce.contacts.force_estimate import ForceEstimate
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
@@ -25,7 +26,7 @@ CONTRADICTED = 6.0
 """Standard deviations by which silence may be too loud to be believed."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Resultant:
     """What the forces of some tactels amount to.
 
@@ -70,6 +71,22 @@ class Resultant:
     width: float | None = None
     axes: Array | None = None
     orientation: float | None = None
+
+    def __repr__(self) -> str:
+        """Force, centre of pressure and widths with their standard deviations."""
+        components, std = len(self.force), self.std
+        names = ("normal", "tangential") if components == 2 else ("normal", "x", "y")
+        parts = [
+            f"{name} {measured(float(value), float(error), 'N')}"
+            for name, value, error in zip(names, self.force, std, strict=False)
+        ]
+        errors = std[components + 3 :] * 1e3
+        for value, error in zip(self.centre * 1e3, errors, strict=False):
+            parts.append(f"at {measured(float(value), float(error), 'mm')}")
+        wide = [] if self.width is None else [self.width]
+        for value, error in zip(wide, errors[len(self.centre) :], strict=False):
+            parts.append(f"width {measured(value * 1e3, float(error), 'mm')}")
+        return ", ".join(parts)
 
     @property
     def values(self) -> Array:

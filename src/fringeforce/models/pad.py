@@ -46,7 +46,7 @@ SAMPLES, SLICES = 96, 8
 """Places along either side, and depths, at which stresses are taken."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PadModel:
     """What one pad does to forces.
 
@@ -67,6 +67,10 @@ class PadModel:
     sensor: Pad
     influence: PadInfluence
     provenance: Mapping[str, str | float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """One line."""
+        return f"<PadModel of {self.sensor.name!r}>"
 
     @property
     def frame_shape(self) -> tuple[int, ...]:

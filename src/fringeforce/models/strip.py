@@ -66,7 +66,7 @@ STRIP = "model"
 """Kind of these files."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SensorModel:
     """What one sensor does to forces, equation (10.a) of the paper.
 
@@ -97,6 +97,10 @@ class SensorModel:
     provenance: Mapping[str, str | int] = field(default_factory=dict)
     imaging: Imaging | None = None
     calibration: Calibration | None = None
+
+    def __repr__(self) -> str:
+        """One line."""
+        return f"<SensorModel of {self.sensor.name!r}>"
 
     @property
     def x(self) -> Array:

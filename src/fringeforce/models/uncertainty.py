@@ -339,7 +339,9 @@ def coefficients(values: Array, count: int) -> Array:
     -------
     ndarray, shape (..., m)
     """
-    return np.ascontiguousarray(values @ _fitted(values.shape[-1], count))
+    # one product of matrices: a stack of small ones takes several times as long
+    flat = values.reshape(-1, values.shape[-1]) @ _fitted(values.shape[-1], count)
+    return flat.reshape(*values.shape[:-1], count)
 
 
 @cache

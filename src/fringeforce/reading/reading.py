@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.measured import measured
 from fringeforce.contacts.resultant import Resultant
 
 Array = NDArray[np.float64]
@@ -80,7 +81,7 @@ class Traction:
     std: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Reading:
     """Forces from one frame.
 
@@ -106,6 +107,8 @@ class Reading:
         Tactels whose forces were limited to what a dry contact can exert; none unless asked for.
     tracked : bool
         Whether the frame was followed from the last one rather than searched.
+    probability : float
+        That the forces belong to the load that acts, and not to another that explains the frame.
     contacts : tuple of Resultant
         Single contacts on a skin, the strongest first; none of tactels, whose forces `touch` adds
         up.
@@ -125,6 +128,8 @@ class Reading:
     ('OK', (11, 2), (22, 22))
     >>> bool((abs(reading.magnitude - 1) < 6 * reading.magnitude_std).all())
     True
+    >>> reading
+    <Reading OK, 11 loads, 10.8 N normal>
     """
 
     forces: Array
@@ -198,6 +203,30 @@ class Reading:
             _later={name: value for name, value in later.items() if callable(value)},
         )
         return reading
+
+    def __repr__(self) -> str:
+        """One line; `str` gives the forces with their deviations."""
+        if not self.status.usable:
+            return f"<Reading {self.status.name}>"
+        normal = f"{self.forces[:, 0].sum():.3g} N normal"
+        return f"<Reading {self.status.name}, {len(self.forces)} loads, {normal}>"
+
+    def __str__(self) -> str:
+        """Verdict, then contacts of a skin or forces of tactels, in lines."""
+        if not self.status.usable:
+            return f"{self.status.name}: {self.detail or self.status.advice}"
+        head = f"{self.status.name} (probability {self.probability:.4g}, chi2 {self.chi2:.3g})"
+        if self.total is not None:
+            return "\n".join([head, *map(str, self.contacts)])
+        names = ("normal", "tangential") if self.forces.shape[1] == 2 else ("normal", "x", "y")
+        rows = [
+            ", ".join(
+                f"{name} {measured(value, error, 'N')}"
+                for name, value, error in zip(names, force, std, strict=True)
+            )
+            for force, std in zip(self.forces.tolist(), self.std.tolist(), strict=True)
+        ]
+        return "\n".join([head, *(f"{number:4}  {row}" for number, row in enumerate(rows, 1))])
 
     def with_findings(self, findings: Callable[[], tuple[str, ...]]) -> Reading:
         """The same with findings that are computed when they are first asked for."""

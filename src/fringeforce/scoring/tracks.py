@@ -96,12 +96,16 @@ def _presses(places: Array, widths: Array, forces: Array) -> list[Press]:
     ]
 
 
-def _drawn(model: SensorModel, rng: np.random.Generator, count: int) -> Scene:
+def _on_tactels(model: SensorModel, truth: Array) -> list[list[Press]]:
+    """Presses of forces as drawn, whose light the exact series gives."""
     tactels = model.sensor.tactels
-    truth = np.array([_loads(rng, tactels.count, 2.0) for _ in range(count)])
     width = np.full(tactels.count, tactels.contact_width)
-    presses = [_presses(tactels.positions, width, forces) for forces in truth]
-    return Scene(np.array([model.expose(one, rng) for one in presses]), truth)
+    return [_presses(tactels.positions, width, forces) for forces in truth]
+
+
+def _drawn(model: SensorModel, rng: np.random.Generator, count: int) -> Scene:
+    truth = np.array([_loads(rng, model.sensor.tactels.count, 2.0) for _ in range(count)])
+    return Scene(np.array([model.expose(one, rng) for one in _on_tactels(model, truth)]), truth)
 
 
 def _built(model: SensorModel, rng: np.random.Generator, count: int) -> Scene:
@@ -150,7 +154,8 @@ def _held(model: SensorModel, rng: np.random.Generator, count: int) -> Scene:
     rows = loads.reshape(len(knots), -1)
     truth = np.stack([np.interp(times, knots, row) for row in rows.T], axis=1)
     truth = truth.reshape(count, tactels, 2)
-    return Scene(model.expose(truth, rng, as_built=rng, times=times), truth)
+    pressed = _on_tactels(model, truth)
+    return Scene(model.expose(pressed, rng, as_built=rng, times=times), truth)
 
 
 TRACKS = {
@@ -188,14 +193,17 @@ TRACKS = {
         TOUCH,
     ),
     "held": Track(
-        "presses that are held and released on layers that creep",
+        "presses 0.5 mm wide that are held and released on layers that creep; light of the exact "
+        "series",
         lambda: _saad(
+            **EXACT,
             **{
+                "tactels.contact_width": "0.5 mm",
                 "transducer.relaxation": [
                     {"share": "0.06 +/- 20 %", "time": "0.4 s"},
                     {"share": "0.04 +/- 20 %", "time": "15 s"},
-                ]
-            }
+                ],
+            },
         ),
         _held,
         rate=RATE,
