@@ -149,7 +149,7 @@ def shards(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[Case]
                 one.unlink()
             else:
                 one.write_bytes(damaged(one.read_bytes(), rng, number % 3 == 0))
-            yield f"{form}: {place.name}/{one.name}", lambda resumed=resumed: refused(resumed)
+            yield f"{form}: {place.name}/{one.name}", resumed
 
 
 def _remove(path: Path) -> None:
