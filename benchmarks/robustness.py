@@ -22,6 +22,7 @@ from damage.arrays import arrays
 from damage.counting import Case, Count
 from damage.designs import designs
 from damage.files import frame_files, model_files, shards
+from damage.interrupts import interrupts
 from damage.tables import study_files, table_files
 from rich.console import Console
 from rich.table import Table
@@ -51,6 +52,7 @@ def main() -> None:
             "model files, bits and ends": lambda: model_files(model, folder, rng, tries),
             "frame files, bits and ends": lambda: frame_files(model, folder, rng, tries),
             "data sets, resumed": lambda: shards(folder, rng, tries // 5),
+            "commands, interrupted": lambda: interrupts(model, folder, max(tries // 20, 1)),
             "arrays to read, expose, calibrate": lambda: arrays(model),
         }
         for kind, cases in kinds.items():

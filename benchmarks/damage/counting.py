@@ -41,7 +41,7 @@ class Count:
             else:
                 self.refused += 1
         except Exception as error:
-            self.failures.append(f"{name}: {type(error).__name__}: {error}"[:200])
+            self.failures.append(f"{name}: {type(error).__name__}: {error}"[-300:])
         else:
             self.taken += 1
 

@@ -180,16 +180,23 @@ def _in_folder(path: Path) -> tuple[str, list[int]]:
 def _keep(folder: Path, name: str, files: Files) -> None:
     """Write a file, or a folder of files, that takes its name only once it is complete."""
     shutil.rmtree(folder / (UNFINISHED + name), ignore_errors=True)  # of a run that was killed
-    for path, content in files.items():
-        place = folder / (UNFINISHED + path)
-        place.parent.mkdir(exist_ok=True)
-        with place.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-    if (folder / name).is_dir():  # fewer images than there are to be now
-        shutil.rmtree(folder / name)
-    os.replace(folder / (UNFINISHED + name), folder / name)
+    unfinished = folder / (UNFINISHED + name)
+    try:
+        for path, content in files.items():
+            place = folder / (UNFINISHED + path)
+            place.parent.mkdir(exist_ok=True)
+            with place.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+        if (folder / name).is_dir():  # fewer images than there are to be now
+            shutil.rmtree(folder / name)
+        os.replace(unfinished, folder / name)
+    except BaseException:  # a full disk, or Ctrl-C
+        if unfinished.is_dir():
+            shutil.rmtree(unfinished, ignore_errors=True)
+        unfinished.unlink(missing_ok=True)
+        raise
 
 
 def _files(path: Path) -> Iterator[Path]:
