@@ -23,6 +23,7 @@ from damage.counting import Case, Count
 from damage.designs import designs
 from damage.files import frame_files, model_files, shards
 from damage.interrupts import interrupts
+from damage.server import servers
 from damage.tables import study_files, table_files
 from rich.console import Console
 from rich.table import Table
@@ -53,6 +54,7 @@ def main() -> None:
             "frame files, bits and ends": lambda: frame_files(model, folder, rng, tries),
             "data sets, resumed": lambda: shards(folder, rng, tries // 5),
             "commands, interrupted": lambda: interrupts(model, folder, max(tries // 20, 1)),
+            "explorer, forged and endless": servers,
             "arrays to read, expose, calibrate": lambda: arrays(model),
         }
         for kind, cases in kinds.items():
