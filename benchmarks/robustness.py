@@ -19,16 +19,20 @@ from pathlib import Path
 
 import numpy as np
 from damage.arrays import arrays
-from damage.counting import Case, Count
+from damage.counting import LIMIT, Case, Count
 from damage.designs import designs
 from damage.files import frame_files, model_files, shards
 from damage.interrupts import interrupts
+from damage.machines import machines
 from damage.server import servers
 from damage.tables import study_files, table_files
 from rich.console import Console
 from rich.table import Table
 
 import fringeforce as ff
+
+LIMITS = {"full disks, kills, nothing writable": 100, "arrays to read, expose, calibrate": 60}
+"""Seconds for inputs that take longer than others."""
 
 
 def main() -> None:
@@ -55,6 +59,7 @@ def main() -> None:
             "data sets, resumed": lambda: shards(folder, rng, tries // 5),
             "commands, interrupted": lambda: interrupts(model, folder, max(tries // 20, 1)),
             "explorer, forged and endless": servers,
+            "full disks, kills, nothing writable": lambda: machines(model, folder),
             "arrays to read, expose, calibrate": lambda: arrays(model),
         }
         for kind, cases in kinds.items():
@@ -62,7 +67,7 @@ def main() -> None:
                 continue
             count = Count()
             for case in cases():
-                count.add(*case)
+                count.add(*case, limit=LIMITS.get(kind, LIMIT))
             failed = len(count.failures)
             table.add_row(kind, *map(str, (count.tried, count.refused, count.taken, failed)))
             failures += count.failures
