@@ -158,7 +158,7 @@ def _two_sweeps(where: Path) -> None:
         )
         for _ in range(2)
     ]
-    said = ""
+    said, ended = "", []
     try:
         for _ in range(300):
             time.sleep(0.1)
