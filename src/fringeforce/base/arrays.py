@@ -31,8 +31,8 @@ def numbers(values: ArrayLike, what: str) -> Array:
     Examples
     --------
     >>> from fringeforce.base.arrays import numbers
-    >>> numbers([1, True, "2.5"], "Forces").tolist()
-    [1.0, 1.0, 2.5]
+    >>> numbers(["1", "2.5"], "Forces").tolist()
+    [1.0, 2.5]
     """
     try:
         raw = np.asarray(values)
