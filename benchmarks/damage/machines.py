@@ -25,7 +25,7 @@ from fringeforce.io.tables import save_forces
 SOURCES = Path(ff.__file__).parents[1]
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COMMAND = [sys.executable, "-c", "import sys; from fringeforce.cli import main; sys.exit(main())"]
-SMALL = 20_000
+SMALL = 5_000
 """Size that no file may exceed on a full disk [bytes]."""
 LIMIT = 100
 
