@@ -52,6 +52,7 @@ def _run(
 def _clear(run: subprocess.CompletedProcess[str]) -> None:
     """Raise the error of a command as a clear one, or say what is not clear."""
     assert "Traceback" not in run.stderr, run.stderr[-300:]
+    assert "Usage:" not in run.stderr, f"the benchmark calls it wrongly: {run.stderr[-200:]}"
     assert run.returncode == 2, f"status {run.returncode}: {run.stderr[-200:]}"
     raise ff.FringeforceError(run.stderr)
 
@@ -83,15 +84,21 @@ def _full_disk(where: Path) -> Iterator[Case]:
         "read": ["read", "model.h5", "frames.h5", "-o", "new.csv"],
         "calibrate": ["calibrate", "saad", *frames, "-o", "new.h5"],
         "dataset": ["dataset", "fingers.toml", "-o", "new"],
-        "live": ["live", "model.h5", "--camera", "sim", "--seconds", "2", "--record", "new.h5"],
-        "live to CSV": ["live", "model.h5", "--camera", "sim", "--seconds", "2", "--to", "new.csv"],
+        "live": ["live", "model.h5", "--camera", "sim", "--for", "2", "--record", "new.h5"],
+        "live to CSV": ["live", "model.h5", "--camera", "sim", "--for", "2", "--to", "csv:new.csv"],
     }
     before = {path.name for path in where.iterdir()}
     for name, arguments in commands.items():
 
         def attempt(name: str = name, arguments: list[str] = arguments) -> None:
             try:
-                _clear(_run(arguments, where, SMALL))
+                run = _run(arguments, where, SMALL)
+                if "live" in name:  # which goes on without what it cannot write
+                    assert run.returncode in (0, 2), f"status {run.returncode}"
+                    assert "Traceback" not in run.stderr, run.stderr[-300:]
+                    assert "File too large" in run.stdout + run.stderr, "nothing is said of it"
+                    raise ff.FringeforceError(run.stdout)
+                _clear(run)
             finally:
                 left = {path.name for path in where.iterdir()} - before
                 for one in left:
@@ -132,10 +139,8 @@ def _one_live_port(where: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        target = f"ws:{taken.getsockname()[1]}"
-        _clear(
-            _run(["live", "model.h5", "--camera", "sim", "--seconds", "2", "--to", target], where)
-        )
+        target = f"ws://127.0.0.1:{taken.getsockname()[1]}"
+        _clear(_run(["live", "model.h5", "--camera", "sim", "--for", "2", "--to", target], where))
 
 
 def _study(where: Path, load: float) -> str:
