@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from fringeforce.base.loop_cache import keep_loops
+
 if TYPE_CHECKING:
     from fringeforce.acquisition.cameras.choice import open_camera
     from fringeforce.acquisition.loop import live
@@ -114,6 +116,8 @@ _HOME = {
     "touch": "contacts.resultant",
     "update": "calibration.drift",
 }
+
+keep_loops()
 
 
 def __getattr__(name: str) -> Any:

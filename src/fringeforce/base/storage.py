@@ -7,7 +7,7 @@ import json
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -63,8 +63,10 @@ def writing(path: PathLike) -> Iterator[None]:
 
 
 @contextmanager
-def whole_file(path: PathLike) -> Iterator[Path]:
+def whole_file(path: PathLike, *, keep: bool = False) -> Iterator[Path]:
     """Where to write a file, or a new folder, that takes its name only once it is complete.
+
+    With `keep` a file of that name that another process has made meanwhile stays instead.
 
     Raises
     ------
@@ -78,23 +80,35 @@ def whole_file(path: PathLike) -> Iterator[Path]:
     with writing(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=hidden) as folder:
         unfinished = Path(folder) / target.name
         yield unfinished
-        os.replace(unfinished, target)
+        if not keep:
+            os.replace(unfinished, target)
+            return
+        with suppress(FileExistsError):
+            try:
+                os.link(unfinished, target)
+            except PermissionError:  # a file system without hard links
+                os.replace(unfinished, target)
 
 
 @contextmanager
-def new_file(path: PathLike, kind: str, *, sealed: bool = True) -> Iterator[h5py.File]:
-    """An HDF5 file that takes its name only once it is complete.
+def new_file(
+    path: PathLike, kind: str, *, sealed: bool = True, keep: bool = False
+) -> Iterator[h5py.File]:
+    """An HDF5 file that takes its name only once it is complete; `keep` as of `whole_file`.
 
     Its checksum follows it unless `sealed` is false: a file that will be written to has none.
     """
-    with whole_file(path) as place:
-        with h5py.File(place, "w", track_order=True) as file:
+    with whole_file(path, keep=keep) as place:
+        # in memory first: HDF5 does not recover from a disk that is full
+        with h5py.File(place, "w", track_order=True, driver="core", backing_store=False) as file:
             stamp(file, kind)
             yield file
-        if sealed:
-            digest = _digest(place, place.stat().st_size)
-            with place.open("ab") as end:
-                end.write(SEAL + digest)
+            file.flush()
+            image = file.id.get_file_image()
+        with place.open("wb") as end:
+            end.write(image)
+            if sealed:
+                end.write(SEAL + hashlib.sha256(image).digest())
 
 
 def _digest(path: Path, size: int) -> bytes:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fringeforce.base.arrays import Array, Index, Mask
+from fringeforce.base.arrays import Array, Index, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press
 
@@ -197,7 +197,7 @@ def bench_loads(
     InputError
         If shapes differ or a frame is beyond the number of frames.
     """
-    loads = np.asarray(forces, dtype=float)
+    loads = numbers(forces, "Forces")
     if loads.ndim != 2 or loads.shape[1] not in (2, 3):
         raise InputError(
             f"Forces of shape {loads.shape} are no list of contacts; give (contacts, 2) in "

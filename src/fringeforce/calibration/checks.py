@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import median_filter
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.arrays import Array, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels, presses_as_loads
 from fringeforce.calibration.delay import coarse_delay
@@ -16,7 +16,7 @@ from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.strip import Sensor
-from fringeforce.estimation.bad_pixels import outlying
+from fringeforce.estimation.bad_pixels import outlying, stuck_pixels
 from fringeforce.estimation.residual_test import group_sums, square_limit
 from fringeforce.models.presses import are_presses
 from fringeforce.reading.strip_frames import SATURATION
@@ -89,7 +89,7 @@ def checked_bench(
     """
     if isinstance(loads, LoadLog):
         levels = _levels(sensor, frames)
-        when = np.full(0, np.nan) if times is None else np.asarray(times, dtype=float)
+        when = np.full(0, np.nan) if times is None else numbers(times, "Times")
         if when.shape != (len(levels),) or not np.isfinite(when).all():
             raise InputError(
                 f"{when.size} times do not fit {len(levels)} frames; loads by time need the time "
@@ -116,7 +116,7 @@ def checked_bench(
 
 
 def _levels(sensor: Sensor, frames: ArrayLike) -> Array:
-    levels, camera = np.asarray(frames, dtype=float), sensor.camera
+    levels, camera = numbers(frames, "Grey levels"), sensor.camera
     if sensor.polariscope.channels or sensor.polariscope.plates:
         raise InputError(
             "Known loads are compared in one dark field with perfect plates; give a design without "
@@ -166,6 +166,13 @@ def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor) ->
         raise InputError(
             f"The largest force is {largest:g} N, which no such sensor is pressed with; forces are "
             f"in newtons, from {LIGHTEST:g} to {HEAVIEST:g}. Convert the unit."
+        )
+    stuck = stuck_pixels(levels, camera.noise).mean()
+    if stuck > 0.5:
+        raise InputError(
+            f"{stuck:.0%} of the pixels hardly change from frame to frame, less than by the noise "
+            f"of {camera.noise:g} grey levels in the design; give raw frames of this camera, or "
+            "state its noise."
         )
     full = (levels >= camera.full_scale).mean(axis=1) > SATURATION
     if full.mean() > 0.5:

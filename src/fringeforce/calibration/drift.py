@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.arrays import Array, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.contacts.loads import checked_loads
@@ -230,7 +230,7 @@ def _checked(model: SensorModel, frames: ArrayLike, unloaded: bool) -> Array:
             "A skin is brought up to date with frames without load; take such frames and say so, "
             "unloaded=True."
         )
-    levels = np.atleast_2d(np.asarray(frames, dtype=float))
+    levels = np.atleast_2d(numbers(frames, "Grey levels"))
     pixels = len(model.imaging.positions)
     if levels.ndim != 2 or levels.shape[1] != pixels or not len(levels):
         raise InputError(

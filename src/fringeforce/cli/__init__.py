@@ -34,6 +34,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+INTERRUPTED = 130
+"""Status of a command that Ctrl-C has ended, as of shells: 128 and the number of SIGINT."""
 COMMANDS = (
     *(new, materials, characterize, show, simulate, extract, read, live),
     *(plan, calibrate, check, update, creep, study, sweep, optimise, dataset, explore, reproduce),
@@ -44,7 +46,7 @@ app.add_typer(benchmark)
 
 
 def main() -> None:
-    """Run the command line; bad input ends with status 2 and what to do about it."""
+    """Run the command line; bad input ends with status 2 and what to do, Ctrl-C with 130."""
     from fringeforce.base.errors import FringeforceError
 
     try:
@@ -52,6 +54,11 @@ def main() -> None:
     except FringeforceError as error:
         print(f"fringeforce: {error}", file=sys.stderr)
         sys.exit(2)
+    except SystemError as error:
+        # compiled loops say in this way that they were interrupted
+        if not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
+        sys.exit(INTERRUPTED)
 
 
 @app.callback(invoke_without_command=True)

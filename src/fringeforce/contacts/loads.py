@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, numbers
 from fringeforce.base.errors import InputError
 
 PAPER_LOAD, PAPER_ANGLE = 1.0, 10.0
@@ -70,13 +70,7 @@ def checked_loads(forces: ArrayLike, tactels: int, components: int = 2) -> Array
         If they are no numbers, those of another number of tactels, or have the components before
         the tactels.
     """
-    try:
-        loads = np.asarray(forces, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"Forces must be numbers of shape (..., {tactels}, {components}); these are none "
-            f"({error})."
-        ) from None
+    loads = numbers(forces, f"Forces, of shape (..., {tactels}, {components}),")
     if loads.shape[-2:] != (tactels, components):
         turned = loads.shape[-2:] == (components, tactels)
         remedy = " Components come last: pass np.swapaxes(forces, -1, -2)." if turned else ""

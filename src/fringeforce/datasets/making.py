@@ -9,10 +9,10 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
-from fringeforce.base.errors import InputError
+from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.progress import Progress
-from fringeforce.base.storage import existing_file, writing
-from fringeforce.datasets.shard import IMAGES, Files, Shard, packed
+from fringeforce.base.storage import existing_file, read, writing
+from fringeforce.datasets.shard import IMAGES, STUDY, SUMS, Files, Shard, digest, packed
 from fringeforce.datasets.study_file import NAMES, DatasetStudy, load_dataset_study
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
@@ -99,7 +99,7 @@ def run_dataset(
     shards = shards_of(study, sensor)
     with writing(folder):
         _claim(study, sensor, folder)
-    missing = [shard for shard in shards if _images_in(folder / shard.name) < shard.count]
+    missing = [shard for shard in shards if _images_of(shard, folder / shard.name) < shard.count]
     made, known = 0, study.number - sum(shard.count for shard in missing)
     if progress:
         progress("images", known, study.number)
@@ -138,29 +138,65 @@ def _claim(study: DatasetStudy, sensor: Pad | Sensor, folder: Path) -> None:
         _keep(folder, DESCRIPTION, {DESCRIPTION: canonical.encode()})
 
 
-def _images_in(path: Path) -> int:
-    if path.is_dir():
-        lines = (path / IMAGES).read_text(encoding="utf-8").splitlines()[1:]
-        return len({line.partition(",")[0] for line in lines})
+def _images_of(shard: Shard, path: Path) -> int:
+    """How many images of a shard are there; raises if they are damaged or of another data set."""
     if not path.exists():
         return 0
+    stated, numbers = _in_folder(path) if path.is_dir() else _in_file(path)
+    same = not stated or same_study(stated, shard.canonical)  # earlier versions stated nothing
+    if not same or numbers != list(shard.numbers)[: len(numbers)]:
+        raise InputError(
+            f"{path} holds other images than {shard.first} to {shard.first + shard.count - 1} of "
+            "this study; remove it, and it is made again."
+        )
+    return len(numbers)
+
+
+def _in_file(path: Path) -> tuple[str, list[int]]:
+    """Study and numbers of images of a shard in a file."""
     with existing_file(path, DATASET) as file:
-        return len(file["number"])  # pyright: ignore[reportArgumentType]
+        return str(file.attrs.get("study", "")), read(file, "number").tolist()
+
+
+def _in_folder(path: Path) -> tuple[str, list[int]]:
+    """Study and numbers of images of a shard in a folder."""
+    try:
+        files = {file.name: file.read_bytes() for file in path.iterdir()}
+        sums = files.pop(SUMS, b"").decode()
+        stated = files.get(STUDY, b"").decode()
+        sound = {name: digest(content) for name, content in files.items()}
+        listed = dict(line.split("  ", 1)[::-1] for line in sums.splitlines())
+        if (sums or stated) and sound != listed:
+            wrong = sorted(name for name, _ in sound.items() ^ listed.items())
+            raise ValueError(f"{wrong[0]} differs from {SUMS}")
+        rows = files[IMAGES].decode().splitlines()[1:]
+        return stated, sorted({int(row.partition(",")[0]) for row in rows})
+    except (OSError, ValueError, KeyError) as error:
+        raise FileFormatError(
+            f"{path} is damaged ({error}); remove it, and it is made again."
+        ) from None
 
 
 def _keep(folder: Path, name: str, files: Files) -> None:
     """Write a file, or a folder of files, that takes its name only once it is complete."""
     shutil.rmtree(folder / (UNFINISHED + name), ignore_errors=True)  # of a run that was killed
-    for path, content in files.items():
-        place = folder / (UNFINISHED + path)
-        place.parent.mkdir(exist_ok=True)
-        with place.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-    if (folder / name).is_dir():  # fewer images than there are to be now
-        shutil.rmtree(folder / name)
-    os.replace(folder / (UNFINISHED + name), folder / name)
+    unfinished = folder / (UNFINISHED + name)
+    try:
+        for path, content in files.items():
+            place = folder / (UNFINISHED + path)
+            place.parent.mkdir(exist_ok=True)
+            with place.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+        if (folder / name).is_dir():  # fewer images than there are to be now
+            shutil.rmtree(folder / name)
+        os.replace(unfinished, folder / name)
+    except BaseException:  # a full disk, or Ctrl-C
+        if unfinished.is_dir():
+            shutil.rmtree(unfinished, ignore_errors=True)
+        unfinished.unlink(missing_ok=True)
+        raise
 
 
 def _files(path: Path) -> Iterator[Path]:

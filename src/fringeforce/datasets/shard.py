@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
 IMAGES, FORCES = "images.csv", "forces.csv"
+STUDY, SUMS = "study.json", "SHA256SUMS"
+"""What a folder of pictures was made from, and digests of its files, for `sha256sum -c`."""
 Files = dict[str, bytes]
 
 
@@ -46,6 +49,11 @@ class Shard:
         """Name of the shard's file or folder."""
         name = f"shard-{self.first // self.study.shard:05d}"
         return f"{name}.h5" if self.study.format == "hdf5" else name
+
+    @property
+    def canonical(self) -> str:
+        """What the data set was made from."""
+        return self.study.canonical(self.sensor)
 
     @property
     def numbers(self) -> range:
@@ -80,6 +88,7 @@ def _hdf5(shard: Shard, found: Sequence[Example | SkinExample]) -> Files:
         with new_file(path, DATASET) as file:
             file.attrs["design"] = sensor.to_toml()
             file.attrs["seed"] = shard.study.seed
+            file.attrs["study"] = shard.canonical
             pixels = pixel_axes(sensor.pixel_positions)
             for name, (values, meaning) in pixels.items():
                 write(file, name, np.asarray(values), (name,), "m", meaning)
@@ -145,7 +154,15 @@ def _pictures(shard: Shard, found: Sequence[Example | SkinExample]) -> Files:
         rows = [[_cell(value) for value in row] for row in table.tolist()]
         files[f"{shard.name}/{name}.csv"] = _csv(table.dtype.names or (), rows)
     files[f"{shard.name}/{IMAGES}"] = _csv(("image", "file", "split"), listed)
+    files[f"{shard.name}/{STUDY}"] = shard.canonical.encode()
+    sums = [f"{digest(content)}  {Path(path).name}\n" for path, content in files.items()]
+    files[f"{shard.name}/{SUMS}"] = "".join(sums).encode()
     return files
+
+
+def digest(content: bytes) -> str:
+    """SHA-256 of a file of a folder of pictures."""
+    return hashlib.sha256(content).hexdigest()
 
 
 def _cell(value: object) -> object:

@@ -53,6 +53,12 @@ class Part(BaseModel):
             and (key not in fields or not left_out(getattr(self, key), fields[key]))
         }
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all values are the same; what was computed from them does not count."""
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
+
     @property
     def derived(self) -> frozenset[str]:
         """Tables that follow from others, and are not stated."""

@@ -57,6 +57,9 @@ def suggestion(name: str, known: Sequence[str]) -> str:
 
 def _problem(model: type[BaseModel], values: Mapping[str, Any], detail: ErrorDetails) -> str:
     path = ".".join(map(str, detail["loc"])) or "the design"
+    if detail["type"] == "missing" and isinstance(detail["loc"][-1], int):
+        whole = ".".join(map(str, detail["loc"][:-1]))
+        return f"{whole} needs one value more; it is a list of a fixed number of them."
     if detail["type"] == "missing":
         misspelt = difflib.get_close_matches(
             str(detail["loc"][-1]), _present(values, detail["loc"])

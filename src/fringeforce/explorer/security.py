@@ -71,7 +71,11 @@ class Guard:
 
 def is_address(host: str) -> bool:
     """Whether a Host header names this machine by an address and not by some site's name."""
-    name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
+    name, _, port = (
+        (host, "", "0") if host.endswith("]") or ":" not in host else host.rpartition(":")
+    )
+    if not (port.isascii() and port.isdigit()):
+        return False
     if name == LOCAL_NAME:
         return True
     try:

@@ -20,6 +20,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from fringeforce.base.errors import InputError
 from fringeforce.explorer.page import page_of
+from fringeforce.explorer.patience import Patience
 from fringeforce.explorer.protocol import MAX_REQUEST
 from fringeforce.explorer.security import Guard
 from fringeforce.explorer.session import FirstDesign, Session
@@ -164,6 +165,7 @@ def serve(
         config = uvicorn.Config(
             application(start, token, lambda: ready(address), camera),
             log_level="warning",
+            http=Patience,
             ws="websockets-sansio",
             ws_max_size=MAX_REQUEST,
             ws_per_message_deflate=False,

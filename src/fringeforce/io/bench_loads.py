@@ -100,6 +100,7 @@ def load_bench_loads(
             raise FileFormatError(f"{table.name}: {error}") from None
     number = frame_numbers(table, frames)
     kept = loaded & (contacts >= 0)
+    _check_places(table, number, places, kept)
     return bench_loads(
         places[kept],
         forces[kept],
@@ -281,6 +282,20 @@ def _check(table: Columns, sensor: Sensor | Pad, places: Array, forces: Array) -
             "normal_N counts into the surface; fz_N out of it, as the force on the sensor does; "
             "what acts on the indenter is reaction_fz_N."
         )
+
+
+def _check_places(table: Columns, frame: Index, places: Array, kept: Mask) -> None:
+    """Raise for two contacts of one frame at one place."""
+    seen: set[tuple[float, ...]] = set()
+    rows = np.flatnonzero(kept)
+    for row, where in zip(rows.tolist(), np.column_stack([frame, places])[rows], strict=True):
+        key = tuple(where.tolist())
+        if key in seen:
+            raise FileFormatError(
+                f"{table.where(row)}: frame {frame[row]} has two contacts at one place; give their "
+                "force in one row."
+            )
+        seen.add(key)
 
 
 def _of_frames(

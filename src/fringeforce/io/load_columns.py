@@ -68,6 +68,10 @@ and fz are of the force on the sensor, whose z points out of the surface; reacti
 the indenter."""
 ALIKE = 0.8
 """Likeness (difflib's ratio) from which an unknown name is taken for a misspelt one."""
+LONGEST = 200
+"""Characters of a cell or of the names of columns; longer ones are of another kind of file."""
+MOST = 1000
+"""Columns of a table."""
 EMPTY = {"", "-", "nan", "none", "null", "n/a"}
 """Cells in which nothing is stated."""
 
@@ -133,6 +137,11 @@ def load_columns(path: str | os.PathLike[str]) -> Columns:
         (_, header), *found = _cells(path, _text(path)) or [(0, [])]
         lines, rows = [number for number, _ in found], [cells for _, cells in found]
         line = "line"
+    if len(header) > MOST or any(len(cell) > LONGEST for cell in header):
+        raise FileFormatError(
+            f"{name} has {len(header)} columns, the longest name of {max(map(len, header))} "
+            f"characters; a table of loads has up to {MOST} of up to {LONGEST}."
+        )
     chosen: dict[str, tuple[int, float]] = {}
     for place, written in enumerate(header):
         known = _meaning(name, written)
@@ -156,9 +165,12 @@ def load_columns(path: str | os.PathLike[str]) -> Columns:
     for meaning, (place, size) in chosen.items():
         texts = [cells[place] for cells in rows]
         try:
-            values[meaning] = size * _numbers(texts, meaning)
+            with np.errstate(over="ignore"):  # what overflows is refused with the others
+                values[meaning] = size * _numbers(texts, meaning)
         except ValueError as reason:
             row, words = reason.args
+            if len(texts[row]) > LONGEST:
+                words = f"has {len(texts[row])} characters and is not a number"
             raise FileFormatError(
                 f"{name}, {line} {lines[row]}: {header[place]} {words}."
             ) from None
@@ -265,7 +277,7 @@ def _meaning(file: str, written: str) -> tuple[str, float] | None:
 def _numbers(texts: list[str], meaning: str) -> Array:
     """Numbers of a column; a ValueError tells the row and what is wrong."""
     try:
-        if meaning != "date":
+        if meaning != "date" and not any("_" in text for text in texts):
             found = np.array(texts, dtype=float)
             if not np.isinf(found).any():
                 return found
@@ -295,7 +307,7 @@ def _number(text: str, meaning: str) -> float:
     if "," in cell and "." in cell:
         raise ValueError(f"= {cell!r} has two decimal signs; leave out those of thousands")
     try:
-        value = float(cell.replace(",", "."))
+        value = float(cell.replace(",", ".").replace("_", "?"))  # Python's 1_000 is no number
     except ValueError:
         raise ValueError(f"= {cell!r} is not a number") from None
     if not np.isfinite(value):

@@ -11,6 +11,9 @@ from fringeforce.io.load_columns import Columns
 LARGEST = 10_000_000
 """Largest number of a frame or a contact; frames of more are no bench's, and fit no memory."""
 
+STRONGEST = 1e6
+"""Largest force [N]; more is another unit, or no number of newtons at all."""
+
 
 def forces_of(table: Columns, components: tuple[str, ...]) -> Array:
     """Forces of every row, shape (rows, components) [N].
@@ -47,6 +50,12 @@ def forces_of(table: Columns, components: tuple[str, ...]) -> Array:
             "along x alone. Leave it out, or turn the axes."
         )
     for meaning, values in needed.items():
+        if meaning != "angle" and (np.abs(values) > STRONGEST).any():
+            row = int((np.abs(values) > STRONGEST).argmax())
+            raise FileFormatError(
+                f"{table.where(row)}: {table.written[meaning]} is {values[row]:g} N; no sensor "
+                f"stands more than {STRONGEST:g} N. The name of the column tells the unit."
+            )
         if np.isnan(values).any():
             row = int(np.isnan(values).argmax())
             raise FileFormatError(

@@ -16,9 +16,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
 
@@ -107,7 +108,7 @@ class Creep:
         return found
 
 
-def checked_times(times: object, frames: int) -> Array:
+def checked_times(times: ArrayLike, frames: int) -> Array:
     """Times of frames, shape (F,) [s].
 
     Raises
@@ -115,7 +116,7 @@ def checked_times(times: object, frames: int) -> Array:
     InputError
         If they are not as many as frames, not finite, or descend.
     """
-    found = np.asarray(times, dtype=float)
+    found = numbers(times, "times")
     if found.shape != (frames,):
         raise InputError(f"times of shape {found.shape} do not fit {frames} frames; give one each.")
     if not np.isfinite(found).all() or (np.diff(found) < 0).any():

@@ -12,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.arrays import numbers
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.progress import Progress
 from fringeforce.base.storage import (
@@ -419,7 +420,7 @@ class SensorModel:
         ndarray, shape (..., *frame_shape)
             With a standard deviation of one if the model explains the frames.
         """
-        grey = np.asarray(frames, dtype=float)
+        grey = numbers(frames, "Grey levels")
         lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
         seen = camera_optics.delivered(self.sensor.camera, self.intensity(forces), lighting)
         expected = seen.reshape(*seen.shape[: seen.ndim - len(self.frame_shape)], -1)

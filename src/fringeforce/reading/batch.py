@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.arrays import numbers
 from fringeforce.base.errors import InputError
 from fringeforce.reading.reading import Reading, Status
 
@@ -108,7 +109,8 @@ def checked_recording(frames: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]
         If they are none of this sensor.
     """
     try:
-        levels = np.asarray(frames)
+        masked = isinstance(frames, np.ma.MaskedArray)
+        levels = numbers(frames, "Grey levels") if masked else np.asarray(frames)
     except ValueError as error:
         raise InputError(f"A recording is an array of grey levels, not this: {error}.") from None
     if levels.shape[1:] != shape or levels.dtype.kind not in "uif":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
@@ -85,6 +86,9 @@ class Reader:
     them, then 64 and so on; it distinguishes loads that no single frame can, while the contact
     hardly moves.
 
+    Threads may share a reader: each frame waits until the one before it has been read.  Readers can
+    be pickled, with what they follow.
+
     The loops of a strip take about a minute to compile on the first use on a machine, and half a
     second to load in each process; `prepare` does it before the first frame comes.
 
@@ -138,8 +142,16 @@ class Reader:
         single, self._follow, self._diagnoses = _KINDS[kind]
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
-        self._history = history
+        self._history, self._turn = history, threading.RLock()
         self._creep = self._creep_filter()
+
+    def __getstate__(self) -> dict[str, object]:
+        """All but the lock, which is of one process."""
+        return {name: value for name, value in vars(self).items() if name != "_turn"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """A reader of another process, or a copy."""
+        vars(self).update(state, _turn=threading.RLock())
 
     def _creep_filter(self) -> CreepFilter | None:
         """What takes creep out of readings in a row, of a strip that creeps."""
@@ -164,9 +176,10 @@ class Reader:
 
     def reset(self) -> None:
         """Forget the last reading, and all loads before: the next frame is searched."""
-        self._follower.reset()
-        if self._creep is not None:
-            self._creep.reset()
+        with self._turn:
+            self._follower.reset()
+            if self._creep is not None:
+                self._creep.reset()
 
     def prepare(self) -> None:
         """Compile or load the compiled loops, which the first frame would wait for otherwise.
@@ -235,8 +248,9 @@ class Reader:
         own = self._times(time, 1)
         if isinstance(levels, Reading):
             return levels
-        reading = self._diagnosed(self._follower.read(levels, used), levels, used)
-        return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
+        with self._turn:
+            reading = self._diagnosed(self._follower.read(levels, used), levels, used)
+            return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
 
     def _times(self, times: ArrayLike | None, frames: int) -> Array:
         """Times of frames of a strip that relaxes; none of others."""
@@ -327,9 +341,11 @@ class Reader:
         """
         levels, batch = self._prepared(frames, covariance)
         own = self._times(times, len(batch))
-        self._follower.read_on(levels, self._single.usable(mask), batch, progress)
-        if self._creep is not None:
-            self._creep.batch(batch, own)
+        used = self._single.usable(mask)
+        with self._turn:
+            self._follower.read_on(levels, used, batch, progress)
+            if self._creep is not None:
+                self._creep.batch(batch, own)
         return batch
 
     def read_batch(

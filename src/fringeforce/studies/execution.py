@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -36,6 +37,20 @@ class Inline(Executor):
         return future
 
 
+class Processes(ProcessPoolExecutor):
+    """Processes that Ctrl-C does not reach: who asked for their results ends them."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call in a process, which inherits that SIGINT is blocked where it is started now."""
+        if not hasattr(signal, "pthread_sigmask"):
+            return super().submit(fn, *args, **kwargs)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return super().submit(fn, *args, **kwargs)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 @contextmanager
 def executor(scheduler: str | None = None, workers: int | None = None) -> Iterator[Executor]:
     """Where calls run: processes of this machine, or the workers of a Dask cluster.
@@ -58,12 +73,19 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
     elif workers == 0:
         yield Inline()
     else:
-        spawn = multiprocessing.get_context("spawn")
+        spawn, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
         with (
             _one_thread_each(),
-            ProcessPoolExecutor(workers, mp_context=spawn, initializer=end_with_parent) as pool,
+            Processes(workers, mp_context=spawn, initializer=end_with_parent) as pool,
         ):
-            yield pool
+            try:
+                yield pool
+            except BaseException:
+                # nobody waits for calls that run or were handed over
+                for process in set(multiprocessing.active_children()) - set(others):
+                    process.terminate()
+                pool.shutdown(cancel_futures=True)
+                raise
 
 
 @contextmanager

@@ -131,7 +131,7 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
 
 
 def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
-    with new_file(path, KIND, sealed=False) as file:
+    with new_file(path, KIND, sealed=False, keep=True) as file:
         file.attrs["study"] = study
         numbers = {axis.path: SYMBOLS[axis.unit] for axis in axes if not axis.text} | UNITS
         columns: dict[str, NDArray[Any]] = {

@@ -1,0 +1,159 @@
+"""Models, frames and shards with one bit changed, or cut off."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import tifffile
+from PIL import Image
+
+import fringeforce as ff
+from damage.counting import Case, damaged, refused
+from fringeforce.datasets.making import DESCRIPTION
+from fringeforce.io.frames import load_frames, save_frames
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def model_files(
+    model: ff.SensorModel, folder: Path, rng: np.random.Generator, tries: int
+) -> Iterator[Case]:
+    """A model with one bit changed, or cut off."""
+    path = folder / "model.h5"
+    model.save(path)
+    content = path.read_bytes()
+
+    def same() -> None:
+        loaded = ff.load_model(path)
+        assert loaded.sensor == model.sensor, "another design"
+        assert np.array_equal(loaded.psi, model.psi), "another influence matrix"
+
+    for number in range(tries):
+        path.write_bytes(damaged(content, rng, number % 4 == 0))
+        yield f"model {number}", same
+
+
+def frame_files(
+    model: ff.SensorModel, folder: Path, rng: np.random.Generator, tries: int
+) -> Iterator[Case]:
+    """Frames of every kind of file with one bit changed, or cut off.
+
+    Only HDF5 files carry a checksum of their content: of the others a changed grey level is taken.
+    """
+    frames = model.expose(np.stack([ff.polar(1.0, 10, n=11)] * 3), rng=0)
+    paths = [folder / f"frames{ending}" for ending in (".h5", ".npy", ".png", ".tiff")]
+    save_frames(paths[0], frames, model.pixel_positions)
+    np.save(paths[1], frames)
+    Image.fromarray(frames).save(paths[2])
+    tifffile.imwrite(paths[3], frames)
+    contents = [path.read_bytes() for path in paths]
+
+    def load(path: Path) -> None:
+        loaded = load_frames(path)
+        assert path.suffix != ".h5" or np.array_equal(loaded, frames), "other frames"
+
+    for number in range(tries):
+        path, content = paths[number % 4], contents[number % 4]
+        # half of the damage is to the first 128 bytes, where headers are
+        head = 128 if number % 8 < 4 else len(content)
+        path.write_bytes(damaged(content[:head], rng, number % 12 < 4) + content[head:])
+        yield f"{path.name} {number}", lambda path=path: load(path)
+
+
+def _study(folder: Path, form: str, seed: int = 0, contacts: int = 3) -> Path:
+    """A study of twelve small lines in three shards."""
+    text = (EXAMPLES / "dataset/fingers.toml").read_text(encoding="utf-8")
+    changes = {
+        "number = 96": "number = 12",
+        "shard = 48": "shard = 4",
+        "seed = 0": f"seed = {seed}",
+        'format = "hdf5"': f'format = "{form}"',
+        "count = [1, 3]": f"count = [1, {contacts}]",
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / f"{form}-{seed}-{contacts}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _content(folder: Path) -> dict[str, bytes]:
+    """Pictures and tables of a data set, or all arrays of its files but their dates."""
+    import h5py
+
+    found: dict[str, bytes] = {}
+    for path in sorted(folder.rglob("*")):
+        if path.suffix == ".h5":
+            with h5py.File(path) as file:
+                for name, values in file.items():
+                    found[f"{path.name}/{name}"] = values[()].tobytes()
+        elif path.is_file():
+            found[str(path.relative_to(folder))] = path.read_bytes()
+    return found
+
+
+def shards(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[Case]:
+    """Data sets with a shard damaged, missing or of another data set, which are then resumed.
+
+    What resumes has the content of what was made in one go; all else is refused.
+    """
+    for form in ("hdf5", "png"):
+        study, whole = _study(folder, form), folder / f"{form}-whole"
+        ff.make_dataset(study, whole, workers=0)
+        good = _content(whole)
+        others = {
+            "seed": folder / f"{form}-seed",
+            "contacts": folder / f"{form}-contacts",
+        }
+        ff.make_dataset(_study(folder, form, seed=1), others["seed"], workers=0)
+        ff.make_dataset(_study(folder, form, contacts=2), others["contacts"], workers=0)
+        copy = folder / f"{form}-copy"
+
+        def resumed(study: Path = study, copy: Path = copy, good: dict[str, bytes] = good) -> None:
+            ff.make_dataset(study, copy, workers=0)
+            assert _content(copy) == good, "another data set"
+
+        def fresh(copy: Path = copy, whole: Path = whole) -> list[Path]:
+            shutil.rmtree(copy, ignore_errors=True)
+            shutil.copytree(whole, copy)
+            return sorted(copy.glob("shard-*"))
+
+        place = fresh()
+        _remove(place[1])
+        yield f"{form}: a shard missing", resumed
+        place = fresh()
+        (copy / DESCRIPTION).unlink()
+        yield f"{form}: no description", lambda resumed=resumed: refused(resumed)
+        place = fresh()
+        (copy / f".part-{place[0].name}").mkdir()
+        _remove(place[0])
+        yield f"{form}: the rest of a run that was killed", resumed
+        place = fresh()
+        _remove(place[0])
+        shutil.move(place[1], place[0])
+        yield f"{form}: a shard in the place of another", lambda resumed=resumed: refused(resumed)
+        for name, other in others.items():
+            place = fresh()
+            _remove(place[0])
+            (shutil.copytree if form == "png" else shutil.copy)(other / place[0].name, place[0])
+            yield f"{form}: a shard of other {name}", lambda resumed=resumed: refused(resumed)
+        for number in range(tries):
+            place = fresh()[number % 3]
+            inside = sorted(place.iterdir()) if place.is_dir() else [place]
+            one = inside[number % len(inside)]
+            if place.is_dir() and number % 5 == 4:
+                one.unlink()
+            else:
+                one.write_bytes(damaged(one.read_bytes(), rng, number % 3 == 0))
+            yield f"{form}: {place.name}/{one.name}", resumed
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()

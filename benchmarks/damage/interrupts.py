@@ -1,0 +1,106 @@
+"""Commands that are interrupted as by Ctrl-C, at moments all over their run."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import fringeforce as ff
+from damage.counting import Case
+from fringeforce.io.frames import save_frames
+from fringeforce.io.tables import save_forces
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+COMMAND = "import sys; from fringeforce.cli import main; sys.exit(main())"
+ENDS = 130, -signal.SIGINT, 0
+"""Of a command, of a Python that was ending, and of what was done at that moment."""
+PATIENCE = 20
+"""Seconds within which an interrupted command has to end."""
+
+
+def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case]:
+    """Each command is interrupted at some moments: status 130, no traceback, nothing half."""
+    where = folder / "interrupted"
+    where.mkdir()
+    model.save(where / "model.h5")
+    loads = np.random.default_rng(0).uniform(0.1, 1.5, (8, 11, 2)) * [1.0, 0.2]
+    save_forces(where / "loads.csv", loads)
+    save_frames(where / "frames.h5", model.expose(loads, rng=0), model.pixel_positions)
+    many = model.expose(np.tile(loads, (3000, 1, 1)), rng=0)
+    np.save(where / "many.npy", many)
+    study = (EXAMPLES / "dataset/fingers.toml").read_text(encoding="utf-8")
+    (where / "fingers.toml").write_text(study.replace("= 96", "= 9600"), encoding="utf-8")
+    sweep = str(EXAMPLES / "studies/thin-or-soft.toml")
+    commands = {
+        "characterize": ["characterize", "wide-pad", "-o", "new.h5"],
+        "calibrate": [
+            *("calibrate", "saad", "--frames", "frames.h5", "--loads", "loads.csv"),
+            *("-o", "new.h5"),
+        ],
+        "read": ["read", "model.h5", "many.npy", "-o", "new.csv"],
+        "sweep": ["sweep", sweep, "-o", "new.h5"],
+        "dataset": ["dataset", "fingers.toml", "-o", "new"],
+    }
+    before = {path.name for path in where.iterdir()}
+    for number in range(tries):
+        for name, arguments in commands.items():
+            delay = 0.2 + 9.0 * (number + 0.5) / tries
+
+            def attempt(arguments: list[str] = arguments, delay: float = delay) -> None:
+                interrupt(arguments, where, delay)
+                left = {path.name for path in where.iterdir()} - before
+                # what is finished is kept: sweeps and data sets go on there
+                hidden = [one for one in left if one.startswith(".")]
+                assert not hidden, f"left {hidden}"
+                for one in left:
+                    usable(where / one)
+
+            yield f"{name} after {delay:.1f} s", attempt
+
+
+def interrupt(arguments: list[str], folder: Path, delay: float) -> None:
+    """Run a command, press Ctrl-C after some seconds, and look at how it ends."""
+    run = subprocess.Popen(
+        [sys.executable, "-c", COMMAND, *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(delay)
+    ended = run.poll() is not None
+    if not ended:
+        os.killpg(run.pid, signal.SIGINT)
+    try:
+        _, said = run.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        raise AssertionError(f"does not end within {PATIENCE} s") from None
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(run.pid, signal.SIGKILL)
+        run.communicate()
+    assert "Traceback" not in said, said[-400:]
+    assert ended or run.returncode in ENDS, f"status {run.returncode}: {said[-200:]}"
+
+
+def usable(path: Path) -> None:
+    """Raise unless a file can be read, or a folder be gone on with; then remove it."""
+    if path.is_dir():
+        assert not list(path.glob(".part-*")), f"left {list(path.glob('.part-*'))}"
+        shutil.rmtree(path)
+        return
+    if path.suffix == ".h5":
+        with h5py.File(path) as file:
+            assert list(file)
+    path.unlink()

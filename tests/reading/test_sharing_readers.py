@@ -1,0 +1,73 @@
+"""Readers, models and readings travel between threads and processes and stay the same."""
+
+import os
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+
+
+@pytest.fixture(scope="module")
+def frames(model: ff.SensorModel) -> np.ndarray:
+    """Sixteen frames of a load that grows slowly."""
+    shares = np.linspace(1.0, 1.1, 16)[:, None, None]
+    return model.expose(shares * ff.polar(1.0, 10, n=11), rng=0)
+
+
+def test_sensors_are_equal_whatever_was_computed_from_them(sensor: ff.Sensor) -> None:
+    other = ff.load_sensor("saad")
+    assert len(other.pixel_positions) == len(sensor.pixel_positions)
+    assert sensor == other
+    assert hash(sensor) == hash(other)
+    assert pickle.loads(pickle.dumps(sensor)) == sensor
+    assert sensor != sensor.replace(**{"camera.noise": 3})
+
+
+def test_what_was_pickled_reads_the_same(model: ff.SensorModel, frames: np.ndarray) -> None:
+    reader = ff.Reader(model)
+    for frame in frames[:4]:
+        reader.read(frame)
+    copies: list[Any] = [pickle.loads(pickle.dumps(one)) for one in (model, reader)]
+    expected = reader.read(frames[4])
+    found = copies[1].read(frames[4])
+    assert found.tracked
+    np.testing.assert_array_equal(found.forces, expected.forces)
+    np.testing.assert_array_equal(found.std, expected.std)
+    alone = ff.Reader(copies[0]).read(frames[4])
+    np.testing.assert_array_equal(alone.forces, ff.Reader(model).read(frames[4]).forces)
+    reading = pickle.loads(pickle.dumps(expected))
+    assert reading.status is expected.status
+    np.testing.assert_array_equal(reading.phase, expected.phase)
+
+
+def test_threads_on_one_reader_find_what_one_thread_does(
+    model: ff.SensorModel, frames: np.ndarray
+) -> None:
+    reader = ff.Reader(model)
+    expected = [reader.search(frame).forces for frame in frames]
+    with ThreadPoolExecutor(4) as pool:
+        searched = list(pool.map(reader.search, frames))
+        followed = list(pool.map(reader.read, np.repeat(frames, 8, axis=0)))
+    np.testing.assert_array_equal([one.forces for one in searched], expected)
+    assert all(one.status is ff.Status.OK for one in followed)
+    off = [
+        np.abs(one.forces - truth) / one.std
+        for one, truth in zip(followed, np.repeat(expected, 8, axis=0), strict=True)
+    ]
+    assert np.max(off) < 5
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_fork_reads_on(model: ff.SensorModel, frames: np.ndarray) -> None:
+    reader = ff.Reader(model)
+    expected = reader.search(frames[0]).forces
+    if (child := os.fork()) == 0:
+        try:
+            os._exit(int(not np.array_equal(reader.search(frames[0]).forces, expected)))
+        finally:
+            os._exit(2)
+    assert os.waitpid(child, 0)[1] == 0

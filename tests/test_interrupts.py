@@ -1,0 +1,68 @@
+"""Ctrl-C ends a command with status 130, no traceback and no half-written file."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce import cli
+
+pytestmark = pytest.mark.slow
+COMMAND = "import sys; from fringeforce.cli import main; sys.exit(main())"
+SWEEP = Path(__file__).parents[1] / "examples/studies/thin-or-soft.toml"
+
+
+def interrupted(folder: Path, *arguments: str, after: float) -> tuple[int, str]:
+    """Status and last words of a command that gets Ctrl-C with all of its processes."""
+    run = subprocess.Popen(
+        [sys.executable, "-c", COMMAND, *arguments],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        time.sleep(after)
+        os.killpg(run.pid, signal.SIGINT)
+        _, said = run.communicate(timeout=60)
+    finally:
+        run.kill()
+    return run.returncode, said
+
+
+def test_a_sweep_ends_with_its_processes(tmp_path: Path) -> None:
+    status, said = interrupted(tmp_path, "sweep", str(SWEEP), "-o", "new.h5", after=4.0)
+    assert status == 130
+    assert "Traceback" not in said
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_calibration_leaves_no_file(model: ff.SensorModel, tmp_path: Path) -> None:
+    loads = np.random.default_rng(0).uniform(0.1, 1.5, (40, 11, 2)) * [1.0, 0.2]
+    np.save(tmp_path / "frames.npy", model.expose(loads, rng=0))
+    rows = (f"{k},{j + 1},{n},{t}" for k, one in enumerate(loads) for j, (n, t) in enumerate(one))
+    header = "frame,tactel,normal_N,tangential_N"
+    (tmp_path / "loads.csv").write_text("\n".join([header, *rows]), encoding="utf-8")
+    before = {path.name for path in tmp_path.iterdir()}
+    given = "--frames", "frames.npy", "--loads", "loads.csv", "-o", "new.h5"
+    status, said = interrupted(tmp_path, "calibrate", "saad", *given, after=4.0)
+    assert status == 130
+    assert "Traceback" not in said
+    assert {path.name for path in tmp_path.iterdir()} == before
+
+
+def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
+    def loop() -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(cli, "app", loop)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 130

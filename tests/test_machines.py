@@ -1,0 +1,80 @@
+"""A full disk, two writers of one file, nowhere to keep loops: one clear error, or none at all."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+import fringeforce as ff
+from fringeforce.base import loop_cache
+from fringeforce.base.storage import new_file, whole_file
+
+FULL = """
+import sys, fringeforce as ff
+from fringeforce.models.strip import SensorModel
+model = ff.load_model("whole.h5")
+try:
+    model.save("new.h5")
+except ff.FringeforceError as error:
+    print(error)
+"""
+
+
+def test_a_full_disk_ends_in_one_message(model: ff.SensorModel, tmp_path: Path) -> None:
+    model.save(tmp_path / "whole.h5")
+
+    def bound() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    run = subprocess.run(
+        [sys.executable, "-c", FULL],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        preexec_fn=bound,
+        check=True,
+    )
+    assert run.stdout == "new.h5 cannot be written: File too large.\n"
+    assert run.stderr == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["whole.h5"]
+
+
+def test_a_file_that_another_made_meanwhile_is_kept(tmp_path: Path) -> None:
+    path = tmp_path / "one.h5"
+    with new_file(path, "study", sealed=False, keep=True) as mine:
+        mine["x"] = [1]
+        with new_file(path, "study", sealed=False, keep=True) as theirs:
+            theirs["x"] = [2]
+    with h5py.File(path) as file:
+        assert file["x"][0] == 2  # type: ignore[index]
+    with whole_file(tmp_path / "plain") as place:
+        place.write_text("new", encoding="utf-8")
+    assert [one.name for one in sorted(tmp_path.iterdir())] == ["one.h5", "plain"]
+
+
+def test_loops_have_a_folder_where_nothing_else_can_be_written(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv(loop_cache.VARIABLE, "")
+    assert loop_cache.keep_loops() is None  # the package can be written here
+    monkeypatch.setattr(loop_cache, "PACKAGE", tmp_path / "missing")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert loop_cache.keep_loops() is None
+    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
+    config = sys.modules["numba"].config if "numba" in sys.modules else None
+    if config is not None:
+        monkeypatch.setattr(config, "CACHE_DIR", config.CACHE_DIR)
+    folder = loop_cache.keep_loops()
+    assert folder is not None
+    assert os.environ[loop_cache.VARIABLE] == folder
+    assert loop_cache.keep_loops() is None  # it has that one now
+    loop_cache._remove(folder, os.getpid() + 1)
+    assert Path(folder).is_dir()
+    loop_cache._remove(folder, os.getpid())
+    assert not Path(folder).exists()
