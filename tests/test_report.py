@@ -53,6 +53,14 @@ def test_equations_are_those_of_the_theory_page_typeset(page: Path) -> None:
     assert not numbers
 
 
+def test_no_symbol_is_left_as_it_is_typed(page: Path) -> None:
+    text = page.read_text(encoding="utf-8").partition("<h2>The design</h2>")[0]
+    text = re.sub(
+        r"<style>.*?</style>|<math.*?</math>|<img[^>]*>|<[^>]*>", "", text, flags=re.DOTALL
+    )
+    assert not re.findall(r"\b(?:sigma|tau|I|n)_\w+|\bpi\b|2\^B|&[gl]t;=", text)
+
+
 def test_a_sentence_says_why_an_angle_of_the_paper_is_not_reached(page: Path) -> None:
     rows = re.findall(r"<tr><td>(.*?)</tr>", page.read_text(encoding="utf-8"), re.DOTALL)
     angles = next(row for row in rows if "angles within 7 %" in row)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import re
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+
+from markupsafe import Markup, escape
 
 from fringeforce.base.progress import Progress
 from fringeforce.base.storage import writing
@@ -86,6 +89,7 @@ def _page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["typeset"] = _typeset
     template = environment.get_template("report.html")
     return template.render(
         sensor=sensor,
@@ -95,6 +99,16 @@ def _page(
         verdict=recovery.reading.status.name,
         design=sensor.to_toml(),
     )
+
+
+def _typeset(text: str) -> Markup:
+    """Symbols of a sentence as MathML: sigma_x, tau_xz, I_o, n_o, 2^B, pi, >=, <=."""
+    found = str(escape(text)).replace("&gt;=", "≥").replace("&lt;=", "≤")
+    found = re.sub(r"\bpi\b", "π", found)
+    for word, letter in (("sigma", "&sigma;"), ("tau", "&tau;"), ("I", "I"), ("n", "n")):
+        symbol = rf"<math><msub><mi>{letter}</mi><mi>\1</mi></msub></math>"
+        found = re.sub(rf"\b{word}_(xz|x|o)\b", symbol, found)
+    return Markup(found.replace("2^B", "<math><msup><mn>2</mn><mi>B</mi></msup></math>"))
 
 
 def _force_rows(recovery: Recovery) -> list[tuple[str, ...]]:
