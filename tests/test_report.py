@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from docutils.utils.math.latex2mathml import tex2mathml
 from PIL import Image
 
 import fringeforce as ff
 from fringeforce.optics.colour import light_colour
 from fringeforce.reproduction.example import PaperExample, rectangle_rule
-from fringeforce.reproduction.figures import FIGURES
+from fringeforce.reproduction.figures import EQUATIONS, FIGURES
 from fringeforce.reproduction.report import reproduce
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("report")]  # made once
@@ -20,7 +21,10 @@ pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("report")]  # made once
 def page(sensor: ff.Sensor, tmp_path_factory: pytest.TempPathFactory) -> Path:
     seen = []
     page = reproduce(sensor, tmp_path_factory.mktemp("demo"), lambda *step: seen.append(step))
-    assert len(seen) == len(FIGURES)
+    titles, done, expected = zip(*seen, strict=True)
+    assert list(done) == list(range(expected[0] + 1))
+    assert set(expected) == {done[-1]}
+    assert {title for _, _, _, title, _ in FIGURES} < set(titles)
     return page
 
 
@@ -34,6 +38,37 @@ def test_the_page_needs_nothing_but_itself(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert not re.findall(r"(?:src|href)=[\"'](?!data:|#)", text)
     assert text.count("data:image/png;base64,") == len(FIGURES)
+
+
+def test_equations_are_those_of_the_theory_page_typeset(page: Path) -> None:
+    theory = (Path(__file__).parents[1] / "docs/theory/index.md").read_text(encoding="utf-8")
+    shown = re.sub(r"\s", "", page.read_text(encoding="utf-8"))
+    numbers = {number for numbers in EQUATIONS.values() for number in numbers}
+    for formula in re.findall(r"\$\$(.*?)\$\$", theory, re.DOTALL):
+        number = re.search(r"[ .]*\\qquad\\qquad \((\d+)\)\s*$", formula)
+        if number and number[1] in numbers:
+            typeset = tex2mathml(formula[: number.start()].strip(" ,"), as_block=True)
+            assert re.sub(r"\s", "", typeset) in shown
+            numbers.remove(number[1])
+    assert not numbers
+
+
+def test_no_symbol_is_left_as_it_is_typed(page: Path) -> None:
+    text = page.read_text(encoding="utf-8").partition("<h2>The design</h2>")[0]
+    text = re.sub(
+        r"<style>.*?</style>|<math.*?</math>|<img[^>]*>|<[^>]*>", "", text, flags=re.DOTALL
+    )
+    assert not re.findall(r"\b(?:sigma|tau|I|n)_\w+|\bpi\b|2\^B|&[gl]t;=", text)
+
+
+def test_a_sentence_says_why_an_angle_of_the_paper_is_not_reached(page: Path) -> None:
+    rows = re.findall(r"<tr><td>(.*?)</tr>", page.read_text(encoding="utf-8"), re.DOTALL)
+    angles = next(row for row in rows if "angles within 7 %" in row)
+    median = re.search(r"([\d.]+)% in the median frame", angles)
+    assert median
+    assert (float(median[1]) > 7) == ("differs" in angles)
+    magnitudes = next(row for row in rows if "magnitudes are within 6 %" in row)
+    assert "differs" not in magnitudes
 
 
 def test_the_page_escapes_a_name(sensor: ff.Sensor, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.cli.arguments import Design
-from fringeforce.cli.progress import progress_bar
+from fringeforce.cli.progress import compiling, progress_bar
 
 
 def reproduce(
@@ -22,6 +22,6 @@ def reproduce(
     from fringeforce.reproduction.report import reproduce
 
     sensor = load_strip(design)
-    with progress_bar("Characterising", width=52) as advance:
+    with compiling(), progress_bar("Characterising", width=52) as advance:
         page = reproduce(sensor, out, advance)
     print(f"Open {page} in a browser.")

@@ -43,7 +43,7 @@ def draw_dynamic_range(example: PaperExample, ax: Axes) -> None:
     ax.legend(fontsize=8)
 
 
-def dynamic_range_statements(example: PaperExample) -> Iterator[tuple[str, str, str]]:
+def dynamic_range_statements(example: PaperExample) -> Iterator[tuple[str, str, str, str]]:
     """The section's conclusion with numbers, and what its guarantee leaves out."""
     borders = [border_influence(example.models[edges]) for edges in CASES]
     strict, signed = (
@@ -62,14 +62,23 @@ def dynamic_range_statements(example: PaperExample) -> Iterator[tuple[str, str, 
         f"[-pi, 0] for {newtons(strict[0])} in Case 1 and up to {newtons(strict[1])} in Case 2, "
         f"where a load steeper than {steepest_angle(example.models['roller']):.1f} degrees turns "
         f"one border above zero; with the sign from contact, for {newtons(signed[0])} and up to "
-        f"{newtons(signed[1])}. A reader that uses the influence matrix needs no start: at "
-        f"{largest:g} N ours reads {ours[0]:.0%} and {ours[1]:.0%} right",
+        f"{newtons(signed[1])}. At {largest:g} N our reader reads {ours[0]:.0%} and {ours[1]:.0%} "
+        "right",
+        "Equation (12) follows the phase from a border, so the border limits it. A reader that "
+        "uses the influence matrix needs no start: what the edges limit is the equation, not the "
+        "sensor."
+        if ours[1] >= ours[0]
+        else "",
     )
     mirrored = paper_judge(example.models["free"], uniform_load, sign_by_contact=False)
+    wrong = 1 - share_right(mirrored, 1.0, DRAWS)
     yield (
         "Sec. IV",
         "Case 1 guarantees the start independently of the force",
-        "the border is at zero, but the phase just inside it may rise above: then equation (12) "
-        f"finds -p, as for {1 - share_right(mirrored, 1.0, DRAWS):.0%} of uniform loads of 1 N "
-        f"within {LARGEST_ANGLE:g} degrees. Contact pushes, which tells the sign",
+        f"equation (12) finds -p for {wrong:.0%} of uniform loads of 1 N within "
+        f"{LARGEST_ANGLE:g} degrees",
+        "The border is at zero, but the phase just inside it may rise above. Light alone does not "
+        "tell p from -p; that contact pushes does."
+        if wrong
+        else "",
     )
