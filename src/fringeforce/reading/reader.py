@@ -405,7 +405,7 @@ class Reader:
         if scales is not None:
             scale_batch(batch, *scales)
         if creep is not None:
-            creep.batch(batch, own)
+            creep.smoothed(batch, own)
         return batch
 
     def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:
