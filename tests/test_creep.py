@@ -196,10 +196,33 @@ def test_the_command_finds_terms_and_readings_use_them(tmp_path: Path) -> None:
     assert read.exit_code == 0, read.output
 
 
+def test_terms_are_found_from_a_log_that_is_late(tmp_path: Path) -> None:
+    """Forces at other instants than the frames, a quarter of a second late; by command too."""
+    times, log = np.arange(0.0, 40.0, 0.1), np.arange(-1.0, 42.0, 0.037)
+    corners, totals = [2.0, 2.4, 30.0, 30.3, 33.0, 33.2, 36.0], [0, 1.5, 1.5, 0, 0, 0.8, 0.8]
+    loads = np.zeros((len(times), 11, 2))
+    loads[:, 5, 0] = np.interp(times, corners, totals)
+    frames = ff.characterize(sensor([["8 %", "3 s"]])).expose(loads, rng=2, times=times)
+    drawn = ff.characterize(sensor(()))
+    rows = zip(log + 0.25, np.interp(log, corners, totals), strict=True)
+    table = "time_s,x_mm,fz_N\n" + "".join(f"{t:.4f},0,{-force:.6f}\n" for t, force in rows)
+    (tmp_path / "log.csv").write_text(table)
+    np.save(tmp_path / "hold.npy", frames)
+    drawn.save(tmp_path / "drawn.h5")
+    names = [str(tmp_path / name) for name in ("drawn.h5", "hold.npy", "log.csv", "soft.h5")]
+    ended = CliRunner().invoke(app, ["creep", *names[:3], "-o", names[3], "--fps", "10"])
+    assert ended.exit_code == 0, ended.output
+    found = ff.load_model(names[3]).sensor
+    (term,) = found.transducer.relaxation
+    stds = [found.tolerances[f"transducer.relaxation.0.{k}"] for k in ("share", "time")]
+    assert abs(term.share - 0.08) < 4 * stds[0] < 0.04
+    assert abs(term.time - 3.0) < 4 * stds[1] < 1.5
+
+
 def test_recordings_that_tell_no_terms_are_refused() -> None:
     model, times = ff.characterize(sensor(())), np.arange(30.0)
     silent = model.expose(np.zeros((30, 11, 2)), rng=0)
     with pytest.raises(InputError, match="0 of 30 frames"):
         ff.find_relaxation(model, silent, np.zeros((30, 11, 2)), times)
     with pytest.raises(InputError, match="29 frames do not fit loads of 30"):
-        ff.find_relaxation(model, silent[:29], np.zeros((30, 11, 2)), times)
+        ff.find_relaxation(model, silent[:29], np.zeros((30, 11, 2)), times[:-1])

@@ -19,6 +19,8 @@ QUANTITIES = {
     "newton": "force",
     "radian": "angle",
     "second": "time",
+    "kelvin": "temperature",
+    "1/kelvin": "share per temperature",
     "1/pascal": "stress-optic coefficient",
 }
 KINDS = {int: "whole number", float: "number", str: "text", bool: "`true` or `false`"}

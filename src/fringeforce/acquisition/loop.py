@@ -39,6 +39,7 @@ def live(
     report: Report | None = None,
     every: float = 0.1,
     queue: int | None = None,
+    temperature: float | Callable[[], float] | None = None,
 ) -> Statistics:
     """Read a camera's lines, or images, until it ends, the time is over, or someone stops it.
 
@@ -67,6 +68,9 @@ def live(
     queue : int, optional
         Blocks that wait for the reader, and for every sink; 32 if not given.  Of a
         pad's images only the newest waits for the reader then.
+    temperature : float or callable, optional
+        Of the photoelastic layer [K], or what tells it, as of a thermometer; asked before each
+        block, in the thread of the caller.
 
     Returns
     -------
@@ -111,7 +115,8 @@ def live(
                 break
             if block is not None:
                 began = time.monotonic()
-                last = read_block(reader, block)
+                warm = temperature() if callable(temperature) else temperature
+                last = read_block(reader, block, warm)
                 together = 1 if images or time.monotonic() - began > SLOW else TOGETHER
                 counts.read(last)
                 for sink_thread in sink_threads:
@@ -125,9 +130,9 @@ def live(
     return statistics
 
 
-def read_block(reader: Reader, block: Block) -> Readings:
+def read_block(reader: Reader, block: Block, temperature: float | None = None) -> Readings:
     """Read all lines or images of a block, as those that follow what the reader read last."""
-    found = reader.read_on(block.lines, times=block.timestamps)
+    found = reader.read_on(block.lines, times=block.timestamps, temperatures=temperature)
     return Readings(
         first=block.first,
         timestamps=block.timestamps,

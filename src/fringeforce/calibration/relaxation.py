@@ -2,11 +2,13 @@
 
 Each frame is read as if it were alone.  The whole normal force that it shows is u + sum_k c_k z_k
 of the known one u, with the lags z_k of `models.creep`, times a gain that is nearly one, and with
-lags at the first frame that nobody knows.  As many terms are taken as the evidence supports.
+lags at the first frame that nobody knows, and, of a log by time, its delay.  As many terms are
+taken as the evidence supports.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +17,9 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.delay import coarse_delay
+from fringeforce.calibration.load_log import LoadLog
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.creep import Creep, checked_times
@@ -47,7 +52,10 @@ SPARE = 0.9
 
 
 def find_relaxation(
-    model: SensorModel, frames: ArrayLike, loads: ArrayLike, times: ArrayLike
+    model: SensorModel,
+    frames: ArrayLike,
+    loads: ArrayLike | BenchLoads | LoadLog,
+    times: ArrayLike,
 ) -> SensorModel:
     """Find the Prony terms of a strip's relaxation from frames under known loads.
 
@@ -59,8 +67,9 @@ def find_relaxation(
     frames : array_like, shape (F, n_pixels)
         Grey levels of a recording that begins with a strip at rest, and in which loads are
         pressed, held for as long as creep matters, and released.
-    loads : array_like, shape (F, n, 2)
-        Forces that acted, linear from one frame to the next [N].
+    loads : array_like, shape (F, n, 2), or BenchLoads or LoadLog
+        Forces that acted, linear from one frame to the next [N]; of tactels, by place, or a log by
+        time, whose constant delay is found.
     times : array_like, shape (F,)
         When the frames were exposed [s].
 
@@ -93,12 +102,13 @@ def find_relaxation(
             "strain_optic_coefficient."
         )
     elastic = _with_terms(model, np.empty((0, 2)), np.empty((0, 2)))
-    known = checked_loads(loads, model.sensor.tactels.count)
-    when = checked_times(times, len(known))
-    if len(np.asarray(frames)) != len(known):
-        raise InputError(f"{len(np.asarray(frames))} frames do not fit loads of {len(known)}.")
-    read = Reader(elastic).read_batch(frames)
-    applied = known[..., 0].sum(axis=1)
+    levels = np.asarray(frames)
+    when = checked_times(times, len(levels))
+    totals, delayed = _totals(loads, model.sensor.tactels.count, levels, when)
+    applied = totals(0.0)
+    if len(levels) != len(applied):
+        raise InputError(f"{len(levels)} frames do not fit loads of {len(applied)}.")
+    read = Reader(elastic).read_batch(levels)
     usable = np.array([status is Status.OK for status in read.status])
     # where hardly a fringe shows, readings in a row share their errors
     usable &= np.abs(applied) > WEAK * np.abs(applied).max()
@@ -113,7 +123,7 @@ def find_relaxation(
     best, size, count = np.inf, int(usable.sum()), 0
     terms = np.empty((0, 2)), np.empty((0, 2))
     while count <= TERMS:
-        fit = _Fit(when, applied, shown, deviation, usable, count).best()
+        fit = _Fit(when, totals, delayed, shown, deviation, usable, count).best()
         values, stds = _terms(fit, count, size)
         if _criterion(fit, size) > best or (values < WIDEST * stds).any():
             break
@@ -121,25 +131,44 @@ def find_relaxation(
     return _with_terms(model, *terms)
 
 
+def _totals(
+    loads: ArrayLike | BenchLoads | LoadLog, tactels: int, levels: Array, times: Array
+) -> tuple[Callable[[float], Array], float]:
+    """Whole normal forces of frames by what is left of a delay, and its deviation [s]."""
+    if isinstance(loads, LoadLog):
+        log, coarse = loads, coarse_delay(loads, times, levels)
+        normal = np.nansum(log.forces[..., 0], axis=1)
+        log.at(times, coarse)  # refuses frames beyond it
+        step = float(np.median(np.diff(times)))
+        return lambda delay: np.interp(times + coarse + delay, log.times, normal), step
+    if isinstance(loads, BenchLoads):
+        normal = np.nansum(loads.forces[..., 0], axis=1)
+    else:
+        normal = checked_loads(loads, tactels)[..., 0].sum(axis=1)
+    return lambda _: normal, 0.0
+
+
 class _Fit:
     """Least squares of so many terms.
 
     Unknown are the logarithms of shares and times, the deviation of the gain from one over its
-    standard deviation, and each lag at the first frame over its own.
+    standard deviation, each lag at the first frame over its own, and what
+    is left of the delay of a log over the time between frames.
     """
 
     def __init__(
         self,
         times: Array,
-        applied: Array,
+        totals: Callable[[float], Array],
+        delayed: float,
         shown: Array,
         deviation: Array,
         usable: Array,
         count: int,
     ) -> None:
-        self.times, self.applied, self.count = times, applied, count
+        self.times, self.totals, self.delayed, self.count = times, totals, delayed, count
         self.shown, self.deviation, self.usable = shown, deviation, usable
-        self.largest = float(np.abs(applied).max())
+        self.largest = float(np.abs(totals(0.0)).max())
         steps = np.diff(times)
         self.range = float(steps[steps > 0].min()), LONGEST * float(times[-1] - times[0])
 
@@ -148,9 +177,10 @@ class _Fit:
         shares, lasting = np.exp(unknowns[: 2 * count].reshape(2, count))
         shares = shares * min(1.0, SPARE / max(shares.sum(), 1e-12))
         creep, gain = Creep.retarding(shares, lasting), unknowns[2 * count]
-        lags = HISTORY * self.largest * unknowns[2 * count + 1 :]
+        lags = HISTORY * self.largest * unknowns[2 * count + 1 : 3 * count + 1]
+        applied = self.totals(self.delayed * unknowns[-1] if self.delayed else 0.0)
         faded = np.exp(-np.outer(self.times - self.times[0], creep.rates)) * lags
-        model = self.applied + creep.added(self.times, self.applied) + faded @ creep.amounts
+        model = applied + creep.added(self.times, applied) + faded @ creep.amounts
         left = ((1 + GAIN * gain) * model - self.shown) / self.deviation
         return np.concatenate([left[self.usable], unknowns[2 * count :]])
 
@@ -159,13 +189,14 @@ class _Fit:
         low, high = np.log(self.range)
         within = (np.arange(self.count) + 0.5) / max(self.count, 1)
         starts = [low + (high - low) * np.clip(within + by, 0.02, 0.98) for by in SHIFTS]
-        bounds = np.full((2, 3 * self.count + 1), [[-np.inf], [np.inf]])
+        size = 3 * self.count + 1 + bool(self.delayed)
+        bounds = np.full((2, size), [[-np.inf], [np.inf]])
         bounds[0, : self.count], bounds[1, : self.count] = np.log(1e-5), np.log(SPARE)
         bounds[0, self.count : 2 * self.count] = low
         bounds[1, self.count : 2 * self.count] = high
         found = []
         for start in starts:
-            unknowns = np.zeros(3 * self.count + 1)
+            unknowns = np.zeros(size)
             unknowns[: self.count], unknowns[self.count : 2 * self.count] = np.log(0.03), start
             found.append(least_squares(self, unknowns, bounds=bounds, x_scale="jac", max_nfev=MOST))
         return min(found, key=lambda one: one.cost)

@@ -34,12 +34,23 @@ Tolerance = Annotated[
     list[str] | None,
     typer.Option(help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; again for more."),
 ]
+Temperature = Annotated[
+    str | None,
+    typer.Option(
+        help="Of the clear layer, in degrees Celsius, such as 25; or a CSV log of it with the "
+        "columns time_s, temperature_degC, whose times are those of the frames."
+    ),
+]
 Rate = Annotated[
     float | None,
     typer.Option("--line-rate", "--frame-rate", help="Lines, or images of a pad, per second."),
 ]
 Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or image in seconds.")]
 Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
+
+
+ZERO_CELSIUS = 273.15
+"""Zero of the Celsius scale [K]."""
 
 
 def with_tolerances(model: Any, stated: Sequence[str] | None) -> Any:
@@ -66,6 +77,37 @@ def frames_and_times(path: Path, sensor: Any, region: Path | None) -> tuple[Any,
     if region is None:
         return load_frames(path, sensor.dimensions), load_times(path)
     return extract_frames([path], sensor, Region.load(region))
+
+
+def temperatures(stated: str | None, times: Any = None) -> Any:
+    """Temperatures [K]: one, or one for each time from a log; none if none is stated."""
+    import numpy as np
+
+    from fringeforce.base.errors import InputError
+    from fringeforce.io.tables import load_temperatures
+
+    if stated is None:
+        return None
+    try:
+        return float(stated.removesuffix("degC")) + ZERO_CELSIUS
+    except ValueError:
+        pass
+    log = Path(stated)
+    if not log.is_file():
+        raise InputError(
+            f"--temperature {stated!r} is neither a number of degrees Celsius, such as 25, nor a "
+            "file; give one of them."
+        )
+    if times is None:
+        raise InputError(f"{log} is a log by time, and the frames have no times; give --fps.")
+    when, warm = load_temperatures(log)
+    outside = (np.min(times) < when[0]) or (np.max(times) > when[-1])
+    if outside:
+        raise InputError(
+            f"{log} covers {when[0]:g} s to {when[-1]:g} s, and the frames {np.min(times):g} s to "
+            f"{np.max(times):g} s; give a log of all of them."
+        )
+    return np.interp(times, when, warm) + ZERO_CELSIUS
 
 
 def is_model(path: str) -> bool:

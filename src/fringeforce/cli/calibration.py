@@ -293,9 +293,9 @@ def creep(
 ) -> None:
     """Find how the layers relax, from a recording of loads that are pressed, held and released.
 
-    Loads are a table of tactels by frame, linear from one frame to the next.
+    Loads are a table by frame, linear from one frame to the next, or a log by time, whose constant
+    delay is found.
     """
-    from fringeforce.calibration.load_log import LoadLog
     from fringeforce.calibration.relaxation import find_relaxation
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
@@ -303,11 +303,8 @@ def creep(
 
     elastic, images = load_strip_model(model), load_frames(frames)
     known = load_bench_loads(loads, elastic.sensor, len(images))
-    if isinstance(known, LoadLog) or known.tactels is None:
-        raise InputError(f"{loads}: creep takes loads of tactels, frame by frame.")
     times = load_frame_times(frames, len(images), fps)
-    forces = known.on_tactels(elastic.sensor.tactels.count)
-    found = find_relaxation(elastic, images, forces, times)
+    found = find_relaxation(elastic, images, known, times)
     found.save(output)
     terms, stds = found.sensor.transducer.relaxation, found.sensor.tolerances
     print(f"{output}: {len(terms) or 'no'} terms of relaxation from {len(images)} frames")

@@ -15,9 +15,11 @@ from fringeforce.cli.arguments import (
     Friction,
     Model,
     RegionFile,
+    Temperature,
     Tolerance,
     draw_beside,
     frames_and_times,
+    temperatures,
     with_tolerances,
 )
 from fringeforce.cli.progress import compiling, progress_bar
@@ -44,6 +46,7 @@ def simulate(
         float | None,
         typer.Option(help="Frames per second of a strip that relaxes; without, it does not creep."),
     ] = None,
+    temperature: Temperature = None,
 ) -> None:
     """Expose frames as the sensor's camera would deliver them.
 
@@ -62,6 +65,9 @@ def simulate(
     applied = loads.on_tactels(found.sensor.tactels.total) if loads.named else None
     touch = loads.presses() if applied is None else applied
     times = {} if fps is None else {"times": load_frame_times(forces, len(touch), fps)}
+    warm = temperatures(temperature, times.get("times"))
+    if warm is not None:
+        times["temperature"] = warm
     frames = found.expose(touch, rng=seed, **times)
     save_frames(output, frames, found.pixel_positions, applied)
     print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
@@ -79,11 +85,14 @@ def read(
         float | None,
         typer.Option(help="Frames per second of a strip that relaxes, if they have no times."),
     ] = None,
+    temperature: Temperature = None,
 ) -> None:
     """Read forces from frames, with their deviations and a verdict for each.
 
     Ends with status 1, and draws nothing, if none of the frames can be used.
     """
+    import numpy as np
+
     from fringeforce.io.bench_loads import load_frame_times
     from fringeforce.io.frames import load_applied
     from fringeforce.io.tables import save_contacts, save_readings
@@ -96,10 +105,12 @@ def read(
     images, times = frames_and_times(frames, sensor, region)
     _check_shape(frames, images.shape, found.frame_shape)
     readings: Any = []
-    if reader.needs_times and (times is None or fps is not None):
+    if fps is not None or (reader.needs_times and times is None):
         times = load_frame_times(frames, len(images), fps)
+    warm = temperatures(temperature, times)
+    each = None if warm is None else np.broadcast_to(warm, len(images))
     with compiling(), progress_bar() as advance:
-        for reading in reader.stream(images, times=times):
+        for reading in reader.stream(images, times=times, temperatures=each):
             readings.append(reading)
             advance("Reading", len(readings), len(images))
     if getattr(sensor, "skin", None) is not None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fringeforce.cli.arguments import (
+    ZERO_CELSIUS,
     Exposure,
     Friction,
     Model,
@@ -66,6 +67,9 @@ def live(
     friction: Friction = None,
     tolerance: Tolerance = None,
     region: RegionFile = None,
+    temperature: Annotated[
+        float | None, typer.Option(help="Of the clear layer, in degrees Celsius.")
+    ] = None,
 ) -> None:
     """Read a camera live, show the forces, and send them where they are wanted.
 
@@ -93,9 +97,12 @@ def live(
         sinks = _opened(targets, found, bind, token)
         reader.prepare()
     refused = _Refused()
+    warm = None if temperature is None else temperature + ZERO_CELSIUS
     with _interruptible() as stop, display(found.sensor, source.name) as report:
         told = refused.beside(report)
-        statistics = run(reader, source, sinks, seconds=seconds, stop=stop, report=told)
+        statistics = run(
+            reader, source, sinks, seconds=seconds, stop=stop, report=told, temperature=warm
+        )
     print("\n".join([*summary(statistics), *refused.reasons(reader, statistics.statuses)]))
     if statistics.statuses and not any(Status[name].usable for name in statistics.statuses):
         print(f"None of the {statistics.counted} can be used.")

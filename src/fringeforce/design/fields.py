@@ -42,12 +42,13 @@ def _plain_list(value: Any) -> Any:
 if TYPE_CHECKING:
     Length = Pressure = Force = Place = Extent = Angle = Time = float
     # one of the two is stated
-    StrainOptic = StressOptic = float
+    StrainOptic = StressOptic = TemperatureCoefficient = Temperature = float
 else:
     Length, Pressure = _quantity("meter", above=0), _quantity("pascal", above=0)
     Force, Place = _quantity("newton", above=0), _quantity("meter")
     Extent, Angle = _quantity("meter", least=0), _quantity("radian")
     Time = _quantity("second", above=0)
+    Temperature = _quantity("kelvin", least=0)
 Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
 """Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]
@@ -55,6 +56,7 @@ UNSTATED: Any = None
 if not TYPE_CHECKING:
     StrainOptic = Annotated[Finite, Field(gt=0)] | None
     StressOptic = _quantity("1/pascal", above=0) | None
+    TemperatureCoefficient = _quantity("1/kelvin") | None
 Share = Annotated[Finite, Field(ge=0, le=1)]
 
 

@@ -30,6 +30,8 @@ from fringeforce.design.fields import (
     Pressure,
     StrainOptic,
     StressOptic,
+    Temperature,
+    TemperatureCoefficient,
 )
 from fringeforce.design.materials import EFFECT, as_values
 from fringeforce.design.text import left_out, toml_text
@@ -89,6 +91,17 @@ class PhotoelasticLayer(Layer):
         description="C in the place of K_s: the same per stress, such as "
         '"72 TPa^-1"; or give fringe_value = "7 N/mm", at the wavelength of the polariscope',
         json_schema_extra={"unit": "1/pascal"},
+    )
+    temperature_coefficient: TemperatureCoefficient = Field(
+        default=UNSTATED,
+        description="relative change of the stress-optic effect with temperature, such as "
+        '"-0.2 +/- 0.05 %/K"; without it readings take no temperature',
+        json_schema_extra={"unit": "1/kelvin"},
+    )
+    reference_temperature: Temperature = Field(
+        default=293.15,
+        description='temperature that the design is of, such as "20 degC"',
+        json_schema_extra={"ideal": True, "unit": "kelvin"},
     )
 
     @model_validator(mode="after")

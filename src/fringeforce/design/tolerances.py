@@ -125,7 +125,8 @@ def parse_tolerance(text: str, unit: str | None) -> tuple[str | float, float, fl
     elif _bare(right):
         raise ValueError(f"has a tolerance without a unit; write it as in {_example(unit, value)}")
     else:
-        std = parse_quantity(right, unit)
+        # a deviation of a temperature is a difference, which has no zero of its own
+        std = parse_quantity(right.replace("degC", "K") if unit == "kelvin" else right, unit)
     if not math.isfinite(std) or std < 0 or right.startswith("-"):
         raise ValueError(
             f"has a tolerance of {right}; a standard deviation is finite and not negative: write "

@@ -17,8 +17,15 @@ EXAMPLES = {
     "second": '"15 s"',
     "1/pascal": '"72 TPa^-1"',
     "newton/meter": '"7 N/mm"',
+    "kelvin": '"20 degC"',
+    "1/kelvin": '"-0.2 %/K"',
 }
-_PLURAL = {"1/pascal": "reciprocal pascals", "newton/meter": "newtons per meter"}
+_PLURAL = {
+    "1/pascal": "reciprocal pascals",
+    "newton/meter": "newtons per meter",
+    "kelvin": "kelvin",
+    "1/kelvin": "per cent per kelvin",
+}
 READABLE = {"meter": (1e3, "mm"), "pascal": (1e-6, "MPa"), None: (1.0, "")}
 """Factor and symbol of the unit in which a person reads a quantity, by its SI unit."""
 _PLEASANT = {
@@ -27,6 +34,8 @@ _PLEASANT = {
     "radian": ("rad",),
     "second": ("s", "ms"),
     "1/pascal": ("TPa^-1", "Pa^-1"),
+    "kelvin": ("degC", "K"),
+    "1/kelvin": ("%/K", "1/K"),
 }
 _ANGLES = ("radian", "degree", "turn")
 
@@ -35,7 +44,7 @@ _ANGLES = ("radian", "degree", "turn")
 def _registry() -> UnitRegistry:
     from pint import UnitRegistry  # takes a third of a second, so only where a unit is read
 
-    found = UnitRegistry(cache_folder=None)
+    found = UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
     found.define("brewster = 1e-12 / pascal")  # of stress-optic coefficients
     return found
 

@@ -23,11 +23,12 @@ UNITS = {
     **{name: ("length", size) for name, size in (("m", 1.0), ("mm", 1e-3), ("um", 1e-6))},
     **{name: ("force", size) for name, size in (("n", 1.0), ("mn", 1e-3), ("kn", 1e3))},
     **{name: ("time", size) for name, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6))},
+    "degc": ("temperature", 1.0),
     **{name: ("angle", size) for name, size in (("deg", np.pi / 180), ("rad", 1.0))},
 }
 """What stands behind the last underscore of a name: a kind of quantity, and its size in SI units.
 Case does not count: nobody presses with meganewtons."""
-USUAL = {"length": "mm", "force": "N", "time": "s", "angle": "deg"}
+USUAL = {"length": "mm", "force": "N", "time": "s", "angle": "deg", "temperature": "degC"}
 NAMES: dict[str, dict[str, tuple[str, float]]] = {
     "": {
         **dict.fromkeys(("frame", "image"), ("frame", 1.0)),
@@ -36,6 +37,7 @@ NAMES: dict[str, dict[str, tuple[str, float]]] = {
     },
     "time": dict.fromkeys(("time", "t", "timestamp"), ("time", 1.0)),
     "angle": {"angle": ("angle", 1.0)},
+    "temperature": dict.fromkeys(("temperature", "temp"), ("temperature", 1.0)),
     "length": {
         **dict.fromkeys(("x", "place", "position", "pos", "pos_x", "x_pos"), ("x", 1.0)),
         **dict.fromkeys(("y", "pos_y", "y_pos"), ("y", 1.0)),

@@ -76,6 +76,32 @@ def load_forces(
     return forces
 
 
+def load_temperatures(path: str | os.PathLike[str]) -> tuple[Array, Array]:
+    """Read a log of temperatures: columns time_s and temperature_degC.
+
+    Returns
+    -------
+    times, temperatures : ndarray, shape (rows,)
+        [s], ascending, and [degC].
+
+    Raises
+    ------
+    FileFormatError
+        If a column or a number is missing, there are no rows, or times do not ascend.
+    """
+    table = load_columns(path)
+    times, warm = table.get("time"), table.get("temperature")
+    if not (len(times) and np.isfinite(times).all() and np.isfinite(warm).all()):
+        raise FileFormatError(
+            f"{table.name} is no log of temperatures: it needs the columns time_s and "
+            "temperature_degC, with a number in every row."
+        )
+    if (np.diff(times) <= 0).any():
+        row = int(np.argmax(np.diff(times) <= 0)) + 1
+        raise FileFormatError(f"{table.where(row)}: times have to ascend; sort the log.")
+    return times, warm
+
+
 def save_forces(path: str | os.PathLike[str], forces: ArrayLike) -> None:
     """Write loads as `load_forces` reads them; forces have the shape (k, n, components) [N].
 

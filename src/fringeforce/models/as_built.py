@@ -23,6 +23,7 @@ from fringeforce.design.tolerances import Limits, limits, number_at, with_values
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip_width import light_line
+from fringeforce.models.temperature import COEFFICIENT, REFERENCE
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -65,12 +66,14 @@ class StripModel(Protocol):
         """Phase lead at the pixels [rad]."""
         ...
 
-    def crept(self, phase: Array, times: ArrayLike | None) -> Array:
-        """Phases of frames at given times, with what creep adds to them [rad]."""
-        ...
-
     def influence(self, x: ArrayLike) -> Array:
         """Influence matrix at places [rad/N]."""
+        ...
+
+    def lit_phase(
+        self, phase: Array, times: ArrayLike | None, temperature: ArrayLike | None
+    ) -> Array:
+        """Phases of frames with what creep and temperature do to them [rad]."""
         ...
 
     def delivered(
@@ -179,6 +182,7 @@ class BuiltSensor:
         rng: camera_optics.Rng = None,
         contacts: Contacts | None = None,
         times: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera of this sensor would deliver, each with contacts of its own.
 
@@ -190,8 +194,8 @@ class BuiltSensor:
             Source of contacts, light and noise.
         contacts : Contacts, optional
             Where the forces act, if it is known; drawn anew for every frame if not given.
-        times : array_like, shape (F,), optional
-            When the frames are exposed [s], as of `SensorModel.expose`.
+        times, temperature
+            As of `SensorModel.expose`.
 
         Returns
         -------
@@ -202,7 +206,7 @@ class BuiltSensor:
         if contacts is None and self.surface is not None and not are_presses(forces):
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
         loaded = self.phase(forces, contacts) - self.residual
-        phase = self.model.crept(loaded, times) + self.residual
+        phase = self.model.lit_phase(loaded, times, temperature) + self.residual
         return self.model.delivered(phase, generator, self.light)
 
 
@@ -228,7 +232,7 @@ def drawn(design: AnyDesign, generator: np.random.Generator) -> AnyDesign:
 
 def changes_influence(paths: Iterable[str]) -> bool:
     """Whether the influence matrix depends on one of these values."""
-    return any(path.startswith(MECHANICAL) for path in set(paths) - set(ANEW))
+    return any(path.startswith(MECHANICAL) for path in set(paths) - {*ANEW, COEFFICIENT, REFERENCE})
 
 
 def loosened(design: AnyDesign, stated: Mapping[str, Any]) -> AnyDesign:

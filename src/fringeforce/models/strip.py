@@ -57,6 +57,7 @@ from fringeforce.models.imaging_files import (
 )
 from fringeforce.models.presses import Presses, are_presses, press_phase
 from fringeforce.models.strip_width import light_line, strip_width
+from fringeforce.models.temperature import frame_scale
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import Picture, pictures
@@ -267,6 +268,7 @@ class SensorModel:
         as_built: camera_optics.Rng = None,
         strain: Strain | None = None,
         times: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, equation (13).
 
@@ -284,6 +286,8 @@ class SensorModel:
         times : array_like, shape (F,), optional
             When the frames are exposed [s].  Loads change linearly from one to the next, nothing
             acted before the first, and a strip that relaxes creeps; without them it does not.
+        temperature : array_like, shape () or (...), optional
+            Of the photoelastic layer, for all frames or each [K]; that of the design if not given.
 
         Returns
         -------
@@ -295,12 +299,19 @@ class SensorModel:
                 raise InputError(
                     "A sensor as built has small strain; leave as_built out for finite strain."
                 )
-            return self.as_built(as_built).expose(forces, rng, times=times)
+            return self.as_built(as_built).expose(forces, rng, times=times, temperature=temperature)
         phase = self.phase(forces, strain=strain)
-        return self.delivered(self._with_residual(self.crept(phase, times)), rng)
+        loaded = self.lit_phase(phase, times, temperature)
+        return self.delivered(self._with_residual(loaded), rng)
 
-    def crept(self, phase: Array, times: ArrayLike | None) -> Array:
-        """Phases of frames at given times, shape (F, n_pixels), with what creep adds to them."""
+    def lit_phase(
+        self, phase: Array, times: ArrayLike | None, temperature: ArrayLike | None
+    ) -> Array:
+        """Phases of frames, shape (..., n_pixels), with what creep and temperature do to them."""
+        scale = frame_scale(self.sensor, temperature, phase.shape[:-1])
+        return scale * self._crept(phase, times)
+
+    def _crept(self, phase: Array, times: ArrayLike | None) -> Array:
         if times is None:
             return phase
         if phase.ndim != 2:

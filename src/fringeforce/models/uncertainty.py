@@ -35,6 +35,7 @@ from fringeforce.models.as_built import (
 from fringeforce.models.finite_strain import second_order_influence
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.strip_width import light_line
+from fringeforce.models.temperature import COEFFICIENT, REFERENCE
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import pictures
@@ -63,6 +64,7 @@ polynomial goes through them."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
 RELAXATION = "transducer.relaxation."
+THERMAL = COEFFICIENT, REFERENCE
 """Begin of the paths of values that act over time, which `reading.creep` allows for."""
 DRIFTS = ("camera.drift", "offset drift")
 """Names of the modes that are new in every frame."""
@@ -483,7 +485,7 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
-        if path in taken or found is None or path.startswith(RELAXATION):
+        if path in taken or found is None or path.startswith(RELAXATION) or path in THERMAL:
             continue
         value = found[0]
         if path == "camera.amplitude":

@@ -30,6 +30,7 @@ from fringeforce.reading.skin_following import SkinFollower
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_following import StripFollower
 from fringeforce.reading.strip_reader import StripFrameReader
+from fringeforce.reading.temperature import checked_scales, scale_batch, scaled_reading
 
 Array = NDArray[np.float64]
 Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
@@ -218,7 +219,11 @@ class Reader:
         return self._single.bound(forces)
 
     def read(
-        self, frame: ArrayLike, mask: ArrayLike | None = None, time: float | None = None
+        self,
+        frame: ArrayLike,
+        mask: ArrayLike | None = None,
+        time: float | None = None,
+        temperature: float | None = None,
     ) -> Reading:
         """Read the next frame.
 
@@ -230,6 +235,9 @@ class Reader:
             Pixels to leave out, such as dead ones, where true.
         time : float, optional
             When it was exposed [s]; needed of a strip that relaxes, whose creep is taken out.
+        temperature : float, optional
+            Of the photoelastic layer [K], of designs that state what it does to the light; as at
+            the design's reference temperature if not given.
 
         Returns
         -------
@@ -245,11 +253,13 @@ class Reader:
         """
         used = self._single.usable(mask)
         levels = self._single.checked(frame, used)
-        own = self._times(time, 1)
+        own, scales = self._times(time, 1), checked_scales(self.model, temperature, 1)
         if isinstance(levels, Reading):
             return levels
         with self._turn:
             reading = self._diagnosed(self._follower.read(levels, used), levels, used)
+            if scales is not None:
+                reading = scaled_reading(reading, float(scales[0][0]), float(scales[1][0]))
             return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
 
     def _times(self, times: ArrayLike | None, frames: int) -> Array:
@@ -302,6 +312,7 @@ class Reader:
         frames: Iterable[ArrayLike],
         mask: ArrayLike | None = None,
         times: Iterable[float] | None = None,
+        temperatures: Iterable[float] | None = None,
     ) -> Iterator[Reading]:
         """Read frames one after the other, as they come.
 
@@ -313,14 +324,17 @@ class Reader:
             Pixels to leave out of all frames, where true.
         times : iterable of float, optional
             When they were exposed, as of `read` [s].
+        temperatures : iterable of float, optional
+            Of the photoelastic layer, as of `read` [K].
 
         Yields
         ------
         Reading
             One for each frame.
         """
-        for frame, time in zip(frames, repeat(None) if times is None else times, strict=False):
-            yield self.read(frame, mask, time)
+        when, warm = (repeat(None) if one is None else one for one in (times, temperatures))
+        for frame, time, temperature in zip(frames, when, warm, strict=False):
+            yield self.read(frame, mask, time, temperature)
 
     def read_on(
         self,
@@ -329,6 +343,7 @@ class Reader:
         mask: ArrayLike | None = None,
         progress: Callable[[int], None] | None = None,
         times: ArrayLike | None = None,
+        temperatures: ArrayLike | None = None,
     ) -> Batch:
         """Read the next frames at once; those of a strip much faster than one by one.
 
@@ -336,14 +351,16 @@ class Reader:
         ----------
         frames : array_like, shape (k, ...) as frames
             Grey levels of the frames that follow the last one.
-        covariance, mask, progress, times
+        covariance, mask, progress, times, temperatures
             As of `read_batch`.
         """
         levels, batch = self._prepared(frames, covariance)
-        own = self._times(times, len(batch))
-        used = self._single.usable(mask)
+        own, used = self._times(times, len(batch)), self._single.usable(mask)
+        scales = checked_scales(self.model, temperatures, len(batch))
         with self._turn:
             self._follower.read_on(levels, used, batch, progress)
+            if scales is not None:
+                scale_batch(batch, *scales)
             if self._creep is not None:
                 self._creep.batch(batch, own)
         return batch
@@ -356,6 +373,7 @@ class Reader:
         workers: int | None = None,
         progress: Callable[[int], None] | None = None,
         times: ArrayLike | None = None,
+        temperatures: ArrayLike | None = None,
     ) -> Batch:
         """Read a recording on all processor cores; independent of what was read before.
 
@@ -378,9 +396,12 @@ class Reader:
             Called with numbers of frames as they are done, from any thread.
         times : array_like, shape (k,), optional
             When they were exposed, as of `read` [s].
+        temperatures : float or array_like, shape (k,), optional
+            Of the photoelastic layer, for all frames or each, as of `read` [K].
         """
         levels, batch = self._prepared(frames, covariance)
         own, creep = self._times(times, len(batch)), self._creep_filter()
+        scales = checked_scales(self.model, temperatures, len(batch))
         used = self._single.usable(mask)
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))
         ends = np.linspace(0, len(levels), count + 1).astype(int)
@@ -394,8 +415,10 @@ class Reader:
             ]
             for job in jobs:
                 job.result()
+        if scales is not None:
+            scale_batch(batch, *scales)
         if creep is not None:
-            creep.batch(batch, own)
+            creep.smoothed(batch, own)
         return batch
 
     def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:
