@@ -31,7 +31,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loop, "read_block", _nothing_read)
 
 
-def _nothing_read(reader: ff.Reader, block: Block) -> Readings:
+def _nothing_read(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
     k = len(block.lines)
     forces = np.zeros((k, 11, 2))
     status = (ff.Status.OK,) * k
@@ -76,7 +76,7 @@ def test_a_patient_camera_loses_nothing_to_a_slow_sink(reader: ff.Reader) -> Non
 def test_a_slow_reader_drops_whole_blocks_and_counts_them(
     reader: ff.Reader, model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def slow(reader: ff.Reader, block: Block) -> Readings:
+    def slow(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
         time.sleep(0.02)
         return _nothing_read(reader, block)
 
@@ -100,7 +100,7 @@ def test_what_a_slow_reader_reads_comes_in_runs_of_whole_queues(
 ) -> None:
     came = threading.Semaphore(0)
 
-    def slow(reader: ff.Reader, block: Block) -> Readings:
+    def slow(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
         came.acquire(timeout=20)
         return _nothing_read(reader, block)
 

@@ -127,5 +127,6 @@ def calibrate(
             f"load_cell = {load_cell}: the standard deviations of gain and zero are finite and not "
             "negative."
         )
+    checks.check_changes(levels, sensor)
     fit = fitted(sensor, levels, known, paths, report, lights, aside, columns, load_cell)
     return calibrated_model(fit, levels, known)

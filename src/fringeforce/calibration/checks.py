@@ -154,6 +154,18 @@ def _check_contacts(sensor: Sensor, loads: BenchLoads, levels: Array) -> None:
     _check_loads(loads.magnitude, np.nanmax(loads.magnitude, initial=0.0), levels, sensor)
 
 
+def check_changes(levels: Array, sensor: Sensor) -> None:
+    """Raise for frames most of whose pixels do not change, as those of another camera."""
+    camera = sensor.camera
+    stuck = stuck_pixels(levels, camera.noise).mean()
+    if stuck > 0.5:
+        raise InputError(
+            f"{stuck:.0%} of the pixels hardly change from frame to frame, less than by the noise "
+            f"of {camera.noise:g} grey levels in the design; give raw frames of this camera, or "
+            "state its noise."
+        )
+
+
 def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor) -> None:
     """Raise if too few frames are loaded, forces are in another unit, or frames are saturated."""
     camera, loaded = sensor.camera, sizes > 0
@@ -166,13 +178,6 @@ def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor) ->
         raise InputError(
             f"The largest force is {largest:g} N, which no such sensor is pressed with; forces are "
             f"in newtons, from {LIGHTEST:g} to {HEAVIEST:g}. Convert the unit."
-        )
-    stuck = stuck_pixels(levels, camera.noise).mean()
-    if stuck > 0.5:
-        raise InputError(
-            f"{stuck:.0%} of the pixels hardly change from frame to frame, less than by the noise "
-            f"of {camera.noise:g} grey levels in the design; give raw frames of this camera, or "
-            "state its noise."
         )
     full = (levels >= camera.full_scale).mean(axis=1) > SATURATION
     if full.mean() > 0.5:

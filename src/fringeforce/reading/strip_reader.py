@@ -46,8 +46,8 @@ CANDIDATES = 24
 """Starts of one search that are climbed."""
 IMAGES, RIVALS = 12, 6
 """Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
-ROUNDS = 6
-"""Rounds of mirror images, each from the best explanation so far."""
+MENDED, RIVALLED = 6, 3
+"""Rounds of mirror images, each from the best explanation so far, for the one and for the other."""
 LIST = 7.0
 """Squared deviations of the search behind its best at which what fits is not looked for further."""
 CLOSE = 16.0
@@ -58,8 +58,11 @@ FOLLOWED = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
-EQUAL = 0.1
-"""Unknowns, in deviations or newtons, that differ by less are of one explanation."""
+EQUAL = 0.05
+"""Unknowns that differ by less, in deviations before the frame, are of one explanation."""
+ALIKE = 0.1
+"""Share of the largest phase below which two phases are alike, where that is less than `SAME`: the
+light of a faint touch hardly tells a phase from its mirror image, which is near."""
 MOST_KNOWN = 0.9999
 """Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
 reasons that no frame shows."""
@@ -277,7 +280,7 @@ class StripFrameReader(StripFrames):
             done = False
             for start, score in zip(starts[:CANDIDATES], scores, strict=False):
                 phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
-                if any(np.abs(phase - s * known).max() < SAME for known in tried for s in signs):
+                if any(_same(phase, s * known) for known in tried for s in signs):
                     continue
                 if done and score > scores[0] + LIST:
                     break
@@ -316,7 +319,7 @@ class StripFrameReader(StripFrames):
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
         rivals, known = [top], list[Array]()
-        for _ in range(ROUNDS):
+        for _ in range(MENDED if stop else RIVALLED):
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             known.append(posterior.phase(top))
             count = 0
@@ -342,9 +345,7 @@ class StripFrameReader(StripFrames):
                 break
             rivals = [one for one in rivals if one.loss < met.rough[0].loss + CLOSE]
             rivals = sorted(rivals, key=lambda one: one.loss)
-            while rivals and any(
-                np.abs(posterior.phase(rivals[0]) - other).max() < SAME for other in known
-            ):
+            while rivals and any(_same(posterior.phase(rivals[0]), other) for other in known):
                 rivals.pop(0)
             if not rivals:
                 break
@@ -502,13 +503,18 @@ class StripFrameReader(StripFrames):
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
+def _same(phase: Array, other: Array) -> bool:
+    """Whether two phases are of one explanation."""
+    return bool(np.abs(phase - other).max() < min(SAME, ALIKE * np.abs(other).max()))
+
+
 def _alike(one: Weighed, best: Weighed, count: int) -> bool:
     """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
 
     The deviations are those that are stated, of both as a mixture: their loads differ by one of
     them root mean square at most, and the mixture has at most twice the variance of the best alone.
     """
-    if np.abs(one.phase - best.phase).max() < SAME:
+    if _same(one.phase, best.phase):
         return True
     apart = one.top.unknowns[:count] - best.top.unknowns[:count]
     square = float(apart @ np.linalg.solve(best.covariance, apart))
@@ -568,11 +574,13 @@ class _Met:
 
     def settle(self) -> None:
         """Add all explanations that may have weight."""
+        unit = np.sqrt(self.posterior.prior.precision)
         for rough in self.rough:
             if rough.loss > self.rough[0].loss + CLOSE:
                 break
             if not any(
-                np.abs(rough.unknowns - known.unknowns).max() < EQUAL for known in self._settled
+                (np.abs(rough.unknowns - known.unknowns) * unit).max() < EQUAL
+                for known in self._settled
             ):
                 self._settle(rough)
 
