@@ -88,7 +88,7 @@ def test_forces_that_are_not_finite_make_no_phase(model: ff.SensorModel, bad: fl
 def test_lists_that_are_no_arrays_are_refused(model: ff.SensorModel) -> None:
     ragged: Any = [[[1.0, 0.0]], [[1.0]]]
     for use in (model.phase, model.expose):
-        with pytest.raises(ff.FringeforceError, match="must be numbers"):
+        with pytest.raises(ff.FringeforceError, match="must be real numbers"):
             use(ragged)
     with pytest.raises(ff.FringeforceError, match="array of grey levels"):
         ff.Reader(model).read_batch(ragged)
