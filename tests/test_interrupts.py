@@ -1,10 +1,7 @@
 """Ctrl-C ends a command with status 130, no traceback and no half-written file."""
 
-import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -20,21 +17,10 @@ SWEEP = Path(__file__).parents[1] / "examples/studies/thin-or-soft.toml"
 
 def interrupted(folder: Path, *arguments: str, after: float) -> tuple[int, str]:
     """Status and last words of a command that gets Ctrl-C with all of its processes."""
-    run = subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        time.sleep(after)
-        os.killpg(run.pid, signal.SIGINT)
-        _, said = run.communicate(timeout=60)
-    finally:
-        run.kill()
-    return run.returncode, said
+    limits = "--preserve-status", "--signal=INT", "--kill-after=60", str(after)
+    command = ["timeout", *limits, sys.executable, "-c", COMMAND, *arguments]
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return run.returncode, run.stderr
 
 
 def test_a_sweep_ends_with_its_processes(tmp_path: Path) -> None:

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
 import subprocess
-import sys
-import time
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 import fringeforce as ff
+from damage.commands import COMMAND, EXAMPLES, bench
 from damage.counting import Case
-from fringeforce.io.frames import save_frames
-from fringeforce.io.tables import save_forces
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-COMMAND = "import sys; from fringeforce.cli import main; sys.exit(main())"
 ENDS = 130, -signal.SIGINT, 0
 """Of a command, of a Python that was ending, and of what was done at that moment."""
 PATIENCE = 20
@@ -31,11 +24,7 @@ PATIENCE = 20
 def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case]:
     """Each command is interrupted at some moments: status 130, no traceback, nothing half."""
     where = folder / "interrupted"
-    where.mkdir()
-    model.save(where / "model.h5")
-    loads = np.random.default_rng(0).uniform(0.1, 1.5, (8, 11, 2)) * [1.0, 0.2]
-    save_forces(where / "loads.csv", loads)
-    save_frames(where / "frames.h5", model.expose(loads, rng=0), model.pixel_positions)
+    loads = bench(where, model, 8)
     many = model.expose(np.tile(loads, (3000, 1, 1)), rng=0)
     np.save(where / "many.npy", many)
     study = (EXAMPLES / "dataset/fingers.toml").read_text(encoding="utf-8")
@@ -70,28 +59,12 @@ def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case
 
 def interrupt(arguments: list[str], folder: Path, delay: float) -> None:
     """Run a command, press Ctrl-C after some seconds, and look at how it ends."""
-    run = subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
+    limits = "--preserve-status", "--signal=INT", f"--kill-after={PATIENCE}", str(delay)
+    run = subprocess.run(
+        ["timeout", *limits, *COMMAND, *arguments], cwd=folder, capture_output=True, text=True
     )
-    time.sleep(delay)
-    ended = run.poll() is not None
-    if not ended:
-        os.killpg(run.pid, signal.SIGINT)
-    try:
-        _, said = run.communicate(timeout=PATIENCE)
-    except subprocess.TimeoutExpired:
-        raise AssertionError(f"does not end within {PATIENCE} s") from None
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(run.pid, signal.SIGKILL)
-        run.communicate()
-    assert "Traceback" not in said, said[-400:]
-    assert ended or run.returncode in ENDS, f"status {run.returncode}: {said[-200:]}"
+    assert "Traceback" not in run.stderr, run.stderr[-400:]
+    assert run.returncode in ENDS, f"status {run.returncode}: {run.stderr[-200:]}"
 
 
 def usable(path: Path) -> None:

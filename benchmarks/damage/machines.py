@@ -18,13 +18,11 @@ import h5py
 import numpy as np
 
 import fringeforce as ff
+from damage.commands import COMMAND, EXAMPLES, bench
 from damage.counting import Case
-from fringeforce.io.frames import load_frames, save_frames
-from fringeforce.io.tables import save_forces
+from fringeforce.io.frames import load_frames
 
 SOURCES = Path(ff.__file__).parents[1]
-EXAMPLES = Path(__file__).parents[2] / "examples"
-COMMAND = [sys.executable, "-c", "import sys; from fringeforce.cli import main; sys.exit(main())"]
 SMALL = 5_000
 """Size that no file may exceed on a full disk [bytes]."""
 LIMIT = 100
@@ -60,11 +58,7 @@ def _clear(run: subprocess.CompletedProcess[str]) -> None:
 def machines(model: ff.SensorModel, folder: Path) -> Iterator[Case]:
     """Each kind of trouble."""
     where = folder / "machines"
-    where.mkdir()
-    model.save(where / "model.h5")
-    loads = np.random.default_rng(0).uniform(0.1, 1.5, (16, 11, 2)) * [1.0, 0.2]
-    save_forces(where / "loads.csv", loads)
-    save_frames(where / "frames.h5", model.expose(loads, rng=0), model.pixel_positions)
+    bench(where, model, 16)
     yield from _full_disk(where)
     yield "a recording of live under kill -9", lambda: _killed(where)
     yield "two servers on one port", lambda: _one_port(where)

@@ -89,12 +89,10 @@ def test_deviations_cover_forces_of_sensors_drawn_from_the_tolerances() -> None:
         assert forward.covariance is not None
         wide = np.sqrt(forward.covariance[before][:, ::2, ::2].sum(axis=(1, 2)).mean())
         ratios.append(own / wide)
-        false.append(any(status is ff.Status.OK for status in batch.status[TIMES > 34]))
+        false.append(np.mean([status is ff.Status.OK for status in batch.status[TIMES > 34]]))
     assert 0.93 < np.mean(inside) < 0.97
     assert np.max(ratios) < 0.25
-    # the faintest frames, whose light is of second order, state too small deviations: of a sensor
-    # whose terms are 2.6 deviations off, some of them are called contacts
-    assert np.sum(false) <= 1
+    assert np.mean(false) < 0.005
     # eight squares of unit normal numbers exceed 26.1 once in a thousand (chi-square)
     assert np.square(pulls).sum() < 26.1
 
@@ -111,8 +109,8 @@ def test_a_residual_indentation_is_no_contact(wrong: float) -> None:
     reader, model = ff.Reader(ff.characterize(soft())), ff.characterize(soft([]))
     plain = ff.Reader(model).read_batch(frames)
     left = times > 64.2
-    # without the terms the indentation is a load, of one sign or of either
-    assert sum(status is not ff.Status.NO_CONTACT for status in plain.status[left]) > 20
+    # without the terms the indentation is a load
+    assert sum(status is ff.Status.OK for status in plain.status[left]) > 20
     readings = list(reader.stream(frames, times=times))
     after = [reading for reading, free in zip(readings, left, strict=True) if free]
     assert not any(reading.ok for reading in after)

@@ -24,3 +24,24 @@ def test_what_is_read_as_ok_under_faint_loads_lies_within_its_covariance() -> No
     # one frame in ten thousand, of all together
     assert max(squares) < chi2.isf(1e-4 / FRAMES, 22)
     assert 0.85 < np.mean(squares) / 22 < 1.15
+
+
+def test_faint_touches_that_are_followed_lie_within_their_covariance() -> None:
+    """Of touches that fade by a sixtieth in each frame, as creep lets them."""
+    light = {"camera.noise_model": "gaussian", "camera.noise": 1.0, "camera.pixels": 1024}
+    model = ff.characterize(ff.load_sensor("saad").replace(**light))
+    reader, rng, squares = ff.Reader(model), np.random.default_rng(7), []
+    shares = np.exp(-np.arange(24) / 60)[:, None, None]
+    for peak in np.repeat([0.07, 0.1, 0.15], 10):
+        normal = peak * np.exp(-np.square((np.arange(11) - 5) / 1.5))
+        forces = shares * np.stack([normal, np.zeros(11)], axis=1)
+        reader.reset()
+        batch = reader.read_on(model.expose(forces, rng), covariance=True)
+        assert batch.covariance is not None
+        for row, status in enumerate(batch.status):
+            if status is ff.Status.OK:
+                off = (batch.forces[row] - forces[row]).ravel()
+                squares.append(off @ np.linalg.solve(batch.covariance[row], off))
+    assert len(squares) > 200
+    assert max(squares) < chi2.isf(1e-4 / len(squares), 22)
+    assert np.mean(squares) / 22 < 1.15

@@ -27,6 +27,8 @@ HEAVIEST, LIGHTEST = 500.0, 1e-4
 """Loads per tactel that no bench means to apply in newtons [N]."""
 NEIGHBOURS = 51
 """Pixels whose median misfit tells what is usual around a pixel."""
+MOST_STUCK = 0.5
+"""Share of stuck pixels from which those of the majority are no faults but the camera's own way."""
 
 
 def checked_measurements(
@@ -158,7 +160,7 @@ def check_changes(levels: Array, sensor: Sensor) -> None:
     """Raise for frames most of whose pixels do not change, as those of another camera."""
     camera = sensor.camera
     stuck = stuck_pixels(levels, camera.noise).mean()
-    if stuck > 0.5:
+    if stuck > MOST_STUCK:
         raise InputError(
             f"{stuck:.0%} of the pixels hardly change from frame to frame, less than by the noise "
             f"of {camera.noise:g} grey levels in the design; give raw frames of this camera, or "

@@ -27,8 +27,9 @@ INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
 ALIKE = 16
 """Frames in a row to which the calibration's own errors do the same."""
-FIRST, MORE = 16, 4
-"""Frames whose mean is searched first, and how many times as many each time after."""
+MORE = 4
+"""Frames whose mean is searched first, and how many times as many each time after: errors of the
+mean that are of second order are a quarter of those of one frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,8 @@ class StripFollower(Follower):
     that what contradicts is forgotten.  Frames after an ambiguous one are ambiguous until a search
     settles it.  Where the phase is so small that loads are hardly told from others, the filter
     stays where it began, and the mean of the frames since is searched at growing intervals: it has
-    less noise than each of them.
+    less noise than each of them.  Until the first such mean the filter only tells whether loads
+    stay as they are, and each frame is read alone.
 
     Parameters
     ----------
@@ -106,6 +108,8 @@ class StripFollower(Follower):
         if begun is None or not self._follow(levels[None], used, followed):
             return self._read_alone(levels, used)
         single = self._single
+        if self._from_one:
+            return single.alone(levels, used)
         loads, covariance = followed.loads[0], followed.covariances[0]
         covariance = covariance + single.calibration_covariance(loads, used)
         limited = np.zeros(len(loads) // 2, dtype=bool)
@@ -131,7 +135,11 @@ class StripFollower(Follower):
                 begun = self._look(used)
                 if begun is not None and ahead:
                     count = self._follow(block[done : done + ahead], used, room)
-                    self._store(room[:count], result[done : done + count], begun)
+                    if self._from_one:
+                        for row in range(done, done + count):
+                            result.store(row, single.alone(block[row], used))
+                    else:
+                        self._store(room[:count], result[done : done + count], begun)
                     done += count
                     if self._filter is not None and done < len(block) and not bad[done]:
                         continue
@@ -143,6 +151,11 @@ class StripFollower(Follower):
                     done += 1
             if progress is not None:
                 progress(len(block))
+
+    @property
+    def _from_one(self) -> bool:
+        """Whether the filter stays where one frame began it, off by errors of second order."""
+        return self._held is not None and self._count <= MORE
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         reading, located = self._single.followed(levels, used, self._last, self._trail)
@@ -159,7 +172,7 @@ class StripFollower(Follower):
         self._begin(posterior, top, weak)
         if weak and reading.status is not Status.NO_CONTACT:
             self._held, self._count, self._total = posterior, 1, levels.astype(float)
-            self._left = FIRST - 1
+            self._left = MORE - 1
         return reading
 
     def _begin(self, posterior: Posterior, top: Top, weak: bool) -> None:
