@@ -93,6 +93,20 @@ class Batch:
             self.resultants[row] = (reading.total, *reading.contacts)
 
 
+def grey_levels(values: ArrayLike) -> NDArray[Any]:
+    """Grey levels in their own type if they are plain real numbers, or else as floats.
+
+    Raises
+    ------
+    ValueError
+        If they are no numbers.
+    """
+    levels = np.asarray(values)
+    if isinstance(values, np.ma.MaskedArray) or levels.dtype.kind not in "uif":
+        return numbers(values, "Grey levels")
+    return levels
+
+
 def checked_recording(frames: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:
     """Frames as an array of shape (k, ...).
 
@@ -109,11 +123,10 @@ def checked_recording(frames: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]
         If they are none of this sensor.
     """
     try:
-        masked = isinstance(frames, np.ma.MaskedArray)
-        levels = numbers(frames, "Grey levels") if masked else np.asarray(frames)
+        levels = grey_levels(frames)
     except ValueError as error:
         raise InputError(f"A recording is an array of grey levels, not this: {error}.") from None
-    if levels.shape[1:] != shape or levels.dtype.kind not in "uif":
+    if levels.shape[1:] != shape:
         raise InputError(
             f"A recording of shape {levels.shape} and type {levels.dtype} does not fit; this "
             f"sensor's are numbers of shape (frames, {', '.join(map(str, shape))})."

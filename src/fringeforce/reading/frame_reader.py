@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.arrays import numbers
 from fringeforce.base.errors import InputError
-from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.batch import Batch, Progress, grey_levels
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
@@ -135,10 +134,7 @@ class FrameReader(ABC):
     def checked(self, frame: ArrayLike, used: Mask) -> NDArray[Any] | Reading:
         """A frame's grey levels in one row if they can be used, or a reading that says why not."""
         try:
-            masked = isinstance(frame, np.ma.MaskedArray)
-            levels = np.asarray(frame)
-            if masked or levels.dtype.kind not in "uif":
-                levels = numbers(frame, "Grey levels")
+            levels = grey_levels(frame)
         except (TypeError, ValueError):  # an InputError is one
             return self.bad(f"It holds {type(frame).__name__}, not grey levels.")
         if levels.shape != (shape := self.model.frame_shape):
