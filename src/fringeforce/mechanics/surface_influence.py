@@ -132,9 +132,17 @@ def surface_influence(
         return SurfaceInfluence(places, stress, POINT * cover, ends)
     count = max(int(np.ceil((high - low) / (SPACING * cover))) + 1, DEGREE + 1)
     places = np.linspace(low, high, count)
+    # the strip is its own mirror image: a load at -p does at x what one at p does at -x
+    mirrored = bool(np.isclose(low, -high, rtol=1e-12, atol=0.0))
+    left = places[: (count + 1) // 2] if mirrored else places
+    seen = np.concatenate([x, -x]) if mirrored else x
     parts = []
-    for start in range(0, count, TOGETHER):
-        some = places[start : start + TOGETHER]
+    for start in range(0, len(left), TOGETHER):
+        some = left[start : start + TOGETHER]
         solved = unit_displacements(transducer, some, strip_mesh(transducer, some))
-        parts.append(integrated_stress(solved, x))
-    return SurfaceInfluence(places, np.concatenate(parts, axis=1), POINT * cover, ends)
+        parts.append(integrated_stress(solved, seen))
+    stress = np.concatenate(parts, axis=1)
+    if mirrored:  # a tangential force turns round
+        image = stress[len(x) :, : count // 2][:, ::-1] * [1.0, -1.0]
+        stress = np.concatenate([stress[: len(x)], image], axis=1)
+    return SurfaceInfluence(places, stress, POINT * cover, ends)
