@@ -330,15 +330,22 @@ class BenchPosterior:
             found.append(self._within(f, models.own(f, best), state.shared))
         return replace(state, own=found)
 
+    def within(self, state: State) -> State:
+        """A state whose contacts are where their phase is known."""
+        own = [self._within(f, own, state.shared) for f, own in enumerate(state.own)]
+        return replace(state, own=own)
+
     def _within(self, f: int, own: Array, shared: Array) -> Array:
-        """The own unknowns of a frame, or those expected if contacts left where they are known."""
+        """The own unknowns of a frame, with contacts no farther than their phase is known."""
         k, size = len(self._contacts(f)), self.bench.contacts.size
-        places = size.place * own[2 * k : 3 * k]
-        widths = size.width + size.width_std * own[3 * k : 4 * k]
-        reached = np.abs(places) + np.maximum(widths, 0.0) / 2
-        if np.isfinite(own).all() and (reached <= size.reach).all():
-            return own
-        return self.mean(f, shared)
+        if not np.isfinite(own).all():
+            return self.mean(f, shared)
+        kept = own.copy()
+        widths = np.minimum(size.width + size.width_std * own[3 * k : 4 * k], size.reach)
+        farthest = (size.reach - np.maximum(widths, 0.0) / 2) / size.place
+        kept[2 * k : 3 * k] = np.clip(own[2 * k : 3 * k], -farthest, farthest)
+        kept[3 * k : 4 * k] = (widths - size.width) / size.width_std
+        return kept
 
     def terms(self, state: State, models: FrameModels) -> Iterator[FrameTerms]:
         """Half the loss of every frame to second order."""

@@ -57,6 +57,8 @@ STEPS, SETTLING, ROUNDS = 12, 3, 10
 CLOSE, NEAR = 0.5, 5.0
 """Falls of the loss that a step promises below which it need not be evaluated, and below which it
 is the last: twice the logarithm of a probability, in a space of some thirty unknowns."""
+KEPT = 0.5
+"""Share of the promised fall of the loss that a step must keep if contacts need not settle."""
 SUSPECT, WEIGHINGS, REWEIGHED = 3.0, 3, 0.1
 """Times the usual misfit beyond which a frame loses weight, how often frames are weighed, and the
 change of a weight that is worth another time."""
@@ -141,6 +143,7 @@ class Search:
         self.checked = Check(0, 0, 0, 0)
         self.aside: list[tuple[float, ...]] = []
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
+        self.changes = dict.fromkeys(self.sizes, 0.0)
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
         self.size = contact_size(sensor)
@@ -391,8 +394,12 @@ class Search:
 
             def ahead(step: Array) -> tuple[State, float]:
                 there = posterior.models(state.shared + step)
-                reached = posterior.settled(state.moved(step, told), there, SETTLING)
-                return reached, posterior.loss(reached, there)[0]
+                reached = posterior.within(state.moved(step, told))
+                found = posterior.loss(reached, there)[0]
+                if loss - found < KEPT * -step @ (2 * gradient + information @ step):
+                    reached = posterior.settled(reached, there, SETTLING)
+                    found = posterior.loss(reached, there)[0]
+                return reached, found
 
             loss = posterior.loss(state, models)[0]
             return Expansion(loss, gradient, lambda: information, ahead)
@@ -548,7 +555,11 @@ class Search:
         """Give one size its likeliest value, unless nothing tells of it."""
         self.lost[name] = freedom <= LOST * count
         if freedom > 1e-6:
-            size = self.sizes[name] * float(np.sqrt(square / freedom))
+            change = float(np.log(max(square, 1e-12) / freedom)) / 2
+            # what is as good as none shrinks by much the same share in every round: twice as fast
+            steady = -1 < min(change, self.changes[name]) < max(change, self.changes[name]) < 0
+            self.changes[name] = change
+            size = self.sizes[name] * float(np.exp((1 + steady) * change))
             self.sizes[name] = min(size, LARGEST)
 
     def _leave_out(self) -> None:

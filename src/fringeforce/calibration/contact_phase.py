@@ -8,21 +8,25 @@ through them; along the strip it is a spline, so that the camera may move.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
-from fringeforce.design.strip import Sensor
+from fringeforce.design.light import Camera
+from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.estimation.frame_model import moment_table
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import QUICK, STRIP
-from fringeforce.mechanics.surface_influence import surface_influence
+from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.uncertainty import ORDER, coefficients, line_moments, mixtures
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
+KEPT = 16
+"""Solved designs that are kept, some megabytes: other loads of the same bench need them again."""
 PER_COVER = 10
 """Places along the strip per thickness of the cover, between which influence is a spline."""
 
@@ -190,14 +194,13 @@ def contact_phases(
         About another design.
     """
     assert POSITIONS not in paths
-    half, cover = sensor.transducer.length / 2, sensor.transducer.compliant.thickness
-    grid = np.linspace(-half, half, int(np.ceil(2 * half / cover * PER_COVER)) + 1)
+    half, grid = sensor.transducer.length / 2, _grid(sensor.transducer)
+    farthest = min(float(np.abs(places).max()) + size.reach, half)
 
     def solved(design: Array, mesh: Grading = QUICK) -> Array:
         made = varied(sensor, paths, design)
-        first, last = places.min() - size.reach, places.max() + size.reach
-        line = light_line(made.transducer, made.camera, sensor.transducer, mesh)
-        surface = surface_influence(made.transducer, max(first, -half), min(last, half), grid, line)
+        # frozen, which pyright does not see
+        surface = _surface(made.transducer, made.camera, sensor.transducer, mesh, farthest)  # pyright: ignore[reportArgumentType]
         constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
         moments = line_moments(surface, places, size.reach)
         return np.asarray(phase_lead(moments, constant))
@@ -231,6 +234,21 @@ def contact_phases(
     mixed = np.einsum("kr,ictkg->gctri", spread, parts, optimize=True)
     lead, table = CubicSpline(grid, mixed), moment_table(ORDER)
     return ContactPhases(centre, half, lead, mixing, table, size, fine, places, step, origin, bends)
+
+
+def _grid(drawn: Transducer) -> Array:
+    """Places between which influence is a spline [m]."""
+    half, cover = drawn.length / 2, drawn.compliant.thickness
+    return np.linspace(-half, half, int(np.ceil(2 * half / cover * PER_COVER)) + 1)
+
+
+@lru_cache(maxsize=KEPT)
+def _surface(
+    made: Transducer, camera: Camera, drawn: Transducer, mesh: Grading, farthest: float
+) -> SurfaceInfluence:
+    """What loads on a varied strip do, as far from its middle as contacts lie [m]."""
+    line = light_line(made, camera, drawn, mesh)
+    return surface_influence(made, -farthest, farthest, _grid(drawn), line)
 
 
 def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:

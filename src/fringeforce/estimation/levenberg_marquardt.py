@@ -98,7 +98,7 @@ class Stop(NamedTuple):
         Below it a step is not evaluated any more.
     near : float
         Below it a step by the curvature of the very place is the last, for what it leaves is some
-        thousandths of its gain.
+        thousandths of its gain; and so is one that gains less than `close`: it crawls.
     """
 
     close: float = 0.0
@@ -173,8 +173,9 @@ def minimise(
             return Minimum(here, step, promised, curvature)
         if (found := _gain(about, curvature, damping)) is None:
             break
-        here, damping = found
-        if (fresh and damping <= FIRST and promised < stop.near) or not within(here):
+        here, damping, gained = found
+        last = gained < stop.close or (fresh and damping <= FIRST)
+        if (last and promised < stop.near) or not within(here):
             break
         damping /= FACTOR
     return Minimum(here, np.zeros_like(step), 0.0, curvature)
@@ -182,15 +183,15 @@ def minimise(
 
 def _gain(
     about: Expansion[Place], curvature: Curvature, damping: float
-) -> tuple[Place, float] | None:
-    """The place where a step ends that gains, and its damping; none if there is no such step."""
+) -> tuple[Place, float, float] | None:
+    """Where a step ends that gains, its damping and its gain; none if there is no such step."""
     while True:
         step, _ = curvature.step(about.gradient, damping)
         if not np.isfinite(step).all():
             return None
         there, loss = about.ahead(step)
         if loss <= about.loss:
-            return there, damping
+            return there, damping, about.loss - loss
         if damping > STRONGEST:
             return None
         damping = max(FACTOR * damping, FIRST)
