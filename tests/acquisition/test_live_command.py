@@ -122,7 +122,7 @@ def test_an_interrupt_ends_with_everything_written(saved: Path, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--camera", "webcam"], "There is no camera"),
+        (["--camera", "periscope"], "There is no camera"),
         (["--camera", "file:missing.npy"], "missing.npy"),
         (["--to", "ws://0.0.0.0:0"], "--token"),
         (["--to", "tape:x"], "There is no place"),

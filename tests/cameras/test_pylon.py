@@ -1,5 +1,6 @@
 """Basler's own emulated camera, where pypylon is installed."""
 
+import numpy as np
 import pytest
 
 import fringeforce as ff
@@ -34,3 +35,14 @@ def test_a_serial_number_that_nobody_has_is_said_to_be_missing(model: ff.SensorM
         ff.open_camera("pylon:12345678", model),
     ):
         pass
+
+
+def test_images_are_sampled_along_the_strip_of_a_region(sensor: ff.Sensor) -> None:
+    region = ff.Region([(20, 30), (619, 30), (619, 69), (20, 69)], size=(640, 96))
+    model = ff.characterize(sensor.replace(**{"camera.pixels": 300}))
+    with ff.open_camera("pylon:", model, Settings(line_rate=30), region) as camera:
+        blocks = [block for block, _ in zip(camera, range(3), strict=False)]
+    assert {block.lines.shape for block in blocks} == {(1, 300)}
+    # the emulated camera shows a ramp along its rows, of one level a pixel up to 255
+    steps = np.diff(blocks[0].lines[0].astype(float))
+    assert np.median(steps) == pytest.approx(2.0)

@@ -215,7 +215,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
         (("--friction", "0.5"), "friction"),
         (("--tolerance", "camera.shift"), "has no '='"),
         (("--camera", "file:missing.npy"), "missing.npy"),
-        (("--camera", "webcam"), "There is no camera"),
+        (("--camera", "periscope"), "There is no camera"),
         (("--block", "0"), "block = 0"),
     ],
 )

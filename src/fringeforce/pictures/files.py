@@ -129,12 +129,16 @@ def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
             stream = container.streams.video[0]
             codec = stream.codec_context.name
             for frame in container.decode(stream):
-                grey = frame.format.name.startswith("gray")
-                deep = frame.format.components[0].bits > 8
-                wanted = ("gray16le" if deep else "gray") if grey else "rgb24"
-                yield frame.to_ndarray(format=wanted), frame.time
+                yield decoded(frame), frame.time
     except (av.error.FFmpegError, ValueError) as error:
         raise FileFormatError(
             f"{path} cannot be decoded ({codec}: {error}). FFmpeg's codecs come with "
             "pip install '.[pictures]'; record H.264, MJPEG or FFV1, or save pictures."
         ) from None
+
+
+def decoded(frame: Any) -> Picture:
+    """Grey levels of a picture that FFmpeg decoded, (rows, columns) or with 3 colours last."""
+    grey = frame.format.name.startswith("gray")
+    deep = frame.format.components[0].bits > 8
+    return frame.to_ndarray(format=("gray16le" if deep else "gray") if grey else "rgb24")
