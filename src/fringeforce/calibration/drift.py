@@ -34,8 +34,11 @@ FORCES = (
     "How large forces are, only known loads tell: that stays as the calibration found it, with its "
     "deviation."
 )
-ROUNDS = 6
+ROUNDS = 12
 """Most times that the model is moved to what the frames say of it."""
+WORSE = 1.0
+"""Rise of the loss, in squared deviations, above what climbs of frames leave, from which a move was
+too long."""
 SETTLED = 0.1
 """Length of a move, in standard deviations of all unknowns together, below which it is the last."""
 EXPLAINED = 0.9
@@ -361,6 +364,7 @@ class _State:
         self.information = np.eye(len(self.shared))
         self.explained = np.zeros(len(levels), dtype=bool)
         self.loss, self.near = np.inf, shared is not None
+        self.best = np.inf, self.shared
 
     @property
     def model(self) -> SensorModel:
@@ -397,6 +401,12 @@ class _State:
             self.information += told
             slope += about.gradient[rows.where] - response.T @ about.gradient[own]
             slope -= (told + unity) @ top.unknowns[rows.where]
+        lowest, best = self.best
+        if self.loss > lowest + WORSE:
+            self.shared = (self.shared + best) / 2
+            return False
+        if self.near:
+            self.best = self.loss, self.shared
         step = -np.linalg.solve(self.information, slope)
         self.shared = self.shared + step
         short = bool(np.sqrt(step @ self.information @ step) < SETTLED)
