@@ -179,3 +179,20 @@ def test_commands_take_a_temperature_and_a_log(model: ff.SensorModel) -> None:
     )
     assert refused.exit_code != 0
     assert "--fps" in str(refused.exception or refused.output)
+
+
+def test_a_warm_pad_is_read_with_the_force_that_acts() -> None:
+    pad = ff.load_sensor("pad").replace(
+        tactels={"count": [2, 2]}, **{PATH: "-0.2 +/- 0.05 %/K", "camera.pixels": [96, 96]}
+    )
+    model, forces = ff.characterize(pad), np.zeros((4, 3))
+    forces[1] = 1.5, 0.3, -0.2
+    frame = model.expose(forces, rng=0, temperature=WARM)
+    plain = ff.Reader(model).read(frame)
+    reading = ff.Reader(model).read(frame, temperature=WARM)
+    # light of 1 - 0.2 % of 20 K, a twenty-fifth less, is that of so much smaller forces
+    np.testing.assert_allclose(plain.forces / reading.forces, 0.96)
+    assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
+    assert np.abs(plain.forces[1, 0] - 1.5) > 5 * plain.std[1, 0]
+    with pytest.raises(InputError, match="not with presses"):
+        model.expose([ff.Press(x=0.0, y=0.0, normal=1.0, width=1e-3)], temperature=WARM)

@@ -28,6 +28,7 @@ from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
 from fringeforce.models.presses import Presses, are_presses
+from fringeforce.models.temperature import warm_forces
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, Picture, measure, measure_back, mosaic, pictures
 from fringeforce.optics.integrated import double_pass, turn_modes, turn_modes_back
@@ -263,6 +264,7 @@ class PadModel:
         forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         as_built: camera_optics.Rng = None,
+        temperature: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, shape (..., *frame_shape), uint8 or uint16.
 
@@ -275,11 +277,14 @@ class PadModel:
         as_built : int or numpy.random.Generator, optional
             Source of one pad, drawn from the tolerances of the design, that all frames are of; the
             pad as drawn if not given.
+        temperature : array_like, shape () or (...), optional
+            Of the photoelastic layer, for all frames or each [K]; that of the design if not given.
         """
         if as_built is not None:
-            return self.as_built(as_built).expose(forces, rng)
+            return self.as_built(as_built).expose(forces, rng, temperature=temperature)
         camera, axes = self.sensor.camera, len(self.frame_shape)
-        return camera_optics.expose(camera, self.intensity(forces), rng, frame_axes=axes)
+        light = self.intensity(warm_forces(self.sensor, forces, temperature))
+        return camera_optics.expose(camera, light, rng, frame_axes=axes)
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltPad:
         """Draw one real pad from the tolerances of the design.

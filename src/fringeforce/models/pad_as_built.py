@@ -29,6 +29,7 @@ from fringeforce.models.as_built import FIELD_STEP, PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of, slice_retardance
 from fringeforce.models.presses import Presses, are_presses
+from fringeforce.models.temperature import warm_forces
 from fringeforce.optics import camera as camera_optics
 
 Array = NDArray[np.float64]
@@ -193,6 +194,7 @@ class BuiltPad:
         forces: ArrayLike | Presses,
         rng: camera_optics.Rng = None,
         contacts: Array | None = None,
+        temperature: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera of this pad would deliver, each with contacts of its own.
 
@@ -204,11 +206,13 @@ class BuiltPad:
             Source of contacts, light and noise.
         contacts : ndarray, shape (..., n, 14), optional
             How the tractions are spread, if it is known; drawn anew for every frame if not given.
+        temperature : array_like, shape () or (...), optional
+            Of the photoelastic layer, as of `PadModel.expose` [K].
         """
         generator, axes = np.random.default_rng(rng), len(self.model.frame_shape)
         if contacts is None and not are_presses(forces) and spreads(self.drawing).any():
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
-        light = self.intensity(forces, contacts)
+        light = self.intensity(warm_forces(self.model.sensor, forces, temperature), contacts)
         return camera_optics.expose(self.model.sensor.camera, light, generator, frame_axes=axes)
 
 

@@ -7,14 +7,18 @@ Readings are made as at T0, and their forces divided by that scale, which is exa
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
 from fringeforce.design.parts import PhotoelasticLayer
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
+from fringeforce.models.presses import are_presses
 
 LAYER = "transducer.photoelastic."
 COEFFICIENT, REFERENCE = f"{LAYER}temperature_coefficient", f"{LAYER}reference_temperature"
@@ -83,13 +87,15 @@ def optical_scale(
     return scale, std
 
 
-def frame_scale(sensor: Sensor, temperature: ArrayLike | None, frames: tuple[int, ...]) -> Array:
+def frame_scale(
+    sensor: Sensor | Pad, temperature: ArrayLike | None, frames: tuple[int, ...]
+) -> Array:
     """What temperature does to the phase of frames, shape (..., 1), one without a temperature.
 
     Parameters
     ----------
-    sensor : Sensor
-        The strip.
+    sensor : Sensor or Pad
+        The design.
     temperature : array_like, optional
         One for all frames, or one each [K].
     frames : tuple of int
@@ -109,3 +115,28 @@ def frame_scale(sensor: Sensor, temperature: ArrayLike | None, frames: tuple[int
             "or one each."
         )
     return scale[..., None]
+
+
+def warm_forces(pad: Pad, forces: Any, temperature: ArrayLike | None) -> Any:
+    """Forces, shape (..., n, 3), that show at the reference temperature what these do at another.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    forces : array_like, shape (..., n, 3)
+        Of tactels [N].
+    temperature : array_like, optional
+        As of `frame_scale`.
+
+    Raises
+    ------
+    InputError
+        As of `frame_scale`, or for presses, whose pressures are not scaled.
+    """
+    if temperature is None:
+        return forces
+    if are_presses(forces):
+        raise InputError("Temperatures go with forces of tactels, not with presses; leave one out.")
+    loads = np.asarray(forces, dtype=float)
+    return loads * frame_scale(pad, temperature, loads.shape[:-2])[..., None]

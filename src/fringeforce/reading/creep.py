@@ -34,7 +34,7 @@ STEP = 0.1
 MISSED = 0.005
 """What Prony terms miss of the creep in a frame, a standard deviation over that creep: where creep
 goes on evenly with the logarithm of time, one term for each decade leaves a ripple of
-sqrt(2) |Gamma(2 pi i / ln 10)| / ln 10 = 1.3 % of what a decade adds, and there are two or three."""
+sqrt(2) |Gamma(2 pi i / ln 10)| / ln 10 = 1.3 % of what a decade adds, of two or three."""
 CLEAR = 30.0
 """Deviations from none of loads that a frame has to show to tell of terms: weaker ones, whose light
 is of second order, are read too large, by 0.3 deviations at 15."""
