@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 
 def live(
     model: Model,
-    camera: Annotated[str, typer.Option(help="sim, file:PATH, aravis:ID or pylon:SERIAL.")] = "sim",
+    camera: Annotated[
+        str, typer.Option(help="sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL.")
+    ] = "sim",
     to: Annotated[
         list[str] | None,
         typer.Option(

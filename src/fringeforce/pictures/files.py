@@ -118,6 +118,13 @@ def _checked(path: Path, picture: Picture) -> Picture:
     return picture
 
 
+def decoded(frame: Any) -> Picture:
+    """The picture of a frame of PyAV: grey with 8 or 16 bits, or three colours of 8."""
+    grey = frame.format.name.startswith("gray")
+    deep = frame.format.components[0].bits > 8
+    return frame.to_ndarray(format=("gray16le" if deep else "gray") if grey else "rgb24")
+
+
 def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
     """Pictures of a video and when they are shown, decoded by FFmpeg."""
     av = extra("av", "pictures")
@@ -129,10 +136,7 @@ def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
             stream = container.streams.video[0]
             codec = stream.codec_context.name
             for frame in container.decode(stream):
-                grey = frame.format.name.startswith("gray")
-                deep = frame.format.components[0].bits > 8
-                wanted = ("gray16le" if deep else "gray") if grey else "rgb24"
-                yield frame.to_ndarray(format=wanted), frame.time
+                yield decoded(frame), frame.time
     except (av.error.FFmpegError, ValueError) as error:
         raise FileFormatError(
             f"{path} cannot be decoded ({codec}: {error}). FFmpeg's codecs come with "
