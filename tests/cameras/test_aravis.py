@@ -144,3 +144,27 @@ def test_images_of_a_pad_arrive_as_they_were_shown(tmp_path: Path) -> None:
 def test_a_camera_delivers_images_one_by_one() -> None:
     with pytest.raises(InputError, match="one by one"):
         AravisCamera(ADDRESS, (64, 48), settings=Settings(block=2))
+
+
+@pytest.mark.parametrize("mosaic", ["", "RGGB"])
+def test_lines_come_from_the_region_of_an_area_camera(
+    model: ff.SensorModel, tmp_path: Path, mosaic: str
+) -> None:
+    columns, steps = np.arange(128), np.arange(8)[:, None, None]
+    pictures = np.broadcast_to(4 * steps + columns, (8, 48, 128)).astype(np.uint8)
+    small = ff.characterize(model.sensor.replace(**{"camera.pixels": 40}))
+    region = ff.Region([(10, 8), (109, 8), (109, 39), (10, 39)], (128, 48), mosaic=mosaic)
+    fake = FakeCamera(np.ascontiguousarray(pictures).reshape(-1, 128), tmp_path, 48)
+    try:
+        with ff.open_camera(f"aravis:{ADDRESS}", small, Settings(line_rate=50), region) as camera:
+            blocks = [block for block, _ in zip(camera, range(5), strict=False)]
+    finally:
+        fake.kill()
+    places = 10 + 99 * (np.arange(40) + 0.5) / 40
+    for block in blocks:
+        (line,) = block.lines
+        step = np.rint((line - places).mean() / 4)  # which of the eight pictures this is
+        off = np.abs(line - places - 4 * step)
+        assert off[1:-1].max() < 0.51  # levels are rounded
+        assert off.max() < 1.01  # at the ends one column of a mosaic has no neighbour
+    assert len({block.lines.tobytes() for block in blocks}) > 1

@@ -89,7 +89,7 @@ def test_settings_that_no_camera_can_follow_are_refused(
         Settings(**settings)  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("name", ["webcam", "file:", "sim2", ""])
+@pytest.mark.parametrize("name", ["usb", "file:", "sim2", ""])
 def test_an_unknown_camera_is_refused_with_those_there_are(
     model: ff.SensorModel, name: str
 ) -> None:

@@ -1,102 +1,127 @@
-"""Pictures of a video device, for which a video stands here, to the lines of a strip."""
+"""Pictures of a webcam to lines; a recorded video stands in for the device."""
 
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.acquisition.cameras import webcam
-from fringeforce.acquisition.cameras.camera import Settings
+from fringeforce.acquisition.cameras.camera import Camera, Settings
+from fringeforce.acquisition.cameras.webcam import WebcamCamera
 from fringeforce.base.errors import CameraLost, InputError
 
-SIZE = 640, 96
-REGION = ff.Region([(20, 30), (619, 30), (619, 69), (20, 69)], size=SIZE)
-RATE = 25
+av = pytest.importorskip("av")
+SIZE, COUNT = (320, 60), 6
+REGION = ff.Region([(20, 10), (299, 10), (299, 49), (20, 49)], SIZE)
 
 
-@pytest.fixture(scope="module")
-def slim(sensor: ff.Sensor) -> ff.SensorModel:
-    """A strip that 600 columns of a picture show."""
-    camera = {"pixels": 300, "noise": 2.0}
-    return ff.characterize(
-        sensor.replace(**{f"camera.{key}": value for key, value in camera.items()})
-    )
-
-
-@pytest.fixture(scope="module")
-def loads() -> np.ndarray:
-    return np.array([ff.polar(size, 5.0, 11) for size in (0.3, 0.5, 0.7)])
-
-
-@pytest.fixture(scope="module")
-def film(slim: ff.SensorModel, loads: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The strip drawn out to two columns a pixel, in red, without loss."""
-    path = tmp_path_factory.mktemp("film") / "film.mkv"
-    with av.open(str(path), "w") as container:
-        stream: Any = container.add_stream("ffv1", rate=RATE)
-        stream.width, stream.height, stream.pix_fmt = *SIZE, "bgr0"
-        for line in slim.expose(loads, rng=0):
-            picture = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-            picture[30:70, 20:620, 0] = np.repeat(line, 2)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, "rgb24")))
-        container.mux(stream.encode())
-    return path
+def _level(number: int, column: Any) -> Any:
+    """What the device shows: a ramp that rises from picture to picture."""
+    return 40 + 10 * number + column / 4
 
 
 @pytest.fixture
-def plugged(film: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """A device that plays the film, and what it was asked for."""
-    asked: dict[str, Any] = {}
-    real = av.open
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, dict[str, Any]]]:
+    """What FFmpeg was asked to open; it opens a lossless video instead."""
+    path, columns = tmp_path / "seen.mkv", np.arange(SIZE[0])
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("ffv1", rate=30)
+        stream.width, stream.height, stream.pix_fmt = *SIZE, "gray"
+        for number in range(COUNT):
+            picture = np.tile(np.rint(_level(number, columns)).astype(np.uint8), (SIZE[1], 1))
+            frame = av.VideoFrame.from_ndarray(picture, format="gray")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    seen: list[tuple[str, dict[str, Any]]] = []
+    opened = av.open
 
-    def opened(source: str, **wanted: Any) -> Any:
-        asked.update(source=source, **wanted)
-        return real(str(film))
+    def stand_in(device: str, **how: Any) -> Any:
+        seen.append((device, how))
+        return opened(str(path))
 
-    monkeypatch.setattr(av, "open", opened)
-    monkeypatch.setattr(webcam.sys, "platform", "linux")
-    return asked
+    monkeypatch.setattr(av, "open", stand_in)
+    return seen
 
 
-@pytest.mark.parametrize("name", ["webcam:2", "opencv:2"])
-def test_pictures_become_lines_and_forces(
-    plugged: dict[str, Any], slim: ff.SensorModel, loads: np.ndarray, name: str
+@pytest.fixture
+def small(model: ff.SensorModel) -> ff.SensorModel:
+    return ff.characterize(model.sensor.replace(**{"camera.pixels": 200}))
+
+
+def _blocks(camera: Camera) -> list[Any]:
+    found = []
+    with pytest.raises(CameraLost, match="no more pictures"), camera:
+        found.extend(camera)
+    return found
+
+
+@pytest.mark.parametrize("name", ["webcam:2", "opencv:2", "webcam:/dev/video2"])
+def test_lines_come_from_the_region_of_every_picture(
+    asked: list[Any], small: ff.SensorModel, name: str
 ) -> None:
-    blur = ff.Sampler(REGION, 300).spread * slim.sensor.transducer.length / 300
-    seen = ff.characterize(slim.sensor.replace(**{"camera.blur": blur}))
-    with ff.open_camera(name, seen, Settings(line_rate=RATE), REGION) as camera:
-        blocks = [block for _, block in zip(loads, camera, strict=False)]
-    assert plugged["source"] == "/dev/video2"
-    assert plugged["format"] == "v4l2"
-    assert plugged["options"] == {"video_size": "640x96", "framerate": "25"}
-    assert [block.first for block in blocks] == [0, 1, 2]
-    assert all(block.lines.shape == (1, 300) for block in blocks)
-    reader = ff.Reader(seen)
-    for block, load in zip(blocks, loads, strict=True):
-        reading = reader.read(block.lines[0])
-        off = (reading.forces - load).ravel()
-        assert off @ np.linalg.solve(reading.covariance, off) < 60  # chi-square, 22, 2e-5
-    assert np.diff([block.timestamps[0] for block in blocks]).min() >= 0
+    before = time.time()
+    camera = ff.open_camera(name, small, Settings(line_rate=30), REGION)
+    blocks = _blocks(camera)
+    assert [block.first for block in blocks] == list(range(COUNT))
+    columns = 20 + 279 * (np.arange(200) + 0.5) / 200
+    for number, block in enumerate(blocks):
+        assert block.lines.shape == (1, 200)
+        # the levels of the picture and of the line are whole numbers
+        assert np.abs(block.lines[0] - _level(number, columns)).max() < 1.1
+        assert before <= block.timestamps[0] <= time.time()
+    device, how = asked[0]
+    assert device == "/dev/video2"
+    assert how["format"] == "v4l2"
+    assert how["options"]["video_size"] == "320x60"
+    assert how["options"]["framerate"] == "30"
 
 
-@pytest.mark.usefixtures("plugged")
-def test_a_device_that_ends_is_lost(slim: ff.SensorModel) -> None:
-    camera = ff.open_camera("webcam:", slim, None, REGION)
-    with pytest.raises(CameraLost, match="sends no more pictures"), camera:
-        list(camera)
+def test_a_webcam_that_was_left_goes_on_counting(asked: list[Any], small: ff.SensorModel) -> None:
+    camera = ff.open_camera("webcam:0", small, region=REGION)
+    assert len(_blocks(camera)) == COUNT
+    assert _blocks(camera)[0].first == COUNT
+    assert len(asked) == 2
 
 
-def test_a_device_that_is_not_there_is_said_to_be_missing(slim: ff.SensorModel) -> None:
-    camera = ff.open_camera("webcam:/dev/no-such-device", slim, None, REGION)
-    with pytest.raises(CameraLost, match=r"no-such-device, pictures of 640x96.*plugged in"):
+def test_closing_ends_a_webcam(asked: list[Any], small: ff.SensorModel) -> None:
+    with ff.open_camera("webcam:0", small, region=REGION) as camera:
+        blocks = iter(camera)
+        next(blocks)
+        camera.close()
+        assert list(blocks) == []
+
+
+def test_pictures_of_another_size_are_refused(asked: list[Any], small: ff.SensorModel) -> None:
+    other = ff.Region(REGION.corners, (640, 480))
+    with (
+        pytest.raises(InputError, match="640 columns and 480 rows"),
+        ff.open_camera("webcam:0", small, region=other) as camera,
+    ):
+        next(iter(camera))
+
+
+def test_a_device_that_is_not_there_is_named(model: ff.SensorModel) -> None:
+    camera = ff.open_camera("webcam:973", model, region=REGION)
+    with pytest.raises(CameraLost, match=r"/dev/video973 does not open.*list-devices"):
         camera.__enter__()
 
 
-def test_pictures_need_a_region_and_lines_need_none(slim: ff.SensorModel) -> None:
-    with pytest.raises(InputError, match="fringeforce extract"):
-        ff.open_camera("webcam:0", slim)
-    with pytest.raises(InputError, match="sim delivers what the sensor shows"):
-        ff.open_camera("sim", slim, None, REGION)
+def test_what_a_webcam_cannot_do_is_said(
+    model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("webcam:0", "opencv:0"):
+        with pytest.raises(InputError, match=r"a line of 2048 pixels.*--region"):
+            ff.open_camera(name, model)
+    with pytest.raises(InputError, match="exposure_time_absolute=20"):
+        WebcamCamera("0", SIZE, Settings(exposure=2e-3))
+    with pytest.raises(InputError, match="one by one"):
+        WebcamCamera("0", SIZE, Settings(block=2))
+    monkeypatch.setattr(sys, "platform", "darwin")
+    with pytest.raises(InputError, match="file:PATH"):
+        WebcamCamera("0", SIZE)
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(InputError, match=r"pip install '\.\[pictures\]'"):
+        WebcamCamera("0", SIZE)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Exposure, Rate, is_model
+from fringeforce.cli.arguments import Exposure, Rate, RegionFile, is_model
 
 if TYPE_CHECKING:
     from fringeforce.acquisition.cameras.camera import Camera, Settings
     from fringeforce.explorer.live import Source
     from fringeforce.models.pad import PadModel
     from fringeforce.models.strip import SensorModel
+    from fringeforce.pictures.region import Region
 
 BLOCK = 16
 """Lines that come at once, if not told otherwise: who watches wants them soon."""
@@ -29,10 +30,13 @@ def explore(
     ] = "127.0.0.1",
     camera: Annotated[
         str | None,
-        typer.Option(help="Watch a running sensor: sim, file:PATH, aravis:ID or pylon:SERIAL."),
+        typer.Option(
+            help="Watch a running sensor: sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL."
+        ),
     ] = None,
     line_rate: Rate = None,
     exposure: Exposure = None,
+    region: RegionFile = None,
     block: Annotated[
         int | None,
         typer.Option(
@@ -67,9 +71,12 @@ def explore(
     source = None
     if camera is not None:
         from fringeforce.acquisition.cameras.camera import Settings
+        from fringeforce.pictures.region import Region
 
-        lines = BLOCK if start.sensor.dimensions == 1 else None
-        source = _source(camera, Settings(line_rate, exposure, lines if block is None else block))
+        seen = None if region is None else Region.load(region)
+        lines = BLOCK if start.sensor.dimensions == 1 and seen is None else None
+        settings = Settings(line_rate, exposure, lines if block is None else block)
+        source = _source(camera, settings, seen)
 
     def ready(address: str) -> None:
         print(f"Open {address} in a browser; end with Ctrl+C.", flush=True)
@@ -79,17 +86,17 @@ def explore(
     serve(start, new_token(), bind, port, ready, source)
 
 
-def _source(name: str, settings: Settings) -> Source:
+def _source(name: str, settings: Settings, region: Region | None) -> Source:
     """The camera of a name; a recording without times is played slowly enough to be watched."""
     from fringeforce.acquisition.cameras.choice import open_camera
     from fringeforce.acquisition.cameras.simulator import IMAGE_RATE, LINE_RATE
     from fringeforce.explorer.live import Source
 
     def opened(model: SensorModel | PadModel) -> Camera:
-        camera = open_camera(name, model, settings)
+        camera = open_camera(name, model, settings, region)
         if not camera.patient:
             return camera
         rate = IMAGE_RATE if model.sensor.dimensions > 1 else LINE_RATE
-        return open_camera(name, model, replace(settings, line_rate=rate))
+        return open_camera(name, model, replace(settings, line_rate=rate), region)
 
     return Source(opened, recorded=name.startswith("file:"))

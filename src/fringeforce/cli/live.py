@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 def live(
     model: Model,
     camera: Annotated[
-        str, typer.Option(help="sim, file:PATH, webcam:0, aravis:ID, pylon:SERIAL.")
+        str, typer.Option(help="sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL.")
     ] = "sim",
     to: Annotated[
         list[str] | None,

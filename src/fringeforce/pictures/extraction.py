@@ -48,6 +48,21 @@ def bits_of(pictures: Sequence[NDArray[Any]], stated: int | None, designed: int)
     return designed
 
 
+def sampler_of(sensor: Sensor | Pad, region: Region, picture: NDArray[Any]) -> Sampler:
+    """What takes the frames of a sensor from pictures like this one.
+
+    Raises
+    ------
+    InputError
+        If the sensor is a pad, or the pictures do not tell its channels apart.
+    """
+    if sensor.dimensions != 1:
+        raise InputError("Lines are taken from pictures of strips; images of pads are read whole.")
+    seen: Any = sensor.camera
+    light: Any = sensor.polariscope
+    return Sampler(region, seen.pixels, channels_of(light, region, picture.ndim == 3))
+
+
 def extract_frames(
     paths: Paths, sensor: Sensor | Pad, region: Region
 ) -> tuple[NDArray[np.unsignedinteger], Array | None]:
@@ -69,16 +84,11 @@ def extract_frames(
     times : ndarray, shape (k,), or None
         When they were exposed, since the start of the video [s]; None if a file does not say.
     """
-    seen: Any = sensor.camera
-    light: Any = sensor.polariscope
-    if sensor.dimensions != 1:
-        raise InputError("Lines are taken from pictures of strips; images of pads are read whole.")
     sampler, frames, times = None, [], []
     for picture, time in load_pictures(paths):
         if sampler is None:
-            channels = channels_of(light, region, picture.ndim == 3)
-            sampler = Sampler(region, seen.pixels, channels)
-        frames.append(sampler.frames([picture], seen.bits)[0])
+            sampler = sampler_of(sensor, region, picture)
+        frames.append(sampler.frames([picture], sensor.camera.bits)[0])
         times.append(time)
     if not frames:
         raise InputError("There are no pictures to take lines from.")

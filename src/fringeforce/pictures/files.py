@@ -118,6 +118,13 @@ def _checked(path: Path, picture: Picture) -> Picture:
     return picture
 
 
+def decoded(frame: Any) -> Picture:
+    """The picture of a frame of PyAV: grey with 8 or 16 bits, or three colours of 8."""
+    grey = frame.format.name.startswith("gray")
+    deep = frame.format.components[0].bits > 8
+    return frame.to_ndarray(format=("gray16le" if deep else "gray") if grey else "rgb24")
+
+
 def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
     """Pictures of a video and when they are shown, decoded by FFmpeg."""
     av = extra("av", "pictures")
@@ -135,10 +142,3 @@ def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
             f"{path} cannot be decoded ({codec}: {error}). FFmpeg's codecs come with "
             "pip install '.[pictures]'; record H.264, MJPEG or FFV1, or save pictures."
         ) from None
-
-
-def decoded(frame: Any) -> Picture:
-    """Grey levels of a picture that FFmpeg decoded, (rows, columns) or with 3 colours last."""
-    grey = frame.format.name.startswith("gray")
-    deep = frame.format.components[0].bits > 8
-    return frame.to_ndarray(format=("gray16le" if deep else "gray") if grey else "rgb24")

@@ -35,6 +35,8 @@ class AravisCamera(GenicamCamera):
         Line rate, exposure and block.
     silence : float
         A camera that sends nothing for so long is lost [s]; never less than ten blocks.
+    mosaic : str
+        Four letters of a Bayer mosaic such as "RGGB"; anything else is read as grey levels.
 
     Raises
     ------
@@ -49,8 +51,9 @@ class AravisCamera(GenicamCamera):
         bits: int = 8,
         settings: Settings | None = None,
         silence: float = 1.0,
+        mosaic: str = "",
     ) -> None:
-        super().__init__(f"camera {identity or 'found first'}", pixels, bits, settings)
+        super().__init__(f"camera {identity or 'found first'}", pixels, bits, settings, mosaic)
         self._identity, self._silence = identity or None, silence
         self._aravis: Any = aravis()
         self._error: Any = import_module("gi.repository.GLib").Error
@@ -119,7 +122,7 @@ class AravisCamera(GenicamCamera):
         library, wanted = self._aravis, (self._width, self._height)
         camera.set_range_check_policy(library.RangeCheckPolicy.ENABLE)
         try:
-            camera.set_pixel_format_from_string(f"Mono{self._bits}")
+            camera.set_pixel_format_from_string(self._format)
             camera.set_region(0, 0, *wanted)
             if self.settings.exposure:
                 camera.set_exposure_time(self.settings.exposure * 1e6)

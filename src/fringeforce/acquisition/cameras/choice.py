@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from fringeforce.acquisition.cameras.area import AreaCamera
 from fringeforce.acquisition.cameras.camera import Camera, Settings
-from fringeforce.acquisition.cameras.sampled import SampledCamera
 from fringeforce.base.errors import InputError
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.pictures.extraction import extract_frames
 from fringeforce.pictures.region import Region
 
-WEBCAMS = "webcam", "opencv"
-"""Names of video devices; the second one is what OpenCV's users look for."""
+CAMERAS = "sim, file:PATH, webcam:NUMBER, aravis:ID or pylon:SERIAL"
+WEBCAMS = ("webcam", "opencv")
+DEVICES = (*WEBCAMS, "aravis", "pylon")
 
 
 def open_camera(
@@ -25,22 +28,22 @@ def open_camera(
     Parameters
     ----------
     name : str
-        "sim" for a simulated touch; "file:PATH" for frames; "webcam:NUMBER" (or "opencv:NUMBER")
-        for a video device; "aravis:ID" for a GenICam camera, "pylon:SERIAL" for a Basler one, each
-        without ID for the first one found.
+        "sim" for a simulated touch; "file:PATH" for frames; "webcam:0", or its alias "opencv:0",
+        for /dev/video0, and "webcam:PATH" for other devices; "aravis:ID" for a GenICam camera,
+        "pylon:SERIAL" for a Basler one, each without ID for the first one found.
     model : SensorModel or PadModel
         The sensor that it looks at; its design says the pixels and bits of a line, or of an image.
     settings : Settings, optional
         Rate, exposure, block.
     region : Region, optional
-        Where the strip is in pictures; PATH is then of pictures, a video, or a folder of them, and
-        cameras deliver pictures of the region's size and bits.
+        Where the sensor is in pictures, which webcams need; PATH is then of pictures, a video, or
+        a folder of them, and a GenICam camera delivers whole pictures.
 
     Raises
     ------
     InputError
-        If there is no such kind of camera, it needs something that is not installed, or it takes
-        one picture where the sensor's frames are several.
+        If there is no such kind of camera, it needs something that is not installed, it takes one
+        picture where the sensor's frames are several, or the region of a webcam is missing.
 
     Examples
     --------
@@ -50,65 +53,58 @@ def open_camera(
     (64, 2048)
     """
     kind, _, rest = name.partition(":")
+    sensor = model.sensor
+    if kind == "file" and rest:
+        from fringeforce.acquisition.cameras.replay import ReplayCamera
+
+        if region is not None:
+            taken = extract_frames([rest], sensor, region)
+            return ReplayCamera(rest, settings, found=taken)
+        return ReplayCamera(rest, settings, dimensions=sensor.dimensions)
+    if kind in DEVICES and region is not None:
+        pictures = _device(kind, rest, region.size, region.bits, settings, region.mosaic)
+        return AreaCamera(pictures, sensor, region)
     if region is not None:
-        return _sampled(name, model, settings, region)
-    seen, pictures = model.sensor.camera, len(model.sensor.polariscope.pictures)
+        raise InputError(f"A region is for pictures of cameras and files, and not for {name!r}.")
     if name == "sim":
         from fringeforce.acquisition.cameras.simulator import SimulatedCamera
 
         return SimulatedCamera(model, settings)
-    if kind == "file" and rest:
-        from fringeforce.acquisition.cameras.replay import ReplayCamera
-
-        return ReplayCamera(rest, settings, dimensions=model.sensor.dimensions)
-    if kind in ("aravis", "pylon", *WEBCAMS) and pictures > 1:
-        raise InputError(
-            f"{name} takes one picture at a time, and a frame of this sensor is {pictures}; play "
-            "recorded frames with file:PATH, or design a sensor that needs one picture."
-        )
+    if kind not in DEVICES:
+        raise InputError(f"There is no camera {name!r}; use {CAMERAS}.")
+    frame = "a line" if sensor.dimensions == 1 else "an image"
     if kind in WEBCAMS:
-        what = "lines" if model.sensor.dimensions == 1 else "images of a pad"
         raise InputError(
-            f"{name} delivers pictures, and this sensor's frames are {what}; find a strip in one "
-            "of its pictures with  fringeforce extract  and give the --region that it writes."
+            f"{name} sends pictures, and a frame of this sensor is {frame} of "
+            f"{sensor.camera.pixels} pixels; find the sensor in a picture with  fringeforce "
+            "extract --region FILE  and give --region FILE here."
         )
-    return _pictures(name, seen.pixels, seen.bits, settings)
-
-
-def _sampled(
-    name: str, model: SensorModel | PadModel, settings: Settings | None, region: Region
-) -> Camera:
-    """A camera whose pictures show a strip in a region."""
-    kind, _, rest = name.partition(":")
-    if kind == "file" and rest:
-        from fringeforce.acquisition.cameras.replay import ReplayCamera
-
-        return ReplayCamera(rest, settings, found=extract_frames([rest], model.sensor, region))
-    if name == "sim" or isinstance(model, PadModel):
+    if len(sensor.polariscope.pictures) > 1:
         raise InputError(
-            f"A region is of a strip in pictures; {name} delivers what the sensor shows, whole."
+            f"{name} takes one picture at a time, and a frame of this sensor is "
+            f"{len(sensor.polariscope.pictures)}; play recorded frames with file:PATH, give the "
+            "--region of a mosaic, or design a sensor that needs one picture."
         )
-    return SampledCamera(_pictures(name, region.size, region.bits, settings), model.sensor, region)
+    return _device(kind, rest, sensor.camera.pixels, sensor.camera.bits, settings)
 
 
-def _pictures(
-    name: str, pixels: int | tuple[int, int], bits: int, settings: Settings | None
+def _device(
+    kind: str,
+    identity: str,
+    pixels: Any,
+    bits: int,
+    settings: Settings | None,
+    mosaic: str = "",
 ) -> Camera:
-    """A real camera that delivers lines of so many pixels, or images of columns and rows."""
-    kind, _, rest = name.partition(":")
-    if kind in WEBCAMS and not isinstance(pixels, int):
-        from fringeforce.acquisition.cameras.webcam import Webcam
+    """A camera that delivers lines, or pictures where `pixels` are columns and rows."""
+    if kind in WEBCAMS:
+        from fringeforce.acquisition.cameras.webcam import WebcamCamera
 
-        return Webcam(rest, pixels, settings)
+        return WebcamCamera(identity, pixels, settings)
     if kind == "aravis":
         from fringeforce.acquisition.cameras.aravis import AravisCamera
 
-        return AravisCamera(rest, pixels, bits, settings)
-    if kind == "pylon":
-        from fringeforce.acquisition.cameras.pylon import PylonCamera
+        return AravisCamera(identity, pixels, bits, settings, mosaic=mosaic)
+    from fringeforce.acquisition.cameras.pylon import PylonCamera
 
-        return PylonCamera(rest, pixels, bits, settings)
-    raise InputError(
-        f"There is no camera {name!r}; use sim, file:PATH, webcam:NUMBER, aravis:ID or "
-        "pylon:SERIAL."
-    )
+    return PylonCamera(identity, pixels, bits, settings, mosaic)

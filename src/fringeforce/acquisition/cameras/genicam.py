@@ -32,6 +32,8 @@ class GenicamCamera(Interruptible):
         Bits of a pixel.
     settings : Settings, optional
         Line rate, exposure and block; a block of a pad is one image.
+    mosaic : str
+        Four letters of a Bayer mosaic such as "RGGB"; anything else is read as grey levels.
 
     Raises
     ------
@@ -44,10 +46,18 @@ class GenicamCamera(Interruptible):
     """What the camera made of the rate that it was told [lines/s] or [images/s]."""
 
     def __init__(
-        self, name: str, pixels: int | tuple[int, int], bits: int, settings: Settings | None
+        self,
+        name: str,
+        pixels: int | tuple[int, int],
+        bits: int,
+        settings: Settings | None,
+        mosaic: str = "",
     ) -> None:
         super().__init__(settings, images=not isinstance(pixels, int))
         self.name, self._bits = name, bits
+        kind = f"Bayer{mosaic[:2].upper()}" if mosaic.isalpha() else "Mono"
+        self._format = f"{kind}{bits}"
+        """Pixel format of the standard (GenICam SFNC, PixelFormat)."""
         self._frame: tuple[int, ...]
         if isinstance(pixels, int):
             self._width, self._height, self._frame = pixels, self.block, (pixels,)

@@ -27,6 +27,8 @@ class PylonCamera(GenicamCamera):
         Bits of a pixel.
     settings : Settings
         Line rate, exposure and block.
+    mosaic : str
+        Four letters of a Bayer mosaic such as "RGGB"; anything else is read as grey levels.
 
     Raises
     ------
@@ -40,8 +42,9 @@ class PylonCamera(GenicamCamera):
         pixels: int | tuple[int, int],
         bits: int = 8,
         settings: Settings | None = None,
+        mosaic: str = "",
     ) -> None:
-        super().__init__(f"Basler camera {serial or 'found first'}", pixels, bits, settings)
+        super().__init__(f"Basler camera {serial or 'found first'}", pixels, bits, settings, mosaic)
         self._serial = serial
         self._pylon: Any = extra("pypylon.pylon", "pylon")
         self._error: Any = extra("pypylon.genicam", "pylon").GenericException
@@ -93,7 +96,7 @@ class PylonCamera(GenicamCamera):
 
     def _configure(self, camera: Any) -> None:
         """Put width, height, pixel format, rate and exposure where the design wants them."""
-        camera.PixelFormat.Value = f"Mono{self._bits}"
+        camera.PixelFormat.Value = self._format
         camera.Width.Value = self._width
         camera.Height.Value = self._height
         if self.settings.exposure:
