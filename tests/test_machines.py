@@ -8,11 +8,13 @@ import sys
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 import fringeforce as ff
 from fringeforce.base import loop_cache
 from fringeforce.base.storage import new_file, whole_file
+from fringeforce.io.frames import load_frames
 
 FULL = """
 import sys, fringeforce as ff
@@ -25,24 +27,56 @@ except ff.FringeforceError as error:
 """
 
 
-def test_a_full_disk_ends_in_one_message(model: ff.SensorModel, tmp_path: Path) -> None:
-    model.save(tmp_path / "whole.h5")
+LIVE = """
+import sys
+from fringeforce.cli import main
+sys.argv[1:] = ["live", "whole.h5", "--camera", "file:frames.npy", "--record", "{}"]
+main()
+"""
+
+
+def full_disk(code: str, folder: Path, size: int) -> subprocess.CompletedProcess[str]:
+    """Python code where no file may exceed a size [bytes]."""
 
     def bound() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
-    run = subprocess.run(
-        [sys.executable, "-c", FULL],
-        cwd=tmp_path,
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
         capture_output=True,
         text=True,
         preexec_fn=bound,
-        check=True,
+        check=False,
     )
+
+
+def test_a_full_disk_ends_in_one_message(model: ff.SensorModel, tmp_path: Path) -> None:
+    model.save(tmp_path / "whole.h5")
+    run = full_disk(FULL, tmp_path, 20_000)
     assert run.stdout == "new.h5 cannot be written: File too large.\n"
     assert run.stderr == ""
     assert [path.name for path in tmp_path.iterdir()] == ["whole.h5"]
+
+
+@pytest.mark.slow
+def test_a_recording_keeps_what_a_disk_took_until_it_was_full(
+    model: ff.SensorModel, tmp_path: Path
+) -> None:
+    model.save(tmp_path / "whole.h5")
+    frames = model.expose(np.tile(ff.polar(1.0, 10.0, 11), (2000, 1, 1)), rng=0)
+    np.save(tmp_path / "frames.npy", frames)
+    run = full_disk(LIVE.format("new.h5"), tmp_path, 1_000_000)
+    assert run.returncode == 0, run.stderr[-300:]
+    kept = load_frames(tmp_path / "new.h5")
+    assert f"recording new.h5 stopped after {len(kept)} lines" in run.stdout
+    np.testing.assert_array_equal(kept, frames[: len(kept)])
+    assert 0 < len(kept) < len(frames)
+    run = full_disk(LIVE.format("small.h5"), tmp_path, 5_000)
+    assert run.returncode == 2
+    assert run.stderr == "fringeforce: small.h5 cannot be written: File too large.\n"
+    assert not (tmp_path / "small.h5").exists()
 
 
 def test_a_file_that_another_made_meanwhile_is_kept(tmp_path: Path) -> None:

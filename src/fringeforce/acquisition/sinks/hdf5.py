@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import prod
 
 import h5py
@@ -16,7 +18,15 @@ from numpy.typing import DTypeLike
 
 from fringeforce.acquisition.sinks.contact_rows import ROWS, contact_table, is_skin
 from fringeforce.acquisition.sinks.sink import Readings, Sink
-from fringeforce.base.storage import FORCE_AXES, dataset, describe, stamp, write, writing
+from fringeforce.base.storage import (
+    FORCE_AXES,
+    dataset,
+    describe,
+    stamp,
+    whole_file,
+    write,
+    writing,
+)
 from fringeforce.io.frames import FRAMES, pixel_axes
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -32,6 +42,8 @@ CONTACTS = {
 """Numbers of contacts on a skin and their units, in the order of the columns of a table of them."""
 SCALES = np.tile([1e-3, 1e-3, 1.0, 1.0], 2)
 """These units over those of that table."""
+ROOM = 2**18
+"""Bytes that have to be free on the disk before a file begins: its description and first rows."""
 CHUNK, FRAME_CHUNK = 256, 64
 """Most rows of numbers, and of grey levels, that are kept together."""
 CHUNK_BYTES = 2**17
@@ -65,23 +77,37 @@ class Hdf5Sink(Sink):
         frames: bool = False,
     ) -> None:
         self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
+        self._frames, self._count = frames, 0
+        with whole_file(path) as place:  # the library does not recover from a disk that is full
+            place.write_bytes(bytes(ROOM))
         with writing(path):
             self._file = h5py.File(path, "w", libver="latest", track_order=True)
-        self._frames = frames
-        self._count = 0
         self._describe(model)
         # no names or attributes can be added from here on
         self._file.swmr_mode = True
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        try:
+        with self._left_if_full():
             self._append(readings)
+
+    @contextmanager
+    def _left_if_full(self) -> Iterator[None]:
+        """Leave the file as it is if the disk takes no more.
+
+        The library would end the process when it cannot write while it closes a file; what it still
+        has to write goes nowhere.
+        """
+        try:
+            yield
         except (OSError, RuntimeError) as error:
             # the library keeps the number of the system's error in its text only
             number = re.search(r"errno = (\d+)", str(error))
             if number is None:
                 raise
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            os.dup2(nowhere, self._file.id.get_vfd_handle())
+            os.close(nowhere)
             raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
 
     def _append(self, readings: Readings) -> None:
