@@ -1,0 +1,159 @@
+"""Draw the pictures of docs/gallery.md: `python examples/stories.py [FOLDER] [STORY ...]`.
+
+What presses is simulated by contact mechanics, and its light comes from its own tractions; the
+reader gets grey levels only. Noise has a seed, so that every run draws the same.
+"""
+
+import io
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image
+
+import fringeforce as ff
+from fringeforce.contacts.contact import EventKind
+from fringeforce.models.presses import tractions
+from fringeforce.plotting import axes as plot
+
+NORMAL, TANGENTIAL, WARNING = "#0072B2", "#D55E00", "#A0007A"
+FRAME_MS, HOLD_MS, COLOURS, DPI = 90, 1500, 48, 90
+
+
+def picture(figure: Figure) -> Image.Image:
+    """A figure as it looks on the page."""
+    held = io.BytesIO()
+    figure.savefig(held, dpi=DPI)
+    plt.close(figure)
+    return Image.open(held).convert("RGB")
+
+
+def save_motion(path: Path, pictures: Sequence[Image.Image]) -> None:
+    """Write a GIF of one palette, which stops a while at its last picture and begins again."""
+    every = Image.fromarray(np.concatenate([np.asarray(one) for one in pictures[::5]]))
+    palette = every.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
+    first, *rest = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
+    times = [FRAME_MS] * len(rest) + [HOLD_MS]
+    first.save(path, save_all=True, append_images=rest, duration=times, loop=0, optimize=True)
+
+
+def finger(folder: Path) -> None:
+    """A cylinder presses, travels along a skin and lets go: pressure read over true."""
+    sensor = ff.load_sensor("skin")
+    model = ff.characterize(sensor)
+    way = np.linspace(0, 1, 28)
+    presses = [
+        ff.Press(x=x, normal=n, tangential=0.2 * n, radius=6e-3)
+        for x, n in zip(-4e-3 + 8e-3 * way, 0.4 + 2.6 * np.sin(np.pi * way) ** 2, strict=True)
+    ]
+    frames = model.expose([[press] for press in presses], rng=0)
+    pictures, forces_inside, pressure_inside = [], [], []
+    for press, frame, reading in zip(presses, frames, ff.Reader(model).stream(frames), strict=True):
+        assert reading.status is ff.Status.OK
+        assert reading.traction is not None
+        figure, (light, axes) = plt.subplots(
+            2, 1, figsize=(7.6, 4), height_ratios=(1, 5), sharex=True, layout="constrained"
+        )
+        ends = sensor.pixel_positions[[0, -1]] * 1e3
+        light.imshow(
+            frame[None], cmap="gray", aspect="auto", extent=(*ends, 0, 1), vmin=0, vmax=255
+        )
+        light.grid(visible=False)
+        light.set(yticks=[], title="what the camera sees")
+        places, forces = tractions(sensor, press)
+        true = forces[:, 0] / (np.gradient(places) * sensor.transducer.width)
+        x, value, std = (
+            reading.traction.places * 1e3,
+            *(part[:, 0] / 1e6 for part in (reading.traction.values, reading.traction.std)),
+        )
+        touched = np.interp(x, places * 1e3, true / 1e6, left=0, right=0)
+        pressure_inside += list((np.abs(value - touched) <= 2 * std)[touched > 0])
+        found = reading.contacts[0]
+        forces_inside.append(abs(found.force[0] - press.normal) <= 2 * found.std[0])
+        axes.fill_between(
+            x, value - 2 * std, value + 2 * std, color=NORMAL, alpha=0.3, linewidth=0,
+            label="two standard deviations",
+        )  # fmt: skip
+        axes.plot(x, value, color=NORMAL, label="pressure, read from this frame")
+        axes.plot(places * 1e3, true / 1e6, color="black", linewidth=1, label="pressure, true")
+        axes.set(xlabel="x [mm]", ylabel="MPa", xlim=(-6.5, 6.5), ylim=(-0.2, 2.2))
+        axes.legend(loc="upper left", frameon=False)
+        axes.text(
+            0.98, 0.95,
+            f"read  {found.force[0]:.3f} ± {found.std[0]:.3f} N\ntrue  {press.normal:.3f} N",
+            transform=axes.transAxes, ha="right", va="top", family="monospace",
+        )  # fmt: skip
+        pictures.append(picture(figure))
+    inside = f"{sum(forces_inside)} of {len(forces_inside)} forces"
+    print(
+        f"finger: in two deviations {inside}, {100 * np.mean(pressure_inside):.0f} % of pressures"
+    )
+    save_motion(folder / "finger.gif", pictures)
+
+
+def slip(folder: Path) -> None:
+    """A resting cylinder is pulled harder and harder: the warning comes before it slides."""
+    sensor, friction = ff.load_sensor("skin"), 0.5
+    model = ff.characterize(sensor)
+    pulls = np.linspace(0, 0.995 * friction, 48)
+    frames = model.expose(
+        [
+            [ff.Press(x=1e-3, normal=2.0, tangential=2.0 * pull, radius=6e-3, friction=friction)]
+            for pull in pulls
+        ],
+        rng=1,
+    )
+    contacts = ff.SkinContacts(friction=ff.Friction(coefficient=friction, variance=0.05**2))
+    ratios, stds, warned, pictures = [], [], None, []
+    for number, reading in enumerate(ff.Reader(model).stream(frames)):
+        contacts, events = contacts.follow(reading)
+        if warned is None and any(event.kind is EventKind.SLIP for event in events):
+            warned = number
+        push, drag = reading.contacts[0].force
+        ratios.append(drag / push)
+        stds.append(np.hypot(reading.contacts[0].std[1], ratios[-1] * reading.contacts[0].std[0]))
+        figure, axes = plt.subplots(figsize=(7.6, 3.6), layout="constrained")
+        axes.axhspan(friction, 0.6, color="#F3DDEE", label="slides at this ratio")
+        axes.plot(pulls, ":", color="black", label="applied")
+        band = 2 * np.array(stds) / 2.0
+        axes.fill_between(
+            range(number + 1), ratios - band, ratios + band, color=TANGENTIAL, alpha=0.3
+        )
+        axes.plot(ratios, color=TANGENTIAL, label="read")
+        axes.plot(number, ratios[-1], "o", color=TANGENTIAL)
+        if warned is not None:
+            axes.plot(warned, ratios[warned], "v", color=WARNING, markersize=11)
+            left = 100 * (1 - pulls[warned] / friction)
+            axes.annotate(
+                f"warning:\n{left:.0f} % of the grip is left", (warned, ratios[warned]),
+                color=WARNING, xytext=(0, -48), textcoords="offset points",
+                ha="center", weight="bold",
+            )  # fmt: skip
+        axes.grid(visible=False)
+        axes.set(xlim=(0, 52), ylim=(-0.02, 0.6), xlabel="frame")
+        axes.set_ylabel("tangential / normal force")
+        axes.legend(loc="upper left", frameon=False)
+        pictures.append(picture(figure))
+    assert warned is not None
+    print(f"slip: warned at frame {warned} of {len(pulls)}, at {pulls[warned]:.3f} of {friction}")
+    save_motion(folder / "slip.gif", pictures)
+
+
+STORIES: tuple[Callable[[Path], None], ...] = (finger, slip)
+
+
+def main(folder: Path, names: Sequence[str]) -> None:
+    """Draw the stories of these names, or all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with plt.rc_context(plot.STYLE):
+        for story in STORIES:
+            if not names or story.__name__ in names:
+                story(folder)
+
+
+if __name__ == "__main__":
+    plt.switch_backend("agg")
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "gallery"), sys.argv[2:])
