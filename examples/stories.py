@@ -12,6 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
 from PIL import Image
 
 import fringeforce as ff
@@ -142,7 +143,69 @@ def slip(folder: Path) -> None:
     save_motion(folder / "slip.gif", pictures)
 
 
-STORIES: tuple[Callable[[Path], None], ...] = (finger, slip)
+def egg(folder: Path) -> None:
+    """A pad grips something like an egg, takes its weight, and it turns a little in the grip."""
+    model = ff.characterize(ff.load_sensor("pad-skin"))
+    way = np.linspace(0, 1, 22)
+    presses, sizes = [], []
+    for part in way:
+        grip = 1.0 + 3.0 * min(1.0, 2 * part)
+        weight = 1.2 * max(0.0, 2 * part - 1)
+        size = (5e-3 * (grip / 4) ** (1 / 3), 3.6e-3 * (grip / 4) ** (1 / 3))
+        sizes.append(size)
+        presses.append(
+            ff.Press(
+                x=1e-3, y=-0.5e-3, normal=grip, tangential=(0.0, -weight), width=size,
+                angle=20.0 + 40.0 * max(0.0, 2 * part - 1),
+            )
+        )  # fmt: skip
+    frames = model.expose([[press] for press in presses], rng=2)
+    pictures, off, turned = [], [], []
+    readings = ff.Reader(model).stream(frames)
+    for press, size, frame, reading in zip(presses, sizes, frames, readings, strict=True):
+        assert reading.status is ff.Status.OK
+        found = reading.contacts[0]
+        assert found.axes is not None
+        assert found.orientation is not None
+        true = np.array([press.normal, *press.shear])
+        off.append(np.abs(np.array(found.force) - true) / np.array(found.std[:3]))
+        turned.append(abs((found.orientation - press.angle + 90) % 180 - 90))
+        figure, (light, axes) = plt.subplots(1, 2, figsize=(7.6, 3.7), layout="constrained")
+        light.imshow(frame[::2, ::2], cmap="gray", origin="lower", extent=(-12.5, 12.5) * 2)
+        light.grid(visible=False)
+        light.set(title="what the camera sees", xlabel="x [mm]", ylabel="y [mm]")
+        centre = (found.centre[0] * 1e3, found.centre[1] * 1e3)
+        axes.add_patch(
+            Ellipse(
+                (press.x * 1e3, (press.y or 0) * 1e3), *np.multiply(size, 1e3),
+                angle=press.angle, color="0.85", label="contact, true",
+            )
+        )  # fmt: skip
+        long, short = np.multiply(found.axes, 1e3)
+        axes.add_patch(
+            Ellipse(
+                centre, width=long, height=short, angle=found.orientation, edgecolor=NORMAL,
+                facecolor="none", linewidth=2, label="contact, read",
+            )
+        )  # fmt: skip
+        pull = np.multiply(found.force[1:], 3)  # mm per newton
+        if np.hypot(*pull) > 0.3:
+            arrow = {"arrowstyle": "->", "color": TANGENTIAL, "linewidth": 2}
+            axes.annotate("", tuple(np.add(centre, pull)), centre, arrowprops=arrow)
+        rows = zip(("grip", "pull"), (found.force[0], -found.force[2]), (0, 2), strict=True)
+        text = [f"{name}  {force:6.3f} ± {found.std[part]:.3f} N" for name, force, part in rows]
+        axes.text(0.04, 0.04, "\n".join(text), transform=axes.transAxes, family="monospace")
+        axes.set(xlim=(-6, 6), ylim=(-6, 6), aspect="equal", xlabel="x [mm]", title="contact")
+        axes.legend(loc="upper left", frameon=False)
+        pictures.append(picture(figure))
+    inside = 100 * np.mean(np.array(off) <= 2)
+    print(
+        f"egg: {inside:.0f} % of components in two deviations, angle off {max(turned):.1f} degrees"
+    )
+    save_motion(folder / "egg.gif", pictures)
+
+
+STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg)
 
 
 def main(folder: Path, names: Sequence[str]) -> None:
