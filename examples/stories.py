@@ -5,6 +5,7 @@ reader gets grey levels only. Noise has a seed, so that every run draws the same
 """
 
 import io
+import runpy
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -205,7 +206,14 @@ def egg(folder: Path) -> None:
     save_motion(folder / "egg.gif", pictures)
 
 
-STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg)
+def photographs(folder: Path) -> None:
+    """Four photographs of a beam: the profiles that were measured on them, and the loads read."""
+    runpy.run_path(str(Path(__file__).parent / "gallery" / "loads_from_photographs.py"))
+    plt.gcf().savefig(folder / "photographs.png", dpi=DPI)
+    plt.close("all")
+
+
+STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg, photographs)
 
 
 def main(folder: Path, names: Sequence[str]) -> None:
