@@ -206,6 +206,28 @@ def egg(folder: Path) -> None:
     save_motion(folder / "egg.gif", pictures)
 
 
+def cover(folder: Path) -> None:
+    """What a thicker cover costs in certainty, and what it buys in fringes."""
+    drawing, thickness = ff.load_sensor("saad"), np.linspace(0.3, 1.0, 8)
+    load = ff.polar(1.0, angle=10, n=drawing.tactels.count)
+    deviation, dense = [], []
+    for each in thickness:
+        drawn = drawing.replace(**{"transducer.compliant.thickness": each * 1e-3})
+        model = ff.characterize(drawn)
+        deviation.append(1e3 * ff.Reader(model).read(model.expose(load, rng=0)).std.max())
+        slope = np.gradient(model.phase(load), model.pixel_positions)
+        dense.append(1e-3 * np.abs(slope).max() / (2 * np.pi))
+        print(f"cover: {each:.1f} mm  {deviation[-1]:5.1f} mN  {dense[-1]:.2f} fringes/mm")
+    figure, panels = plt.subplots(1, 2, figsize=(7.6, 3.2), layout="constrained")
+    titles = ("worst deviation at 1 N per tactel [mN]", "fringes per mm, where densest")
+    both = (deviation, dense), titles, (NORMAL, TANGENTIAL)
+    for axes, values, title, colour in zip(panels, *both, strict=True):
+        axes.plot(thickness, values, "o-", color=colour)
+        axes.set(xlabel="cover [mm]", title=title, ylim=(0, None))
+    figure.savefig(folder / "cover.png", dpi=DPI)
+    plt.close(figure)
+
+
 def photographs(folder: Path) -> None:
     """Four photographs of a beam: the profiles that were measured on them, and the loads read."""
     runpy.run_path(str(Path(__file__).parent / "gallery" / "loads_from_photographs.py"))
@@ -213,7 +235,7 @@ def photographs(folder: Path) -> None:
     plt.close("all")
 
 
-STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg, photographs)
+STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg, cover, photographs)
 
 
 def main(folder: Path, names: Sequence[str]) -> None:
