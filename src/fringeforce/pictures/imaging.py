@@ -55,7 +55,7 @@ class ImageSampler(Sampler):
     >>> row, column = np.mgrid[:140, :220]
     >>> image = ImageSampler(region, (50, 20)).frames([(row + column) / 2], bits=8)[0]
     >>> image.shape, int(image[0, 0]), int(image[-1, -1])
-    ((20, 50), 18, 162)
+    ((20, 50), 17, 162)
     """
 
     pixels: tuple[int, int]  # pyright: ignore[reportIncompatibleVariableOverride]
