@@ -13,7 +13,6 @@ import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.cli import app
 from fringeforce.io.frames import load_frames
-from fringeforce.pictures.extraction import extract_frames
 
 pytestmark = pytest.mark.slow
 
@@ -77,9 +76,7 @@ def test_corners_are_taken_as_stated_and_kept(folder: Path) -> None:
             run("extract", "saad", *words)
 
 
-def test_pads_and_the_simulator_take_no_region(folder: Path, model: ff.SensorModel) -> None:
+def test_the_simulator_takes_no_region(model: ff.SensorModel) -> None:
     strip = ff.Region([(1, 1), (50, 1), (50, 9), (1, 9)], (600, 150))
-    with pytest.raises(InputError, match="pads are read whole"):
-        extract_frames(["shots"], ff.load_sensor("pad"), strip)
     with pytest.raises(InputError, match="not for 'sim'"):
         ff.open_camera("sim", model, region=strip)

@@ -20,7 +20,7 @@ RegionFile = Annotated[
     Path | None,
     typer.Option(
         "--region",
-        help="Where the strip is in pictures (`fringeforce extract --region`); frames may then be "
+        help="Where strip or pad is in pictures (`fringeforce extract --region`); frames may be "
         "pictures, videos and folders of them.",
     ),
 ]

@@ -32,7 +32,7 @@ def extract(
     corners: Annotated[
         str | None,
         typer.Option(
-            help='Corners of the strip, clockwise from small x: "column,row column,row ..."; '
+            help='Corners of strip or pad, clockwise from small x: "column,row column,row ..."; '
             "found if not given."
         ),
     ] = None,
@@ -60,10 +60,10 @@ def extract(
         typer.Option("--design", help="Design to write: with the camera that --camera prints."),
     ] = None,
 ) -> None:
-    """Take the lines of a strip from camera pictures, as frames for read and calibrate."""
+    """Take lines of a strip or images of a pad from pictures, for read and calibrate."""
     from fringeforce.base.errors import InputError
     from fringeforce.base.storage import whole_file
-    from fringeforce.design.files import load_strip
+    from fringeforce.design.files import load_sensor
     from fringeforce.io.frames import save_frames
     from fringeforce.pictures.camera import line_camera
     from fringeforce.pictures.extraction import bits_of, extract_frames, first_pictures
@@ -74,7 +74,14 @@ def extract(
 
     if output is None and not camera and preview is None and own is None:
         raise InputError("Say what to write: --output frames.h5, --preview FILE, or --camera.")
-    sensor, first = load_strip(design), first_pictures(pictures)
+    sensor, first = load_sensor(design), first_pictures(pictures)
+    if sensor.dimensions > 1:
+        new = region is None or not region.exists()
+        if camera or own is not None or preview is not None or (new and corners is None):
+            raise InputError(
+                "Of a pad, give --corners or a --region, and --output: its camera is described in "
+                "the design, and nothing is found or drawn."
+            )
     if not first:
         raise InputError("There are no pictures to take lines from.")
     if region is not None and region.exists():
@@ -95,10 +102,10 @@ def extract(
             found = Region(_corners(corners), size, levels, margin, mosaic)
         if region is not None:
             found.save(region)
-            print(f"{region}: where the strip is")
+            print(f"{region}: where the sensor is")
     print(_described(found))
-    channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
     if camera or own is not None:
+        channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
         length, response = sensor.transducer.length, sensor.camera.response
         seen_by = line_camera(first, found, length, channels, response=response)
         if camera:
@@ -109,6 +116,7 @@ def extract(
                 unfinished.write_text(sensor.to_toml(), encoding="utf-8")
             print(f"{own}: the design with the camera of these pictures")
     if preview is not None:
+        channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
         pixels = min(sensor.camera.pixels, found.resolution)
         draw_region(Sampler(found, pixels, channels), first[0], preview)
         print(f"{preview}: what was found")
@@ -131,6 +139,6 @@ def _corners(text: str) -> Any:
 
 def _described(region: Region) -> str:
     return (
-        f"The strip is {region.length:.0f} pixels long and {region.width:.0f} wide, tilted by "
+        f"It is {region.length:.0f} pixels long and {region.width:.0f} wide, tilted by "
         f"{region.tilt:.2f} degrees."
     )

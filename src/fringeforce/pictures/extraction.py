@@ -15,10 +15,13 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.pictures.files import load_pictures
+from fringeforce.pictures.imaging import ImageSampler
 from fringeforce.pictures.region import Region
 from fringeforce.pictures.sampling import Sampler, channels_of
 
 Paths = Iterable[str | os.PathLike[str]]
+TURNED = 1.0
+"""Most by which the analysers of a polarisation camera may be turned against a pad [degrees]."""
 FIRST = 16
 """Pictures from which the strip is found and the noise is told."""
 
@@ -54,13 +57,22 @@ def sampler_of(sensor: Sensor | Pad, region: Region, picture: NDArray[Any]) -> S
     Raises
     ------
     InputError
-        If the sensor is a pad, or the pictures do not tell its channels apart.
+        If the pictures do not tell the sensor's channels apart, or a polarisation camera is turned.
     """
-    if sensor.dimensions != 1:
-        raise InputError("Lines are taken from pictures of strips; images of pads are read whole.")
     seen: Any = sensor.camera
     light: Any = sensor.polariscope
-    return Sampler(region, seen.pixels, channels_of(light, region, picture.ndim == 3))
+    if sensor.dimensions == 1:
+        return Sampler(region, seen.pixels, channels_of(light, region, picture.ndim == 3))
+    if seen.kind != "polarisation":
+        return ImageSampler(region, seen.pixels, channels_of(light, region, picture.ndim == 3))
+    turned = (region.tilt + 90) % 180 - 90
+    if picture.ndim == 3 or region.mosaic or abs(turned) > TURNED:
+        raise InputError(
+            f"The design has a polarisation camera, whose raw pictures are grey, with no mosaic "
+            f"stated and along the pad within {TURNED:g} degrees; these have {picture.ndim} axes, "
+            f'mosaic = "{region.mosaic}" and a tilt of {region.tilt:.1f} degrees.'
+        )
+    return ImageSampler(region, seen.pixels, analysers=True)
 
 
 def extract_frames(
@@ -72,14 +84,14 @@ def extract_frames(
     ----------
     paths : iterable of path
         As of `load_pictures`.
-    sensor : Sensor
-        Its camera says pixels and bits of the lines.  Pads are refused.
+    sensor : Sensor or Pad
+        Its camera says pixels and bits of the frames.
     region : Region
-        Where the strip is.
+        Where the sensor is.
 
     Returns
     -------
-    frames : ndarray, shape (k, pixels) or (k, channels, pixels)
+    frames : ndarray, shape (k, pixels) or (k, channels, pixels), or (k, ..., rows, columns)
         Grey levels with the bits of the design's camera.
     times : ndarray, shape (k,), or None
         When they were exposed, since the start of the video [s]; None if a file does not say.

@@ -59,7 +59,7 @@ def open_camera(
 
         if region is not None:
             taken = extract_frames([rest], sensor, region)
-            return ReplayCamera(rest, settings, found=taken)
+            return ReplayCamera(rest, settings, dimensions=sensor.dimensions, found=taken)
         return ReplayCamera(rest, settings, dimensions=sensor.dimensions)
     if kind in DEVICES and region is not None:
         pictures = _device(kind, rest, region.size, region.bits, settings, region.mosaic)
