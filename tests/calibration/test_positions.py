@@ -83,3 +83,31 @@ def test_a_pitch_beside_single_places_is_refused() -> None:
         ff.calibrate(
             drawing(), np.zeros((8, 512)), np.ones((8, N, 2)), [POSITIONS, "tactels.pitch"]
         )
+
+
+def test_a_press_whose_force_was_written_wrongly_is_named() -> None:
+    """One of 24 is a third too large; the others scatter by a hundredth, which nobody states."""
+    rng, sensor = np.random.default_rng(56), drawing()
+    model = ff.characterize(sensor.replace(**{STRAIN_OPTIC: 0.052}))
+    places, normal = rng.uniform(-6e-3, 6e-3, 24), rng.uniform(1, 3, 24)
+    shear = normal * rng.uniform(-0.4, 0.4, 24)
+    pressed = [
+        [
+            ff.Press(
+                x=x + rng.normal(0, 1e-4),
+                normal=n * (1 + 0.01 * rng.standard_normal()),
+                tangential=t,
+                width=5e-4,
+                profile="flat",
+            )
+        ]
+        for x, n, t in zip(places, normal, shear, strict=True)
+    ]
+    normal[7] *= 1.33
+    written = [
+        [ff.Press(x=x, normal=n, tangential=t)]
+        for x, n, t in zip(places, normal, shear, strict=True)
+    ]
+    found = findings(ff.calibrate(sensor, model.expose(pressed, rng), written))
+    assert found.outliers == (7,)
+    assert abs(found.values[0] - 0.052) < 4 * found.std[0]

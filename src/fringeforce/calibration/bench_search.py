@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.bench_expectation import (
@@ -39,7 +40,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
-from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
@@ -144,6 +145,7 @@ class Search:
         self.aside: list[tuple[float, ...]] = []
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
         self.changes = dict.fromkeys(self.sizes, 0.0)
+        self.scattered = dict[str, Array]()
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
         self.size = contact_size(sensor)
@@ -534,21 +536,30 @@ class Search:
         self, told: list[Eliminated], covariance: Array
     ) -> dict[str, tuple[float, float, float]]:
         """What scatters and is stated nowhere: sum of squares, and what frames tell of how many."""
+        self.scattered = self._by_frame(told, covariance)
+        found = {}
+        for name, rows in self.scattered.items():
+            square, free, count = rows[self.kept, :3].sum(axis=0)
+            found[name] = float(square), float(free), float(count)
+        return found
+
+    def _by_frame(self, told: list[Eliminated], covariance: Array) -> dict[str, Array]:
+        """The same of each frame, then both sums with what somebody states too, shape (F, 5)."""
         posterior = self.posterior(self.kept.astype(float), 1.0)
-        found: dict[str, tuple[float, float, float]] = dict.fromkeys(GROUPS, (0.0, 0.0, 0.0))
-        for f in np.flatnonzero(self.kept).tolist():
-            off = self.state.own[f] - posterior.mean(f, self.state.shared)
-            precision, variances = posterior.precision(f), told[f].variances(covariance)
-            for name in GROUPS:
+        found = {name: np.zeros((len(told), 5)) for name in GROUPS}
+        for f, one in enumerate(told):
+            precision, variances = posterior.precision(f), one.variances(covariance)
+            squares = precision * np.square(
+                self.state.own[f] - posterior.mean(f, self.state.shared)
+            )
+            free = 1 - precision * variances
+            for name, rows in found.items():
+                own = posterior.group(name, f)
+                open_ = own[posterior.free(name, f)]
                 if {"place": PLACEMENT, "width": WIDTH}.get(name) in self.stated:
-                    continue
-                own = posterior.group(name, f)[posterior.free(name, f)]
-                square, freedom, count = found[name]
-                found[name] = (
-                    square + float(precision[own] @ np.square(off[own])),
-                    freedom + float((1 - precision[own] * variances[own]).sum()),
-                    count + len(own),
-                )
+                    open_ = open_[:0]
+                rows[f, :3] = squares[open_].sum(), free[open_].sum(), len(open_)
+                rows[f, 3:] = squares[own].sum(), free[own].sum()
         return found
 
     def _scale(self, name: str, square: float, freedom: float, count: float) -> None:
@@ -572,11 +583,26 @@ class Search:
         usual = max(float(np.median(spread[self.wanted])), 1.0)
         self._usual = max(float(np.median(squares[self.kept] / counts[self.kept])), 1.0)
         limits = np.array([square_limit(count) for count in counts])
-        self.kept = self.wanted & (excess <= (limits - counts) * usual)
+        self.kept = self.wanted & (excess <= (limits - counts) * usual) & self._near()
         left = self.residuals(models)[self.kept]
         used = self.alive & self.seen
         self.sound = self.alive.copy()
         self.sound[used] = ~misfitting_pixels(left[:, used])
+
+    def _near(self) -> Mask:
+        """Frames that scatter as the others do, as far as chance leaves them.
+
+        What the pixels of a frame tell of a wrong force hardly shows among their squares.  Squares
+        of a frame over those of all others, each over what frames tell of, are distributed as F.
+        """
+        near = np.ones(len(self.levels), dtype=bool)
+        for rows in self.scattered.values():
+            square, free = rows[:, 3:].T
+            others = rows[self.kept, 3:].sum(axis=0) - rows[:, 3:] * self.kept[:, None]
+            told = (free > LOST) & (others[:, 1] > LOST)
+            ratio = (square[told] / free[told]) / (others[told, 0] / others[told, 1])
+            near[told] &= fdtrc(free[told], others[told, 1], ratio) > FALSE_ALARM
+        return near
 
     def residuals(self, models: FrameModels) -> Array:
         """Grey levels less those expected, in units of the noise, shape (F, P)."""
