@@ -206,6 +206,43 @@ def egg(folder: Path) -> None:
     save_motion(folder / "egg.gif", pictures)
 
 
+def press(folder: Path) -> None:
+    """A calibration of 24 presses, one of which was written down a third too large."""
+    rng, drawing = np.random.default_rng(3), ff.load_sensor("saad")
+    softer = ff.characterize(drawing.replace(**{"transducer.compliant.youngs_modulus": "11 MPa"}))
+    places, normal = rng.uniform(-6e-3, 6e-3, 24), rng.uniform(1, 3, 24)
+    truly = places + rng.normal(0, 1e-4, 24), normal * (1 + 0.01 * rng.standard_normal(24))
+    pressed = [
+        [ff.Press(x=x, normal=n, tangential=0.2 * n, width=0.5e-3)]
+        for x, n in zip(*truly, strict=True)
+    ]
+    shear = 0.2 * normal
+    normal[7] *= 4 / 3
+    written = [
+        [ff.Press(x=x, normal=n, tangential=t)]
+        for x, n, t in zip(places, normal, shear, strict=True)
+    ]
+    model = ff.calibrate(drawing, softer.expose(pressed, rng), written)
+    assert model.calibration is not None
+    record = model.calibration.record
+    print("press:", model.calibration.findings)
+    figure, axes = plt.subplots(figsize=(7.6, 3.2), layout="constrained")
+    right = np.isin(record.frames, model.calibration.outliers, invert=True)
+    for some, colour, marker in ((right, NORMAL, "o"), (~right, TANGENTIAL, "X")):
+        axes.plot(record.written[some, 1], record.found[some, 1], marker, color=colour)
+    line = [0, 1.1 * normal.max()]
+    axes.plot(line, line, color="0.6", linewidth=1, zorder=0)
+    for x, y, frame in zip(
+        record.written[~right, 1], record.found[~right, 1], record.frames[~right], strict=True
+    ):
+        axes.annotate(
+            f"frame {frame}", (x, y), (12, -4), textcoords="offset points", color=TANGENTIAL
+        )
+    axes.set(xlabel="force written down [N]", ylabel="force that the frame shows [N]")
+    figure.savefig(folder / "press.png", dpi=DPI)
+    plt.close(figure)
+
+
 def cover(folder: Path) -> None:
     """What a thicker cover costs in certainty, and what it buys in fringes."""
     drawing, thickness = ff.load_sensor("saad"), np.linspace(0.3, 1.0, 8)
@@ -235,7 +272,7 @@ def photographs(folder: Path) -> None:
     plt.close("all")
 
 
-STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg, cover, photographs)
+STORIES: tuple[Callable[[Path], None], ...] = (finger, slip, egg, press, cover, photographs)
 
 
 def main(folder: Path, names: Sequence[str]) -> None:
