@@ -25,7 +25,7 @@ from fringeforce.models.strip_width import light_line
 from fringeforce.models.uncertainty import ORDER, coefficients, line_moments, mixtures
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
-KEPT = 16
+SOLVED = 16
 """Solved designs that are kept, some megabytes: other loads of the same bench need them again."""
 PER_COVER = 10
 """Places along the strip per thickness of the cover, between which influence is a spline."""
@@ -242,7 +242,7 @@ def _grid(drawn: Transducer) -> Array:
     return np.linspace(-half, half, int(np.ceil(2 * half / cover * PER_COVER)) + 1)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=SOLVED)
 def _surface(
     made: Transducer, camera: Camera, drawn: Transducer, mesh: Grading, farthest: float
 ) -> SurfaceInfluence:

@@ -161,13 +161,31 @@ def update(
         if state.improve():
             break
     signed = True
-    for shared in state.images() if unloaded else ():
-        other = _State(drifting, levels, known, shared)
-        any(other.improve() for _ in range(ROUNDS))
-        signed &= abs(other.loss - state.loss) > square_limit(1)
-        state = min(state, other, key=lambda one: one.loss)
+    if unloaded:
+        state, signed = _of_likelier_sign(state)
     report("Done", ROUNDS, ROUNDS)
     return _updated(model, state, signed)
+
+
+def _of_likelier_sign(state: _State) -> tuple[_State, bool]:
+    """The likeliest among mirror images of the residual, and whether its own are less likely.
+
+    Without load, descents begin where the light does not change with the residual to first order,
+    and may end early; an image that is better has its own images looked at.
+    """
+    signed = True
+    for _ in range(2):
+        images = [
+            _State(state.origin, state.levels, state.loads, shared) for shared in state.images()
+        ]
+        for image in images:
+            any(image.improve() for _ in range(ROUNDS))
+        best, *rivals = sorted([state, *images], key=lambda one: one.loss)
+        signed = all(rival.loss - best.loss > square_limit(1) for rival in rivals)
+        if best is state:
+            break
+        state = best
+    return state, signed
 
 
 def _begun(model: SensorModel) -> SensorModel:
