@@ -596,11 +596,15 @@ class Search:
         of a frame over those of all others, each over what frames tell of, are distributed as F.
         """
         near = np.ones(len(self.levels), dtype=bool)
-        for rows in self.scattered.values():
+        for name, rows in self.scattered.items():
+            unstated = rows[:, 2].any()
+            if self.lost[name] and unstated:
+                continue  # as good as none
             square, free = rows[:, 3:].T
             others = rows[self.kept, 3:].sum(axis=0) - rows[:, 3:] * self.kept[:, None]
             told = (free > LOST) & (others[:, 1] > LOST)
-            ratio = (square[told] / free[told]) / (others[told, 0] / others[told, 1])
+            usual = others[told, 0] / others[told, 1]  # in units of what somebody states, if any
+            ratio = square[told] / free[told] / np.maximum(usual, 0.0 if unstated else 1.0)
             near[told] &= fdtrc(free[told], others[told, 1], ratio) > FALSE_ALARM
         return near
 

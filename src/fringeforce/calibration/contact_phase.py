@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
@@ -109,8 +109,8 @@ class ContactPhases:
             Their number m.
         """
         t = design - self.centre
-        weights = np.concatenate([[1.0], t, np.square(t)])
-        return coefficients(np.moveaxis(self._along(x) @ weights, 0, -1), nodes)
+        lead = self._lead(np.concatenate([[1.0], t, np.square(t)]))
+        return coefficients(np.moveaxis(self._along(lead, x), 0, -1), nodes)
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -126,11 +126,11 @@ class ContactPhases:
         -------
         ndarray, shape (d + 2, C, 2, k, m)
         """
-        t = design - self.centre
-        values, d = self._along(x), len(t)
-        weights = np.concatenate([[1.0], t, np.square(t)])
-        along = np.asarray(self.lead(np.clip(x, -self.half, self.half), 1)) @ weights
-        changes = [values[..., 1 + i] + 2 * t[i] * values[..., 1 + d + i] for i in range(d)]
+        t, unit = design - self.centre, np.eye(len(design))
+        near = np.clip(x, -self.half, self.half)
+        along = np.asarray(self._lead(np.concatenate([[1.0], t, np.square(t)]))(near, 1))
+        by_entry = np.concatenate([0 * unit[:1], unit, 2 * t * unit])
+        changes = list(np.moveaxis(self._along(self._lead(by_entry), x), -1, 0))
         changes += [along, along * drawn[:, None, None, None]]
         return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
 
@@ -149,16 +149,23 @@ class ContactPhases:
         far = np.abs(design - self.origin)[~effect].max(initial=0.0)
         return bool(self.step <= step and far <= self.step)
 
-    def _along(self, x: Array) -> Array:
-        """Values of `lead`.
+    def _lead(self, weights: Array) -> PPoly:
+        """Spline of the phase under weights, shape (1 + 2d,) or (1 + 2d, q), of values and slopes.
+
+        Weighed before it is evaluated, since places are more than intervals.
+        """
+        return PPoly.construct_fast(self.lead.c @ weights, self.lead.x)
+
+    def _along(self, lead: PPoly, x: Array) -> Array:
+        """Values of a spline.
 
         A tangent goes on beyond the ends, where no pixel counts: a step there would ring in the
         splines of the nodes, and make the loss jump where the camera moves.
         """
         near = np.clip(x, -self.half, self.half)
-        values, out = np.asarray(self.lead(near)), near != x
-        beyond = (x - near)[out, None, None, None, None]
-        values[out] += beyond * np.asarray(self.lead(near[out], 1))
+        values, out = np.asarray(lead(near)), near != x
+        beyond = (x - near)[out].reshape(-1, *[1] * (values.ndim - 1))
+        values[out] += beyond * np.asarray(lead(near[out], 1))
         return values
 
 
