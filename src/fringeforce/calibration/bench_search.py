@@ -555,10 +555,10 @@ class Search:
             free = 1 - precision * variances
             for name, rows in found.items():
                 own = posterior.group(name, f)
-                open_ = own[posterior.free(name, f)]
+                unstated = own[posterior.free(name, f)]
                 if {"place": PLACEMENT, "width": WIDTH}.get(name) in self.stated:
-                    open_ = open_[:0]
-                rows[f, :3] = squares[open_].sum(), free[open_].sum(), len(open_)
+                    unstated = own[:0]
+                rows[f, :3] = squares[unstated].sum(), free[unstated].sum(), len(unstated)
                 rows[f, 3:] = squares[own].sum(), free[own].sum()
         return found
 
@@ -603,8 +603,9 @@ class Search:
             square, free = rows[:, 3:].T
             others = rows[self.kept, 3:].sum(axis=0) - rows[:, 3:] * self.kept[:, None]
             told = (free > LOST) & (others[:, 1] > LOST)
-            usual = others[told, 0] / others[told, 1]  # in units of what somebody states, if any
-            ratio = square[told] / free[told] / np.maximum(usual, 0.0 if unstated else 1.0)
+            least = np.finfo(float).tiny if unstated else 1.0  # as much as somebody states
+            usual = np.maximum(others[told, 0] / others[told, 1], least)
+            ratio = square[told] / free[told] / usual
             near[told] &= fdtrc(free[told], others[told, 1], ratio) > FALSE_ALARM
         return near
 
