@@ -17,7 +17,7 @@ from fringeforce.cli import app
 
 ROOT = Path(__file__).parents[1]
 MADE = ("generated", "_site", "measured")
-ELSEWHERE = ("apt-get", "cd", "git", "pip", "source", ".venv/bin/pre-commit")
+ELSEWHERE = ("apt-get", "cd", "ffmpeg", "git", "pip", "source", ".venv/bin/pre-commit")
 """Programs that change the machine, which a test does not run."""
 
 

@@ -86,9 +86,9 @@ def test_keys_move_press_shear_and_remove(page: Page, skin_server: LocalServer) 
     finger.focus()
     for key in ("ArrowRight", "+", "Shift+ArrowLeft"):
         page.keyboard.press(key)
-    assert page.locator("#finger-x").input_value() == "-2"
-    assert page.locator("#finger-normal").input_value() == "2.6"
-    assert page.locator("#finger-tangential").input_value() == "0.84"
+    expect(page.locator("#finger-x")).to_have_value("-2")
+    expect(page.locator("#finger-normal")).to_have_value("2.6")
+    expect(page.locator("#finger-tangential")).to_have_value("0.84")
     expect(finger).to_be_focused()
     page.keyboard.press("Delete")
     expect(page.locator("#status")).to_have_text("NO CONTACT", timeout=WAIT)

@@ -141,7 +141,8 @@ def test_a_recording_reads_as_the_reader_reads_it_and_says_when_it_has_ended(
             header, blocks = look()
             assert header["ended"] == "The recording has ended."
             assert not blocks
-            assert (header["lines"], header["dropped"]) == (500, 0)
+            # a busy machine may drop lines, as the header says
+            assert header["lines"] + header["dropped"] == 500
 
 
 def test_a_page_that_looks_away_stalls_nobody_and_then_sees_the_newest(

@@ -11,7 +11,7 @@ from scipy.stats import binom, chi2
 import fringeforce as ff
 from fringeforce.contacts.fingertip import fingertip_forces as fingertip
 from fringeforce.estimation.bounds import cramer_rao_bound
-from fringeforce.reading.strip_reader import StripFrameReader
+from fringeforce.reading.strip_reader import FAINT, StripFrameReader
 
 Array = NDArray[np.float64]
 N = 11
@@ -138,9 +138,10 @@ def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> No
         batch = ff.Reader(model).read_batch(model.expose(forces, rng=seed), workers=1)
         ok = batch.status == ff.Status.OK
         assert (np.abs(batch.forces - forces) < 6 * batch.std)[ok].all()
-        searched.append(~batch.tracked)
+        phase = np.abs(forces.reshape(len(forces), -1) @ model.frame_influence.T).max(axis=1)
+        searched.append(~batch.tracked[phase > 1.1 * FAINT])
         sure.append(ok)
-    assert np.mean(searched) < 0.02
+    assert np.mean(np.concatenate(searched)) < 0.005  # fainter frames are read alone
     assert np.mean(sure) > 0.7
 
 
