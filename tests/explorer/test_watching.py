@@ -120,7 +120,8 @@ def recording(model: ff.SensorModel, tmp_path_factory: pytest.TempPathFactory) -
 
 
 def replayed(path: Path, model: ff.SensorModel) -> Camera:
-    return open_camera(f"file:{path}", model, Settings(500, None, BLOCK))
+    # slow enough that a busy machine drops no line
+    return open_camera(f"file:{path}", model, Settings(200, None, BLOCK))
 
 
 def test_a_recording_reads_as_the_reader_reads_it_and_says_when_it_has_ended(
@@ -141,8 +142,7 @@ def test_a_recording_reads_as_the_reader_reads_it_and_says_when_it_has_ended(
             header, blocks = look()
             assert header["ended"] == "The recording has ended."
             assert not blocks
-            # a busy machine may drop lines, as the header says
-            assert header["lines"] + header["dropped"] == 500
+            assert (header["lines"], header["dropped"]) == (500, 0)
 
 
 def test_a_page_that_looks_away_stalls_nobody_and_then_sees_the_newest(
