@@ -204,7 +204,9 @@ def _weights(
     source, target, weight = (np.concatenate(parts) for parts in (sources, targets, weights))
     begin = np.arange(0, weight.size + 1, weight.shape[1])
     shape = pixels[0] * pixels[1], source.size
-    return source, csc_array((weight.ravel(), target.ravel(), begin), shape=shape)
+    matrix = csc_array((weight.ravel(), target.ravel(), begin), shape=shape)
+    # rows multiply faster than columns of one weight each, and take longer to make of many
+    return source, matrix.tocsr() if weight.shape[1] == 1 else matrix
 
 
 def _kind(region: Region, pixels: tuple[int, int], site: int | None, seen: list[int]) -> _Kind:
