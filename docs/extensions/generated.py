@@ -30,6 +30,7 @@ def make(app: Sphinx) -> None:
         _write(folder / "api" / f"{name}.rst", api_pages.public(name))
     _write(folder / "parts" / "design-fields.md", design_fields.tables())
     _write(folder / "parts" / "materials.md", material_table.table())
+    _write(folder / "parts" / "light_sources.md", material_table.lights())
     _write(folder / "parts" / "commands.md", command_help())
     _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
     conventions_figure.save(folder / "conventions.svg")

@@ -1,9 +1,11 @@
-"""The table of materials as a page shows it."""
+"""The tables of materials and of light sources as a page shows them."""
 
 from __future__ import annotations
 
+from fringeforce.design.light_sources import light_sources
 from fringeforce.design.materials import materials
 
+LIGHTS = "| name | peak | full width at half maximum | what it is |\n|---|---|---|---|\n"
 HEAD = "| name | E | nu | fringe value | what it is |\n|---|---|---|---|---|\n"
 
 
@@ -17,5 +19,18 @@ def table() -> str:
         cells = (f"`{found.name}`", modulus, ratio, fringe + at, found.about)
         rows.append("| " + " | ".join(cells).replace("+/-", "±") + " |")
         sources.setdefault(found.source, []).append(found.name)
+    return HEAD + _page(rows, sources)
+
+
+def lights() -> str:
+    """Rows of all light sources, and below them the sources of their numbers."""
+    rows, sources = [], dict[str, list[str]]()
+    for one in light_sources().values():
+        rows.append(f"| `{one.name}` | {one.wavelength} | {one.bandwidth} | {one.about} |")
+        sources.setdefault(one.source, []).append(one.name)
+    return LIGHTS + _page(rows, sources)
+
+
+def _page(rows: list[str], sources: dict[str, list[str]]) -> str:
     said = [f"- {', '.join(names)}: {source}." for source, names in sources.items()]
-    return HEAD + "\n".join(rows) + "\n\n" + "\n".join(said) + "\n"
+    return "\n".join(rows) + "\n\n" + "\n".join(said) + "\n"

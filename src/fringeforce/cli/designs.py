@@ -24,7 +24,8 @@ def new(
 
 
 def materials() -> None:
-    """List materials that a layer can name: their values, tolerances and sources."""
+    """List materials of layers and light sources that a design can name, with their sources."""
+    from fringeforce.design.light_sources import light_sources
     from fringeforce.design.materials import materials as listed
 
     for material in listed().values():
@@ -33,7 +34,15 @@ def materials() -> None:
             print(f"  {key} = {value}")
         print(f"  ({material.source})\n")
     print('In a design: material = "polycarbonate" under [transducer.photoelastic]; what the layer')
-    print("itself states counts before it.")
+    print("itself states counts before it.\n")
+    for light in light_sources().values():
+        print(f"{light.name}: {light.about}")
+        print(f"  wavelength = {light.wavelength}\n  bandwidth = {light.bandwidth}")
+        print(f"  ({light.source})\n")
+    print(
+        'In a design: wavelength = "red LED" under [polariscope], or of a channel; a bandwidth that'
+    )
+    print("is stated beside it counts before that of the light source.")
 
 
 def characterize(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fringeforce.design.fields import (
     Angle,
@@ -16,15 +16,32 @@ from fringeforce.design.fields import (
     Place,
     Visibility,
 )
+from fringeforce.design.light_sources import Wavelength, with_bandwidth
 from fringeforce.design.parts import Converter, Part
 
 
-class Channel(Part):
+class Light(Part):
+    """Light whose wavelength may name a source, which then has a bandwidth."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bandwidth_of_the_source(cls, values: Any) -> Any:
+        return with_bandwidth(values)
+
+
+class Channel(Light):
     """One picture of the strip among those that are taken together."""
 
-    wavelength: Length | None = Field(
+    wavelength: Wavelength | None = Field(
         default=None,
-        description="wavelength in vacuum [m]; that of the polariscope if not given",
+        description='wavelength in vacuum [m], or a light source such as "red LED" with its '
+        "bandwidth; that of the polariscope if not given",
+        json_schema_extra={"unit": "meter"},
+    )
+    bandwidth: Extent | None = Field(
+        default=None,
+        description="full width at half maximum of the spectrum in wavelength [m]; that of the "
+        "polariscope if not given",
         json_schema_extra={"unit": "meter"},
     )
     bias: Finite = Field(
@@ -53,10 +70,13 @@ class Plates(Part):
     )
 
 
-class Polariscope(Part):
+class Polariscope(Light):
     """The light, the polarisers and the pictures that are taken of the strip together."""
 
-    wavelength: Length = Field(description="wavelength in vacuum [m]")
+    wavelength: Wavelength = Field(
+        description='wavelength in vacuum [m], or a light source such as "red LED", with its '
+        "bandwidth",
+    )
     channels: tuple[Channel, ...] = Field(
         default=(), description="pictures that make up one frame; one of a dark field if not given"
     )
@@ -66,7 +86,7 @@ class Polariscope(Part):
     bandwidth: Extent = Field(
         default=0.0,
         description="full width at half maximum of the spectrum in wavelength [m], Gaussian in "
-        "1 / wavelength; of every channel.  Fringes of a high order lose contrast",
+        "1 / wavelength; of every channel that states none.  Fringes of a high order lose contrast",
         json_schema_extra={"ideal": True},
     )
     visibility: Visibility = Field(

@@ -17,6 +17,7 @@ from typing import Any
 
 from pydantic_core import InitErrorDetails
 
+from fringeforce.design.light_sources import wavelength_text
 from fringeforce.design.tolerances import is_tolerance, parse_tolerance, problem_at
 from fringeforce.design.units import parse_quantity
 from fringeforce.design.validation import suggestion
@@ -120,11 +121,13 @@ def as_values(values: Mapping[str, Any]) -> tuple[dict[str, Any], list[InitError
             _add(layer, found, clear and not any(layer.get(own) is not None for own in EFFECT))
         if (stated := layer.get(FRINGE_VALUE)) is not None:
             wavelength = light.get("wavelength") if isinstance(light, Mapping) else None
+            at, wrong = ("polariscope", "wavelength"), wavelength
             try:
+                wavelength = wavelength_text(wavelength)
+                at, wrong = ("transducer", key, FRINGE_VALUE), stated
                 text = stress_optic_text(stated, wavelength)
             except ValueError as error:
-                place = "transducer", key, FRINGE_VALUE
-                problems.append(problem_at(place, stated, str(error)))
+                problems.append(problem_at(at, wrong, str(error)))
                 text = "1 TPa^-1"  # stands in, so that nothing else is missed
             layer.pop(FRINGE_VALUE)
             if layer.get(STRESS_OPTIC) is None:

@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 from fringeforce.base.arrays import Array
 from fringeforce.design.fields import Angle, Extent, Finite, Length, Place, Visibility
 from fringeforce.design.light import Plates
+from fringeforce.design.light_sources import Wavelength
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
 
 
@@ -144,9 +145,10 @@ def _squares(data: dict[str, Any]) -> PadTactels:
 class PadChannel(Part):
     """One picture of the pad among those that are taken together."""
 
-    wavelength: Length | None = Field(
+    wavelength: Wavelength | None = Field(
         default=None,
-        description="wavelength in vacuum [m]; that of the polariscope if not given",
+        description='wavelength in vacuum [m], or a light source such as "red LED", of which '
+        "pads take the wavelength alone; that of the polariscope if not given",
         json_schema_extra={"unit": "meter"},
     )
     arrangement: Literal["dark field", "bright field", "plane", "analyser"] | None = Field(
@@ -160,7 +162,10 @@ class PadChannel(Part):
 class PadPolariscope(Part):
     """The light, the polarisers and the pictures that are taken together."""
 
-    wavelength: Length = Field(description="wavelength in vacuum [m]")
+    wavelength: Wavelength = Field(
+        description='wavelength in vacuum [m], or a light source such as "red LED", of which '
+        "pads take the wavelength alone",
+    )
     channels: tuple[PadChannel, ...] = Field(
         default=(), description="pictures that make up one frame; one if not given"
     )

@@ -33,6 +33,7 @@ from fringeforce.design.fields import (
     Temperature,
     TemperatureCoefficient,
 )
+from fringeforce.design.light_sources import named
 from fringeforce.design.materials import EFFECT, as_values
 from fringeforce.design.text import left_out, toml_text
 from fringeforce.design.tolerances import Tolerances, excess, number_at, problem_at, take, without
@@ -284,7 +285,8 @@ class Design(Part):
             If a path does not exist or the variant is not a valid design.
         """
         values = self.model_dump(by_alias=True, exclude_none=True)
-        for path, value in changes.items():
+        # a bandwidth that is stated counts before that of a light source
+        for path, value in sorted(changes.items(), key=lambda one: one[0].endswith(".bandwidth")):
             if path != "tolerances":
                 values["tolerances"] = without(values.get("tolerances", {}), path, value)
             *parents, key = path.split(".")
@@ -300,6 +302,8 @@ class Design(Part):
                 if rival != key:
                     lost = path.removesuffix(key) + rival
                     values["tolerances"] = without(values.get("tolerances", {}), lost, None)
+            if key == "wavelength" and named(value):
+                branch.pop("bandwidth", None)
             branch[key] = _merged(branch.get(key), value)
         stated = {path.split(".")[0] for path in changes}
         for table in stated & self.rivals.keys():
@@ -338,5 +342,7 @@ def _merged(old: Any, new: Any) -> Any:
     if isinstance(new, BaseModel):
         new = new.model_dump(by_alias=True, exclude_none=True)
     if isinstance(old, dict) and isinstance(new, dict):
+        if named(new.get("wavelength")):
+            old = {key: value for key, value in old.items() if key != "bandwidth"}
         return old | {key: _merged(old.get(key), value) for key, value in new.items()}
     return new

@@ -66,7 +66,8 @@ def _picture(polariscope: Polariscope, channel: Channel) -> Picture:
         seen = replace(
             seen, amplitude=seen.amplitude * v, offset=seen.offset + seen.amplitude * (1 - v) / 2
         )
-    spread = wave_number_spread(polariscope.bandwidth, polariscope.wavelength / dispersion)
+    bandwidth = polariscope.bandwidth if channel.bandwidth is None else channel.bandwidth
+    spread = wave_number_spread(bandwidth, polariscope.wavelength / dispersion)
     return Picture(replace(seen, spread=spread), dispersion)
 
 

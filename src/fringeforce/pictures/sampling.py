@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.light import Polariscope
 from fringeforce.pictures.region import Region
 
+Weights = csr_array | csc_array
 COLOURS = {"R": 0, "G": 1, "B": 2}
 GREEN, RED = 490e-9, 580e-9
 """Where the green pixels of usual cameras begin to see more than the blue, and red than green."""
@@ -105,7 +106,7 @@ class Sampler:
     channels: Sequence[str] = ("grey",)
 
     @cached_property
-    def _parts(self) -> tuple[tuple[int, Index, csr_array], ...]:
+    def _parts(self) -> tuple[tuple[int, Index, Weights], ...]:
         """Plane, pixels of the picture and weights, for each channel."""
         return tuple(
             (COLOURS.get(name, 0), *_weights(self.region, self.pixels, name))
