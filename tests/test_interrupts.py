@@ -1,7 +1,10 @@
 """Ctrl-C ends a command with status 130, no traceback and no half-written file."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +29,21 @@ def interrupted(folder: Path, *arguments: str, after: float) -> tuple[int, str]:
 def test_a_sweep_ends_with_its_processes(tmp_path: Path) -> None:
     status, said = interrupted(tmp_path, "sweep", str(SWEEP), "-o", "new.h5", after=4.0)
     assert status == 130
+    assert "Traceback" not in said
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_second_interrupt_neither_breaks_off_the_end_nor_waits(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", COMMAND, "sweep", str(SWEEP), "-o", "new.h5"]
+    run = subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    time.sleep(4.0)
+    for _ in range(3):
+        os.killpg(run.pid, signal.SIGINT)
+        time.sleep(0.02)
+    _, said = run.communicate(timeout=60.0)
+    assert run.returncode in (130, -signal.SIGINT)  # a shell calls both of them 130
     assert "Traceback" not in said
     assert not list(tmp_path.glob(".*"))
 

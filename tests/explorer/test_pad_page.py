@@ -155,7 +155,9 @@ def test_a_bad_value_is_refused_beside_its_control_and_the_old_design_stays(
     page.get_by_role("button", name="Undo").click()
     field.fill("blue")
     field.press("Enter")
-    expect(page.locator("#polariscope-wavelength-problem")).to_contain_text("no light source of the table")
+    expect(page.locator("#polariscope-wavelength-problem")).to_contain_text(
+        "no light source of the table"
+    )
     field.fill("450 nm")
     field.press("Enter")
     expect(page.locator("#polariscope-wavelength-problem")).to_be_hidden()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
+from types import FrameType
 from typing import Any, TypeVar
 
 from fringeforce.base.child_process import end_with_parent
@@ -21,6 +23,8 @@ Arguments = tuple[Any, ...]
 
 AHEAD = 128
 """Calls that are handed over before the first one is back."""
+HEARD_WITHIN = 0.1
+"""Seconds within which Ctrl-C ends the wait for a result: at once, to who presses it."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -39,6 +43,9 @@ class Inline(Executor):
 
 class Processes(ProcessPoolExecutor):
     """Processes that Ctrl-C does not reach: who asked for their results ends them."""
+
+    interrupted = False
+    """Whether Ctrl-C came since they began."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Call in a process, which inherits that SIGINT is blocked where it is started now."""
@@ -77,6 +84,7 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
         with (
             _one_thread_each(),
             Processes(workers, mp_context=spawn, initializer=end_with_parent) as pool,
+            _held_interrupts(pool),
         ):
             try:
                 yield pool
@@ -97,6 +105,27 @@ def _cluster(address: str) -> Iterator[Executor]:
         raise InputError(f"No scheduler answers at {address!r}: {error}.") from None
     with client, client.get_executor() as pool:
         yield pool
+
+
+@contextmanager
+def _held_interrupts(pool: Processes) -> Iterator[None]:
+    """Ctrl-C is noted while the pool is at work, and raised where its results are waited for.
+
+    Raised at once it may be lost, where Python runs a callback of a weak reference, and a second
+    one may break off the ending of the processes; either would leave the pool waiting for them.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        pool.interrupted = True
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager
@@ -141,7 +170,9 @@ def completed(
                 break  # what is finished is handed over before the next begins
         if not running:
             return
-        finished, _ = wait(running, return_when=FIRST_COMPLETED)
+        finished, _ = wait(running, timeout=HEARD_WITHIN, return_when=FIRST_COMPLETED)
+        if isinstance(pool, Processes) and pool.interrupted:
+            raise KeyboardInterrupt
         for future in finished:
             yield running.pop(future), future.result()
 
