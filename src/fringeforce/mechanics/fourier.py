@@ -166,9 +166,36 @@ def integrated_stress(
         Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N], for normal and
         tangential unit forces.
     """
+    alpha, amplitude = _harmonics(transducer, positions, terms)
+    stress, mean = harmonic_stress(transducer, alpha)
+    x_edge = np.asarray(x, dtype=float) + transducer.length / 2
+    cosines = np.cos(np.outer(x_edge, alpha))
+    spectrum = stress[:, None, :] * amplitude
+    result = np.tensordot(cosines, spectrum, axes=1)
+    result[..., 0] += mean
+    return result
+
+
+def harmonic_stress(transducer: Transducer, alpha: Array) -> tuple[Array, float]:
+    """Depth integral of the stress difference that the light sees, under waves of traction.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip.
+    alpha : ndarray, shape (k,)
+        Wave numbers [1/m].
+
+    Returns
+    -------
+    waves : ndarray, shape (k, 2)
+        Amplitude of cos(alpha x') for a pressure cos(alpha x') and for a traction sin(alpha x')
+        of unit amplitude, x' = x + c/2 [m].
+    mean : float
+        What a normal force adds everywhere [Pa m / N].
+    """
     layers = _strip_layers(transducer)
     clear = layers[1]
-    alpha, amplitude = _harmonics(transducer, positions, terms)
     faces = clear.basis(alpha, np.array([clear.top, clear.bottom]))
     state = faces @ _coefficients(layers, alpha)[:, None, 4:]
     jump = state[:, 0] - state[:, 1]
@@ -177,13 +204,8 @@ def integrated_stress(
     mean = -1 / (transducer.length * transducer.width) * (clear.c12 / clear.c11) * depth
     if transducer.plane == "strain":
         strain = (stress - clear.c12 * jump[:, _ALPHA_W] / alpha[:, None]) / clear.c11
-        stress, mean = 2 * clear.shear * strain, 0.0
-    x_edge = np.asarray(x, dtype=float) + transducer.length / 2
-    cosines = np.cos(np.outer(x_edge, alpha))
-    spectrum = stress[:, None, :] * amplitude
-    result = np.tensordot(cosines, spectrum, axes=1)
-    result[..., 0] += mean
-    return result
+        return 2 * clear.shear * strain, 0.0
+    return stress, mean
 
 
 def stress_field(
