@@ -1,8 +1,11 @@
-"""Values with standard deviations, in words."""
+"""Values with standard deviations, in words, and how far these reach."""
 
 from __future__ import annotations
 
 import math
+
+INTERVAL = 1.96
+"""Standard deviations of a 95 % interval of a normal distribution, to either side."""
 
 
 def measured(value: float, std: float, unit: str) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.measured import INTERVAL
 from fringeforce.calibration.bench_expectation import (
     DOUBT,
     ERRORS,
@@ -73,9 +74,8 @@ CHANGED = 0.1
 """Relative change of a size below which it is found."""
 FEWEST_ASIDE, REFITS = 4, 3
 """Frames to put aside at least, for fewer tell nothing of a share, and rounds with them."""
-UNSTATED, INTERVAL = 300.0, 1.96
-"""Times the usual error of forces that stands for forces nobody states, and standard deviations of
-a 95 % interval."""
+UNSTATED = 300.0
+"""Times the usual error of forces that stands for forces nobody states."""
 STILL = 1e-3
 """Size of what does not scatter."""
 DELAY = 1e-3

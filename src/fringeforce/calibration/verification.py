@@ -12,6 +12,7 @@ from scipy.special import chdtri
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.base.measured import INTERVAL
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.checks import checked_bench, checked_measurements
 from fringeforce.calibration.load_log import LoadLog
@@ -22,8 +23,6 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
 
-INTERVAL = 1.96
-"""Standard deviations of a 95 % interval."""
 CHANCE = 1e-4
 """Chance of errors this large below which a reading contradicts its load."""
 

@@ -61,6 +61,8 @@ class Resultant:
     >>> total = ff.Reader(model).read(frame).total
     >>> bool(abs(total.force - [2.0, 0.4]).max() < 0.02)
     True
+    >>> bool(abs(total.place[0] - 1e-3) < 6 * total.place_std[0])
+    True
     """
 
     tactels: Index
@@ -114,6 +116,21 @@ class Resultant:
     def std(self) -> Array:
         """Standard deviations of the values, shape (m,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0))
+
+    @property
+    def place(self) -> Array:
+        """Where it acts, as of a `Press`: its centre of pressure, shape (dimensions,) [m]."""
+        return self.centre
+
+    @property
+    def force_std(self) -> Array:
+        """Standard deviations of the force, shape (components,) [N]."""
+        return np.sqrt(np.diag(self.force_covariance))
+
+    @property
+    def place_std(self) -> Array:
+        """Standard deviations of the place, shape (dimensions,) [m]."""
+        return np.sqrt(np.diag(self.centre_covariance))
 
     @property
     def force_covariance(self) -> Array:

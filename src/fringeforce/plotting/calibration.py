@@ -9,12 +9,11 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.measured import INTERVAL
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.plotting.axes import MILLI, STYLE
 
-INTERVAL = 1.96
-"""Standard deviations of a 95 % interval."""
 WRONG, MARK, SHEAR = "#d55e00", "#0072b2", "#009e73"
 PARTS = "normal", "tangential"
 

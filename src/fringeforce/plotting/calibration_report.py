@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.base.measured import INTERVAL
 from fringeforce.base.storage import whole_file
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel
 from fringeforce.plotting.calibration import (
-    INTERVAL,
     draw_aside,
     draw_contacts,
     draw_fields,

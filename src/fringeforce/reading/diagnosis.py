@@ -23,7 +23,14 @@ from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import Departure, Departures
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
-from fringeforce.reading.findings import UNEXPLAINED, sentence, together
+from fringeforce.reading.findings import (
+    HOPELESS,
+    PARTLY,
+    RIVAL,
+    UNEXPLAINED,
+    sentence,
+    together,
+)
 from fringeforce.reading.strip_frames import FITS, SAME
 from fringeforce.reading.strip_reader import StripFrameReader
 
@@ -37,10 +44,6 @@ ATTEMPTS = 2
 """Efforts of a search of that reading."""
 PHASES = 3
 """Explanations of it that are tried."""
-HOPELESS = 1.5
-"""Loss over the smallest from which a departure is not followed further."""
-RIVAL = np.log(20.0)
-"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
 ACCURACY = 2e-4
 """Relative accuracy of the phase; departures of one number that differ less look the same."""
 CLOSE = 1.2
@@ -50,8 +53,6 @@ MOST, FOLLOWED, SWEEPS = 4, 6, 2
 and rounds in which sizes are corrected."""
 FAR = 2.0
 """Reduced chi-square beyond which mirror images do not mend a phase."""
-NEAR = 1.5
-"""Reduced chi-square below which a departure is named that does not explain all of the frame."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class Diagnosis:
             return (sentence(several, self.reader.model),)
         if several:
             return (together(several, self.reader.model),)
-        if fits and fits[0].near(NEAR):
+        if fits and fits[0].near(PARTLY):
             return (sentence(fits[:1], self.reader.model, explained=False),)
         return (UNEXPLAINED,)
 

@@ -16,6 +16,13 @@ UNEXPLAINED = (
 )
 """Where nothing fits."""
 RMS = "root mean square"
+RIVAL = np.log(20.0)
+"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named:
+"strong" evidence (Kass and Raftery, J. Am. Stat. Assoc. 90, 773, 1995)."""
+HOPELESS = 1.5
+"""Loss over the smallest from which a departure is not followed further."""
+PARTLY = 1.5
+"""Reduced chi-square below which a departure is named that does not explain all of the frame."""
 
 
 class Model(Protocol):

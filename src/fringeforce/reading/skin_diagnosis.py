@@ -19,15 +19,13 @@ from fringeforce.design.tolerances import Tolerances, number_at
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.departures import BLUR, GAMMA, LAMP, LAYERS, RETARDANCE, SCALE, VISIBILITY
 from fringeforce.models.skin import GEOMETRY
-from fringeforce.reading.findings import UNEXPLAINED, sentence
+from fringeforce.reading.findings import RIVAL, UNEXPLAINED, sentence
 from fringeforce.reading.skin_fit import Explanation
 from fringeforce.reading.skin_reader import SkinReader
 
 BRIGHTNESS = 2 * LAMP
 """Standard deviation of the amplitude, relative: twice that of strips, for the search takes light
 from the extremes of a frame, and not where these are far from what is expected."""
-RIVAL = np.log(20.0)
-"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
 
 
 @dataclass(frozen=True)

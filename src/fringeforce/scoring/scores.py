@@ -13,12 +13,11 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import FileFormatError, InputError
+from fringeforce.base.measured import INTERVAL
 from fringeforce.scoring.making import TRUTH
 from fringeforce.scoring.tracks import TRACKS, Track
 
 PathLike = str | os.PathLike[str]
-INTERVAL = 1.96
-"""Standard deviations of a 95 % interval of a normal distribution."""
 WRONG = 6.0
 """Standard deviations off that 2 in 1e9 values reach by chance: a reading beyond is wrong."""
 

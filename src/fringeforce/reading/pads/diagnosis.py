@@ -20,7 +20,14 @@ from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad_as_built import CENTRE, WIDTH, spreads
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
 from fringeforce.models.pad_uncertainty import PadUncertainty
-from fringeforce.reading.findings import UNEXPLAINED, sentence, together
+from fringeforce.reading.findings import (
+    HOPELESS,
+    PARTLY,
+    RIVAL,
+    UNEXPLAINED,
+    sentence,
+    together,
+)
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.single_frame import PadFrameReader
@@ -38,20 +45,14 @@ TOGETHER = (
     RESIDUAL,
 )
 """Departures that the reading from which others start allows for at once."""
-RIVAL = np.log(20.0)
-"""Logarithm of the evidence by which the likeliest departure must lead to be the only one named."""
 SIDE = 32
 """Rows and columns of pixels of the matrix of a fit."""
 BEGUN = 2
 """Steps after which departures are compared."""
-HOPELESS = 1.5
-"""Loss over the smallest from which a departure is not followed further."""
 FOLLOWED, STEPS = 6, 20
 """Departures that are followed to their best, and steps for each."""
 MOST = 3
 """Departures that are named together at most."""
-NEAR = 1.5
-"""Reduced chi-square below which a departure is named that does not explain all of the frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,7 @@ class PadDiagnosis:
             if len(among) < 2:
                 break
         assert first is not None
-        if classifier.chi2(first.optimum) < NEAR:
+        if classifier.chi2(first.optimum) < PARTLY:
             return (sentence(first.sized(), model, explained=False),)
         return (UNEXPLAINED,)
 
