@@ -339,7 +339,8 @@ class StripFrameReader(StripFrames):
                 best = met.rough[0].loss
                 met.tried(reached)
                 rivals.append(reached)
-                if reached.loss < best - 1:
+                # what is better and of the same phase has the same images
+                if reached.loss < best - 1 and not _same(posterior.phase(reached), known[-1]):
                     break
             if stop and met.explains(met.tops[0], UNSURE):
                 break
