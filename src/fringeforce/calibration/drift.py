@@ -482,7 +482,7 @@ class _State:
             return alone, min(tops, key=lambda top: top.loss)
         located = reader.followed(frame, used, None)[1]
         if located is not None:
-            return located
+            return located.posterior, located.top
         posterior, tops = reader.explanations(posterior.frame, ATTEMPTS, mend=True)
         nothing = posterior.climbed(np.zeros(posterior.model.at.size))
         return posterior, tops[0] if tops else nothing

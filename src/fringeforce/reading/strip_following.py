@@ -16,7 +16,7 @@ from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.strip_reader import FAINT, Before, StripFrameReader
+from fringeforce.reading.strip_reader import FAINT, Before, Located, StripFrameReader
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -71,13 +71,14 @@ class Followed:
 class StripFollower(Follower):
     """Reads the frames of one strip in the order in which they were taken.
 
-    A reading begins a filter that follows its explanation.  Where a frame contradicts the filter,
-    it is read alone, from the last unknowns at first, and its own reading begins another filter, so
-    that what contradicts is forgotten.  Frames after an ambiguous one are ambiguous until a search
-    settles it.  Where the phase is so small that loads are hardly told from others, the filter
-    stays where it began, and the mean of the frames since is searched at growing intervals: it has
-    less noise than each of them.  Until the first such mean the filter only tells whether loads
-    stay as they are, and each frame is read alone.
+    A reading begins a filter that follows its explanation; where it is the mean of several, their
+    spread is added to what is followed.  Where a frame contradicts the filter, it is read alone,
+    from the last unknowns at first if these were of one, and its own reading begins another filter,
+    so that what contradicts is forgotten.  Frames after an ambiguous one are ambiguous until a
+    search settles it.  Where the phase is so small that loads are hardly told from others, the
+    filter stays where it began, and the mean of the frames since is searched at growing intervals:
+    it has less noise than each of them.  Until the first such mean the filter only tells whether
+    loads stay as they are, and each frame is read alone.
 
     Parameters
     ----------
@@ -99,6 +100,7 @@ class StripFollower(Follower):
         self._left = self._count = 0
         self._held: Posterior | None = None
         self._trail: Before | None = None
+        self._several: Located | None = None
         self._total = np.empty(0)
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
@@ -112,6 +114,8 @@ class StripFollower(Follower):
             return single.alone(levels, used)
         loads, covariance = followed.loads[0], followed.covariances[0]
         covariance = covariance + single.calibration_covariance(loads, used)
+        if (several := self._several) is not None:
+            loads, covariance = loads + several.offset, covariance + several.between
         limited = np.zeros(len(loads) // 2, dtype=bool)
         if single.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, single.friction)
@@ -158,12 +162,14 @@ class StripFollower(Follower):
         return self._held is not None and self._count <= MORE
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
-        reading, located = self._single.followed(levels, used, self._last, self._trail)
+        last = self._last if self._several is None else None
+        reading, located = self._single.followed(levels, used, last, self._trail)
         before, self._trail = self._begun, None
-        self._filter = self._begun = self._last = self._held = None
+        self._filter = self._begun = self._last = self._held = self._several = None
         if located is None:
             return reading
-        posterior, top = located
+        posterior, top = located.posterior, located.top
+        self._several = located if located.several else None
         self._used, self._begun, self._last = used, reading, top.unknowns.copy()
         weak = reading.status is Status.NO_CONTACT or self._single.faint(posterior, top)
         again = before is not None and before.status is reading.status
@@ -211,7 +217,8 @@ class StripFollower(Follower):
             if located is None or reading.status is Status.NO_CONTACT:
                 self._filter = self._last = None
                 return None
-            posterior, top = located
+            posterior, top = located.posterior, located.top
+            self._several = located if located.several else None
             frame = np.where(used, mean, np.nan)
             model = posterior.model._replace(variance=self._single.uncertain.frame.variance)
             self._begun = reading
@@ -280,6 +287,10 @@ class StripFollower(Follower):
         loads, std = followed.loads, followed.std
         if self._single.model.imaging is not None and len(loads):
             self._widen(followed)
+        if (several := self._several) is not None:
+            loads += several.offset
+            std[:] = np.hypot(std, np.sqrt(np.diag(several.between)))
+            followed.covariances[:] += several.between
         if (friction := self._single.friction) is not None:
             pairs = zip(loads, followed.covariances, strict=True)
             loads = np.array([within_friction_cone(*pair, friction)[0] for pair in pairs])

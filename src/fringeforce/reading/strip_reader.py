@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.contacts.friction_cone import within_friction_cone
@@ -21,6 +22,7 @@ from fringeforce.estimation.frame_fit import (
     Prior,
 )
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.hypotheses import mixture, posterior_weights
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
@@ -63,11 +65,11 @@ EQUAL = 0.05
 ALIKE = 0.1
 """Share of the largest phase below which two phases are alike, where that is less than `SAME`: the
 light of a faint touch hardly tells a phase from its mirror image, which is near."""
+WIDENED = 0.05
+"""Share of a standard deviation within which stated ones hold."""
 MOST_KNOWN = 0.9999
 """Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
 reasons that no frame shows."""
-Located = tuple[Posterior, Top]
-"""An explanation that stands out, and the frame's posterior."""
 Before = tuple[Array, float]
 """Unknowns of an explanation that was followed, and its probability."""
 
@@ -92,6 +94,41 @@ class Weighed:
     covariance: Array
     phase: Array
     weight: float
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """From where the next frame can be followed.
+
+    Attributes
+    ----------
+    posterior : Posterior
+        Of the frame.
+    top : Top
+        The likeliest explanation.
+    covariance : ndarray, shape (2n, 2n)
+        Of its loads [N^2].
+    offset : ndarray, shape (2n,)
+        Loads of the reading beyond those of the top [N]: it is the mean of all explanations of its
+        phase.
+    between : ndarray, shape (2n, 2n)
+        Covariance of these about their mean [N^2].
+    """
+
+    posterior: Posterior
+    top: Top
+    covariance: Array
+    offset: Array
+    between: Array
+
+    @property
+    def several(self) -> bool:
+        """Whether other explanations are so far off that they widen some deviation by `WIDENED`."""
+        if not self.between.any():
+            return False
+        last = [len(self.offset) - 1] * 2
+        widest = eigh(self.between, self.covariance, eigvals_only=True, subset_by_index=last)
+        return bool(widest[0] > (1 + WIDENED) ** 2 - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +207,7 @@ class StripFrameReader(StripFrames):
         -------
         reading : Reading
             Of the frame.
-        located : tuple of Posterior and Top, or None
+        located : Located, or None
             From where the next one can be followed, if this one is explained.
         """
         frame = np.where(used, levels.astype(float), np.nan)
@@ -184,20 +221,19 @@ class StripFrameReader(StripFrames):
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
             if near and _Met(posterior).explains(top, FITS):
-                return self._stated(_Met(posterior, [top]), tracked=True)[0], (posterior, top)
+                return self._stated(_Met(posterior, [top]), tracked=True)
         silent = self._silent(posterior)
         met = self._explained(posterior, lines, silent)
         if met is None:
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, met.tops[0]):
             met = _Met(posterior, [silent])
-            return self._stated(met, Status.NO_CONTACT)[0], (posterior, silent)
+            return self._stated(met, Status.NO_CONTACT)
         if self.uncertain.shapes:
             loads = met.tops[0].unknowns[: posterior.model.at.loads]
             posterior = self.posterior(frame, self._push(posterior), loads, sound)
             met = _Met(posterior, [posterior.settled(top.unknowns) for top in met.tops])
-        reading, best = self._stated(met, before=before)
-        return reading, (posterior, best)
+        return self._stated(met, before=before)
 
     def quieter(self, noise: float) -> StripFrameReader:
         """What reads means of frames, whose noise has so large a share of one frame's variance."""
@@ -366,11 +402,10 @@ class StripFrameReader(StripFrames):
             )
             if not any(known):
                 found.append((top, about))
-        logs = np.array([posterior.evidence(top, about) for top, about in found])
-        shares = np.exp(logs - logs.max())
+        masses = np.array([posterior.evidence(top, about) for top, about in found])
         weighed = [
             Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
-            for (top, about), share in zip(found, shares / shares.sum(), strict=True)
+            for (top, about), share in zip(found, posterior_weights(masses), strict=True)
         ]
         return sorted(weighed, key=lambda one: -one.weight)
 
@@ -397,8 +432,8 @@ class StripFrameReader(StripFrames):
         status: Status | None = None,
         tracked: bool = False,
         before: Before | None = None,
-    ) -> tuple[Reading, Top]:
-        """The reading of explanations, and the likeliest of them."""
+    ) -> tuple[Reading, Located]:
+        """The reading of explanations, and from where the next frame can be followed."""
         posterior, weighed = met.posterior, self._weighed(met)
         if before is not None:
             weighed = self._after(weighed, posterior.model, before)
@@ -406,8 +441,14 @@ class StripFrameReader(StripFrames):
         same = [_alike(one, best, count) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
-        loads, covariance = _mixture(own, count)
         near = [one.top for one in own]
+        weights = np.array([one.weight for one in own])
+        weights /= weights.sum()
+        means = np.array([top.unknowns[:count] for top in near])
+        loads, covariance = mixture(weights, means, np.array([one.covariance for one in own]))
+        apart = means - loads
+        between = (apart * weights[:, None]).T @ apart
+        located = Located(posterior, best.top, best.covariance, loads - means[0], between)
         about = met.about(near[0])
         loads, covariance = posterior.sampled(near, about, covariance, self._profiles) or (
             loads,
@@ -435,7 +476,7 @@ class StripFrameReader(StripFrames):
         reading = self.reading(
             loads, covariance, best.top, status, probability, limited, alternatives, tracked
         )
-        return reading, best.top
+        return reading, located
 
     def calibration_covariance(
         self, unknowns: Array, used: Mask, prior: Prior | None = None
@@ -522,17 +563,6 @@ def _alike(one: Weighed, best: Weighed, count: int) -> bool:
     share = one.weight / (one.weight + best.weight)
     between = share * (1 - share) * square
     return between <= count and square / (1 + between) <= count
-
-
-def _mixture(weighed: list[Weighed], count: int) -> tuple[Array, Array]:
-    """Mean and covariance of the loads of several explanations together."""
-    weights = np.array([one.weight for one in weighed])
-    weights /= weights.sum()
-    loads = np.array([one.top.unknowns[:count] for one in weighed])
-    mean = weights @ loads
-    apart = loads - mean
-    within = sum(w * one.covariance for w, one in zip(weights, weighed, strict=True))
-    return mean, np.asarray(within + (apart * weights[:, None]).T @ apart)
 
 
 class _Met:
