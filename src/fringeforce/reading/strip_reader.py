@@ -153,6 +153,22 @@ class StripFrameReader(StripFrames):
     def _profiles(self) -> Array:
         return profile_basis(self.uncertain.frame)
 
+    @cached_property
+    def _hidden(self) -> float:
+        """Difference of two phases about a multiple of pi that noise hides [rad].
+
+        The light A V p^2 / 4 of a phase p beside it, over as many pixels as the cover is thick,
+        which smooths the phase, is as large as its noise; p and -p make the same light.
+        """
+        model, strip = self.uncertain.frame, self.model.sensor.transducer
+        pixels = strip.compliant.thickness / strip.length * self.model.frame_shape[-1]
+        noise = np.sqrt(model.variance / max(pixels, 1.0))
+        return float(4 * np.sqrt(noise / (model.amplitude.mean() * model.visibility)))
+
+    def _known(self, phase: Array, known: list[Array]) -> bool:
+        """Whether a phase is one of those that are known, as far as noise tells."""
+        return any(np.abs(phase - other).max() < self._hidden for other in known)
+
     def trial_forces(self) -> Array:
         """A newton on every tactel, shape (n, 2) [N]."""
         return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
@@ -355,16 +371,17 @@ class StripFrameReader(StripFrames):
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
         rivals, known = [top], list[Array]()
-        for _ in range(MENDED if stop else RIVALLED):
+        rounds = MENDED if stop else RIVALLED
+        while rivals and rounds:
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             known.append(posterior.phase(top))
-            count = 0
+            count, better = 0, False
             for start in self._search.images(posterior, top, self._push(posterior)):
                 phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
-                if any(np.abs(phase - other).max() < SAME / 2 for other in seen):
+                if self._known(phase, seen):
                     continue
                 seen.append(phase)
-                count += 1
+                count += not _same(phase, known[-1])
                 if count > tries:
                     break
                 bound = met.rough[0].loss + CLOSE + 8
@@ -375,17 +392,16 @@ class StripFrameReader(StripFrames):
                 best = met.rough[0].loss
                 met.tried(reached)
                 rivals.append(reached)
-                # what is better and of the same phase has the same images
-                if reached.loss < best - 1 and not _same(posterior.phase(reached), known[-1]):
+                better = reached.loss < best - 1
+                if better and not self._known(posterior.phase(reached), known):
                     break
             if stop and met.explains(met.tops[0], UNSURE):
                 break
+            rounds -= not better
             rivals = [one for one in rivals if one.loss < met.rough[0].loss + CLOSE]
             rivals = sorted(rivals, key=lambda one: one.loss)
-            while rivals and any(_same(posterior.phase(rivals[0]), other) for other in known):
+            while rivals and self._known(posterior.phase(rivals[0]), known):
                 rivals.pop(0)
-            if not rivals:
-                break
 
     def _weighed(self, met: _Met) -> list[Weighed]:
         """Explanations with their weights, the heaviest first."""

@@ -80,11 +80,14 @@ def waves(height: float) -> tuple[np.ndarray, np.ndarray]:
     return influence @ loads, influence
 
 
-@pytest.mark.parametrize(("precision", "count"), [(0.005, 3), (1.0, 5), (150.0, 4)])
+@pytest.mark.parametrize(("precision", "count"), [(0.005, 2), (1.0, 5), (150.0, 4)])
 def test_images_at_turns_near_a_multiple_are_those_of_numpys_least_squares(
     precision: float, count: int
 ) -> None:
-    """Of the five stretches between two turns and two ends, but for the whole."""
+    """Of the five stretches between two turns and two ends, but for the whole.
+
+    Those that noise does not tell from a likelier one are left out.
+    """
     phase, influence = waves(0.3)
     weight = precision * information(phase)
     root, losses, fits = np.sqrt(weight), [], []
@@ -96,6 +99,12 @@ def test_images_at_turns_near_a_multiple_are_those_of_numpys_least_squares(
         if loss < LOSS and weight @ (influence @ change) ** 2 > SHIFT:
             losses.append(loss)
             fits.append(change)
+    order, kept = np.argsort(losses), list[int]()
+    for i in order:
+        apart = [weight @ (influence @ (fits[i] - fits[j])) ** 2 for j in kept]
+        if min(apart, default=np.inf) > SHIFT:
+            kept.append(int(i))
+    fits, losses = [fits[i] for i in kept], [losses[i] for i in kept]
     found = found_images(phase, influence, weight)
     assert len(found) == len(fits) == count
     # in deviations of the loads, squared

@@ -67,7 +67,7 @@ def mirror_images(
     moments, pulls = _running(phase, np.ascontiguousarray(columns), information, places)
     # what each place pulls at the unknowns, in their deviations
     half, loss, stretch = _mirrored(phase, places, moments, pulls @ root.T)
-    likely = _ordered(loss)[: np.count_nonzero(loss < growth)]
+    likely = _distinct(half, _ordered(loss)[: np.count_nonzero(loss < growth)])
     turned = np.zeros((len(likely), len(phase)))
     for change, (begin, end, multiple) in zip(turned, stretch[likely], strict=True):
         change[begin:end] = 2 * (np.pi * multiple - phase[begin:end])
@@ -80,6 +80,28 @@ def _ordered(loss: Array) -> NDArray[np.intp]:
     level = np.zeros(len(loss), dtype=np.intp)
     np.cumsum(loss[order[1:]] > loss[order[:-1]] + EQUAL, out=level[1:])
     return order[np.lexsort((order, level))]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _distinct(changes, order):
+    """Numbers, in their order, of changes that differ from all before by another explanation.
+
+    Where the phase runs along a multiple of pi there are many stretches that end beside each other.
+    """
+    kept, count = np.empty_like(order), 0
+    for i in order:
+        near = False
+        for j in kept[:count]:
+            apart = 0.0
+            for k in range(changes.shape[1]):
+                apart += (changes[i, k] - changes[j, k]) ** 2
+            if apart <= SHIFT:
+                near = True
+                break
+        if not near:
+            kept[count] = i
+            count += 1
+    return kept[:count]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
