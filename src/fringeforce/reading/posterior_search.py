@@ -58,7 +58,7 @@ NARROWEST = 0.1
 """Share of the drawn width from which a search starts at least: at none it changes nothing."""
 LINEAR_GROWTH, GROWTH = 2500.0, 250.0
 """Expected growth of the loss up to which mirror images are of interest: in the linear state where
-contacts are bent in their places and widths, and fitted.  Below 40 one image in three turns out to
+the phase is not linear in the unknowns, and fitted.  Below 40 one image in three turns out to
 be an explanation of weight, from 40 to 100 one in forty: the quadratic loss is too high for small
 bends beside a multiple of pi."""
 IMAGES, STEPS = 16, 4
@@ -500,7 +500,8 @@ class PosteriorSearch:
         ndarray, shape (k, size)
             Unknowns to climb from.
         """
-        bent = posterior.model.at.fields > posterior.model.at.place
+        at = posterior.model.at
+        bent = at.fields > at.place or len(posterior.model.influence) > 0
         growth = LINEAR_GROWTH if bent else GROWTH
         changes, _, turned = self.mirrored(posterior.phase(top), push, growth)
         scale = self._scale(push, 0.0)
