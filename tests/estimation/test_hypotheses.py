@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fringeforce.estimation.covariance import marginal_information
-from fringeforce.estimation.hypotheses import mixture, posterior_weights
+from fringeforce.estimation.hypotheses import MetPhases, mixture, posterior_weights
 
 
 def test_weights_are_ratios_of_masses() -> None:
@@ -33,3 +33,16 @@ def test_marginal_information_is_the_inverse_of_a_block_of_the_covariance(count:
     whole = root.T @ root
     block = np.linalg.inv(whole)[:count, :count]
     np.testing.assert_allclose(np.linalg.inv(marginal_information(whole, count)), block)
+
+
+@pytest.mark.parametrize("even", [False, True])
+def test_phases_are_met_again_within_their_limits(even: bool) -> None:
+    rng = np.random.default_rng(4)
+    met, phases = MetPhases(even), rng.standard_normal((40, 7))
+    for phase in phases:
+        met.add(phase, 0.2)
+    for phase in phases:
+        for other in (phase + rng.uniform(-0.19, 0.19, 7), -phase, phase + 0.21):
+            near = np.abs(phases - other).max(axis=1).min() < 0.2
+            mirrored = np.abs(phases + other).max(axis=1).min() < 0.2
+            assert met.holds(other) == (near or (even and mirrored))

@@ -13,6 +13,8 @@ from fringeforce.design.files import parse_sensor
 from fringeforce.explorer import limits
 from fringeforce.io.tables import save_contacts
 from fringeforce.models.presses import tractions
+from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts
+from fringeforce.reading.skin_reader import SkinReader
 
 FAR = 5.0
 """Deviations: beyond them lies one in two million."""
@@ -61,6 +63,23 @@ PRESSES = {
     "a wide one": [ff.Press(x=-1.1e-3, normal=2.0, tangential=0.6, width=1.56e-3)],
     "a punch": [ff.Press(x=1.1e-3, normal=2.0, tangential=0.5, width=0.6e-3, profile="punch")],
 }
+
+
+def test_contacts_do_what_line_loads_in_their_place_do(model: ff.SensorModel) -> None:
+    skin = SkinReader(model).skin
+    rng = np.random.default_rng(6)
+    units = skin.units(4).reshape(4, GEOMETRY)
+    geometry = skin.limited(skin.drawn + rng.standard_normal((4, GEOMETRY)) * units)
+    geometry[0, PLACE] = skin.places[0] + geometry[0, WIDTH]
+    forces = rng.uniform(0.5, 2, (4, 2))
+    frame, _ = skin.frame(Contacts(forces, geometry))
+    loads, change = skin.shares(geometry), skin.derivatives(geometry)
+    for k, own in enumerate(forces):
+        expected = [loads[k, c] @ skin.lines[c] for c in range(2)]
+        np.testing.assert_allclose(frame.moments[k, :, 0], expected, atol=1e-12)
+        moved = sum(own[c] * change[k, :, c] @ skin.lines[c] for c in range(2))
+        fields = frame.fields[k * GEOMETRY : (k + 1) * GEOMETRY]
+        np.testing.assert_allclose(fields, moved * units[k, :, None], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", list(PRESSES))

@@ -53,7 +53,9 @@ def isolated(levels: Array, response: Response) -> Mask:
     inner = response.at(slice(1, -1))
     # the noise of three pixels, of which two count half
     limit = np.maximum(OUTLIER * np.sqrt(1.5 * inner.variance), inner.amplitude / 4)
-    return np.pad((alone > limit) & (alone > STEEPEST * apart), 1)
+    found = np.zeros(len(levels), dtype=bool)
+    found[1:-1] = (alone > limit) & (alone > STEEPEST * apart)
+    return found
 
 
 def stuck_pixels(levels: Array, noise: float) -> Mask:

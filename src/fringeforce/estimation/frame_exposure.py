@@ -30,17 +30,23 @@ _C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7 = map(float, _COSINE)
 
 @sums
 def _moments(table, place, square, mean, by_place, by_square):
-    """Moments of a patch at a place of squared half width `square`, and their derivatives."""
+    """Moments of a patch at a place of squared half width `square`, and their derivatives.
+
+    The mean of t^k over a patch changes with its place by that of k t^(k - 1).
+    """
+    powers, squares = np.ones(len(table)), np.ones(table.shape[1])
+    for k in range(1, len(powers)):
+        powers[k] = powers[k - 1] * place
+    for i in range(1, len(squares)):
+        squares[i] = squares[i - 1] * square
     for k in range(len(table)):
-        a = b = c = 0.0
-        for i in range(k // 2 + 1):
-            power, weight = k - 2 * i, table[k, i]
-            a += weight * place**power * square**i
-            if power > 0:
-                b += weight * power * place ** (power - 1) * square**i
-            if i > 0:
-                c += weight * i * place**power * square ** (i - 1)
-        mean[k], by_place[k], by_square[k] = a, b, c
+        a, b = table[k, 0] * powers[k], 0.0
+        for i in range(1, k // 2 + 1):
+            weight = table[k, i] * powers[k - 2 * i]
+            a += weight * squares[i]
+            b += i * weight * squares[i - 1]
+        mean[k], by_square[k] = a, b
+        by_place[k] = k * mean[k - 1] if k > 0 else 0.0
 
 
 def positive(value, soft):

@@ -100,14 +100,14 @@ def _spread_columns(columns, deviation):
     share = deviation * deviation / 2
     passes = int(np.ceil(share / 0.25))
     share /= passes
+    before = np.empty(columns.shape[1])
     for k in range(len(columns)):
         line = columns[k]
         for _ in range(passes):
-            before = line[0]
-            for i in range(1, len(line) - 1):
-                here = line[i]
-                line[i] += share * (before + line[i + 1] - 2 * here)
-                before = here
+            before[:] = line
+            left, here, right = before[:-2], before[1:-1], before[2:]
+            for i in range(len(left)):
+                line[i + 1] = here[i] + share * (left[i] + right[i] - 2 * here[i])
 
 
 @sums
@@ -420,23 +420,34 @@ def add_cone(prior, loads, unknowns, heat, cone, gradient):
 
 
 @sums
+def _weigh(band, rows, out):
+    """Information at the nodes times changes of phase there, into `out`, shape (k, m)."""
+    m, reach = rows.shape[1], len(band) - 1
+    # behind margins of zeros every node has as many neighbours
+    line, behind = np.zeros(m + 2 * reach), np.zeros(band.shape)
+    for step in range(1, reach + 1):
+        behind[step, step:] = band[step, : m - step]
+    middle, a, b, c = band[0], band[1], band[2], band[3]
+    p, q, r = behind[1], behind[2], behind[3]
+    for x in range(len(rows)):
+        own = out[x]
+        line[reach : reach + m] = rows[x]
+        far, left, near, here = line[:m], line[1 : 1 + m], line[2 : 2 + m], line[3 : 3 + m]
+        next_, right, last = line[4 : 4 + m], line[5 : 5 + m], line[6 : 6 + m]
+        for i in range(m):
+            own[i] = (middle[i] * here[i] + a[i] * next_[i] + p[i] * near[i]) + (
+                (b[i] * right[i] + q[i] * left[i]) + (c[i] * last[i] + r[i] * far[i])
+            )
+
+
+@sums
 def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band):
     """Hessian and gradient from the sums at the nodes."""
     at, m = model.at, columns.shape[1]
     first, modes = at.visibility, at.visibility - at.modes
     weighed = np.empty((first, m))
     hessian[:] = 0.0
-    for x in range(first):
-        own, column = weighed[x], columns[x]
-        for i in range(m):
-            own[i] = band[0, i] * column[i]
-        for step in range(1, 4):
-            line = band[step]
-            ahead, later = column[step:], own[step:]
-            for i in range(m - step):
-                own[i] += line[i] * ahead[i]
-            for i in range(m - step):
-                later[i] += line[i] * column[i]
+    _weigh(band, columns[:first], weighed)
     fill_products(weighed, columns, first, hessian)
     mixed = np.empty(m)
     for s in range(modes):
@@ -757,14 +768,25 @@ def climb(model, prior, frame, start, heat, steps, tolerance, bound=np.inf):
     return unknowns, loss, square, count
 
 
+@sums_entry
+def weighed_waves(band, waves):
+    """Information at the nodes times changes of phase there, shape (k, m).
+
+    Parameters
+    ----------
+    band : ndarray, shape (4, m)
+        Of a `Linearised`.
+    waves : ndarray, shape (k, m)
+        The changes [rad].
+    """
+    found = np.empty(waves.shape)
+    _weigh(band, waves, found)
+    return found
+
+
 def banded(about: Linearised, waves: Array) -> Array:
     """Information at the nodes times changes of phase there, shape (k, m)."""
-    found = about.band[0] * waves
-    for step in range(1, len(about.band)):
-        line = about.band[step, :-step]
-        found[:, :-step] += line * waves[:, step:]
-        found[:, step:] += line * waves[:, :-step]
-    return found
+    return weighed_waves(about.band, np.ascontiguousarray(waves))
 
 
 def shared_information(model: FrameModel, about: Linearised, waves: Array) -> Array:

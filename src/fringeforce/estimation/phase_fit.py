@@ -48,6 +48,9 @@ FAR = 2.5
 LEAST = 0.03
 """Growth of the loss by all that loads of their size before the frame can change a coordinate of
 the phase, below which it is left out."""
+FIRST_FALL, NEXT_FALL = 4.0, 2.0
+"""How many times the fall that the first unheated round promises, and a later one, a climb may fall
+in all: of 210 climbs after heated rounds two fell by more than four times."""
 GUARDED = 5
 """Rounds in which the phase is held back until the loss falls."""
 
@@ -372,7 +375,9 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     columns, point = np.empty((moving, count)), np.empty(count)
     hessian, cone = np.empty((moving, moving)), np.empty((moving, moving))
     lower, gradient, step = np.empty((moving, moving)), np.empty(moving), np.empty(moving)
-    unknowns, trial, damping = start.copy(), start.copy(), 1e-2
+    # without products of unknowns the loss is quadratic, but for the cone
+    bent = at.fields > at.place or len(contacts.influence) > 0 or len(contacts.curvature) > 0
+    unknowns, trial, damping = start.copy(), start.copy(), 1e-2 if bent else 1e-8
     value, begun = 0.0, False
     for _ in range(steps):
         _shown(contacts, reduced, unknowns, True, columns, point)
@@ -485,8 +490,8 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
     tolerance : float
         Fall of the loss below which it is at its smallest.
     bound : float
-        Loss above which a top is of no use: rounds end after the first where twice the fall that
-        the next one promises does not lead below.
+        Loss above which a top is of no use: rounds end where `FIRST_FALL` or `NEXT_FALL` times the
+        fall that one promises does not lead below.
 
     Returns
     -------
@@ -511,7 +516,8 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
             trial, hoped = _fitted(
                 contacts, prior, out, held, before, unknowns, heat, steps, 0.3 * tolerance
             )
-            if turn > len(heats) and loss - 2 * hoped > bound:
+            promised = FIRST_FALL if turn == len(heats) else NEXT_FALL
+            if turn >= len(heats) and loss - promised * hoped > bound:
                 break
             _state(contacts, trial, after)
             fill_exposure(model, after, there)

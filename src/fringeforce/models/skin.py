@@ -22,10 +22,18 @@ from scipy.interpolate import BSpline, make_interp_spline
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.frame_fit import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.models.skin_influence import (
+    DEGREE,
+    FIRST_SHAPE,
+    GEOMETRY,
+    PLACE,
+    PRESSURE,
+    SHEAR,
+    WIDTH,
+    fill_contacts,
+)
 from fringeforce.models.uncertainty import Uncertainty
 
-PRESSURE, SHEAR = (3, 4), (1, 2, 3, 4)
-"""Degrees of the shapes that are uncertain."""
 SHAPES = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
 """Means of the coefficients c_k, pressure first."""
 SHAPE_STDS = np.array([0.03, 0.12, 0.05, 0.35, 0.06, 0.25])
@@ -34,8 +42,6 @@ pressure with c_3 = 0.02 and c_4 = 0 to 0.08 and, in partial slip, a shear with 
 c_4 = -0.1 to 1.2; a uniform pressure has c_4 = -0.2, that of a soft finger 0.15."""
 QUADRATURE = 16
 """Line loads that stand for a traction; exact for polynomials of degree 31 in the influence."""
-DEGREE = 5
-"""Degree of the spline of the influence over places."""
 HALF_WIDTH = 0.5, 0.5
 """Mean and standard deviation of half widths, in thicknesses of the cover."""
 NARROWEST, WIDEST = 0.02, 5.0
@@ -44,9 +50,7 @@ LOADS = 4.0
 """Standard deviation of the force of a contact over the push that the pace of the fringes tells."""
 YIELDING = 0.02
 """Share of that push by which a contact may miss the friction cone at one standard deviation."""
-PLACE, WIDTH, FIRST_SHAPE = 0, 1, 2
-GEOMETRY = FIRST_SHAPE + len(SHAPES)
-"""Unknowns of a contact beside its forces: place, half width, shapes."""
+_ONE, _TABLE = np.eye(1), moment_table(1)
 
 
 class Contacts(NamedTuple):
@@ -118,10 +122,10 @@ class SkinModel:
         found = geometry.copy()
         most = (self.places[-1] - self.places[0]) / 2
         widest = min(WIDEST * self.cover, most)
-        half = np.clip(np.abs(found[:, WIDTH]), self.narrowest, widest)
-        ends = self.places[[0, -1]]
+        half = np.minimum(np.maximum(np.abs(found[:, WIDTH]), self.narrowest), widest)
+        first, last = self.places[0] + half, self.places[-1] - half
         found[:, WIDTH] = half
-        found[:, PLACE] = np.clip(found[:, PLACE], ends[0] + half, ends[1] - half)
+        found[:, PLACE] = np.minimum(np.maximum(found[:, PLACE], first), last)
         return found
 
     def shares(self, geometry: Array) -> Array:
@@ -172,9 +176,13 @@ class SkinModel:
 
     def units(self, count: int) -> Array:
         """Standard deviations of the geometry of contacts before a frame, shape (k GEOMETRY,)."""
+        return np.concatenate([self._deviations] * count)
+
+    @cached_property
+    def _deviations(self) -> Array:
+        """Of one contact, shape (GEOMETRY,)."""
         extent = (self.places[-1] - self.places[0]) / np.sqrt(12)
-        one = np.concatenate([[extent, HALF_WIDTH[1] * self.cover], SHAPE_STDS])
-        return np.tile(one, count)
+        return np.array([extent, HALF_WIDTH[1] * self.cover, *SHAPE_STDS])
 
     @cached_property
     def drawn(self) -> Array:
@@ -184,17 +192,47 @@ class SkinModel:
 
     def touched(self, geometry: Array) -> FrameModel:
         """The model of a frame with contacts of a certain geometry in the place of tactels."""
-        base, loads = self.uncertain.frame, self.shares(geometry)
-        moments = np.einsum("kcn,cnm->kcm", loads, self.lines, optimize=True)[:, :, None]
-        more = loads.shape[0] * loads.shape[1] - base.at.loads
+        nothing = np.zeros((len(geometry), 2))
+        return self._touched(geometry, self._phases(Contacts(nothing, geometry))[0])
+
+    def _phases(self, contacts: Contacts) -> tuple[Array, Array]:
+        """Phase at the nodes under unit forces, and its change with the geometry under forces.
+
+        Returns
+        -------
+        moments : ndarray, shape (k, 2, 1, m)
+            Of contacts [rad/N].
+        fields : ndarray, shape (k, GEOMETRY, m)
+            Per metre of places and half widths, and of shapes [rad].
+        """
+        count, nodes = len(contacts.forces), self.lines.shape[2]
+        moments, fields = np.empty((count, 2, 1, nodes)), np.empty((count, GEOMETRY, nodes))
+        t, weights = self._quadrature
+        forces, geometry = (np.ascontiguousarray(part, dtype=float) for part in contacts)
+        fill_contacts(*self._splines, t, weights, forces, geometry, moments, fields)
+        return moments, fields
+
+    @cached_property
+    def _splines(self) -> tuple[Array, Array]:
+        """Knots, and coefficients of the influence over places, shape (n, 2, m) [rad/N]."""
+        spline = make_interp_spline(self.places, self.lines.transpose(1, 0, 2), k=DEGREE)
+        return spline.t, np.ascontiguousarray(spline.c)
+
+    def _touched(self, geometry: Array, moments: Array) -> FrameModel:
+        """The model of a frame with contacts whose phase is known."""
+        base = self.uncertain.frame
+        influence = np.zeros((*base.influence.shape[:2], *moments.shape[:2], moments.shape[3]))
+        if influence.size:
+            loads = self.shares(geometry)
+            for c in range(2):
+                influence[:, :, :, c] = loads[:, c] @ base.influence[:, :, :, c]
+        more = 2 * len(moments) - base.at.loads
         return base._replace(
-            moments=np.ascontiguousarray(moments),
-            profiles=np.ascontiguousarray(moments),
-            mixing=np.eye(1),
-            table=moment_table(1),
-            influence=np.ascontiguousarray(
-                np.einsum("kcn,dqncm->dqkcm", loads, base.influence, optimize=True)
-            ),
+            moments=moments,
+            profiles=moments,
+            mixing=_ONE,
+            table=_TABLE,
+            influence=influence,
             at=Layout(*(begin + more for begin in base.at)),
         )
 
@@ -211,15 +249,14 @@ class SkinModel:
         unknowns : ndarray, shape (size,)
             Those of the contacts; the others are zero.
         """
-        base, count = self.touched(contacts.geometry), len(contacts.forces)
-        change, units = self.derivatives(contacts.geometry), self.units(count)
-        moved = np.einsum("kgcn,kc->kgcn", change, contacts.forces)
-        fields = np.einsum("kgcn,cnm->kgm", moved, self.lines, optimize=True)
-        fields = fields.reshape(count * GEOMETRY, -1) * units[:, None]
+        count = len(contacts.forces)
+        moments, changes = self._phases(contacts)
+        base, units = self._touched(contacts.geometry, moments), self.units(count)
+        fields = changes.reshape(len(units), -1) * units[:, None]
         known = ((contacts.geometry - self.drawn).ravel()) / units
         at = Layout(*base.at[:4], *(begin + len(fields) for begin in base.at[4:]))
         frame = base._replace(
-            fields=np.ascontiguousarray(np.concatenate([fields, base.fields])),
+            fields=np.concatenate([fields, base.fields]),
             fixed=base.fixed - known @ fields,
             at=at,
         )

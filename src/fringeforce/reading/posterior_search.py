@@ -57,9 +57,10 @@ FARTHEST = 3.0
 NARROWEST = 0.1
 """Share of the drawn width from which a search starts at least: at none it changes nothing."""
 LINEAR_GROWTH, GROWTH = 2500.0, 250.0
-"""Expected growth of the loss up to which mirror images are of interest: in the linear state, and
-fitted.  Below 40 one image in three turns out to be an explanation of weight, from 40 to 100 one in
-forty: the quadratic loss is too high for small bends beside a multiple of pi."""
+"""Expected growth of the loss up to which mirror images are of interest: in the linear state where
+the phase is not linear in the unknowns, and fitted.  Below 40 one image in three turns out to
+be an explanation of weight, from 40 to 100 one in forty: the quadratic loss is too high for small
+bends beside a multiple of pi."""
 IMAGES, STEPS = 16, 4
 """Images that are fitted, and steps of each fit."""
 BINS = 4
@@ -188,6 +189,8 @@ class PosteriorSearch:
         """Light from the extremes of lines; those that are clipped are none."""
         model, at = self.model, self.model.at
         gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
+        if not gain and at.blur == at.visibility:  # it is as drawn
+            return self._drawn
         found = np.concatenate(
             [
                 extremes(line, pace, float(variance), out)
@@ -255,14 +258,27 @@ class PosteriorSearch:
             for name, part in self._at_nodes.items()
         }
 
+    @cached_property
+    def _state(self) -> Array:
+        """All of these side by side, in the order of `_scale`, the fixed phase last."""
+        return np.concatenate(
+            [*(self._columns[name] for name in self._units), self._columns["fixed"]], 1
+        )
+
     def pushing(self, pace: Array) -> float:
         """Mean normal force of contacts whose fringes run as fast as the frame's [N]."""
-        unit = np.diff(self._columns["load"], axis=0)
+        steps, least = self._push
+        return max(float(np.sqrt(np.square(pace[:-1]).sum() / steps)), least)
+
+    @cached_property
+    def _push(self) -> tuple[float, float]:
+        """Squared steps of the phase that a newton on all makes, and the least push [N]."""
+        load = self._columns["load"]
+        unit = np.diff(load, axis=0)
         even = np.square(unit[:, ::2].sum(axis=1)).sum()
         loose = np.square(unit * np.tile([1 / 1.5, SHEAR], unit.shape[1] // 2)).sum()
-        force = float(np.sqrt(np.square(pace[:-1]).sum() / (even + loose)))
-        size = float(np.sqrt(np.square(self._columns["load"][:, ::2].sum(axis=1)).mean()))
-        return max(force, LEAST / max(size, 1e-12))
+        size = float(np.sqrt(np.square(load[:, ::2].sum(axis=1)).mean()))
+        return float(even + loose), LEAST / max(size, 1e-12)
 
     def true_pace(self, lines: Lines, light: Light) -> tuple[Array, Array]:
         """Pace of the phase before the blur, in the strip's own, and the contrast it leaves."""
@@ -286,7 +302,6 @@ class PosteriorSearch:
         push : float
             Mean normal force that the pace of the fringes tells [N].
         """
-        columns = self._columns
         pace, contrast = self.true_pace(lines, light)
         push = effort.scale * self.pushing(pace)
         edges = block_edges(pace, effort.extent)
@@ -300,17 +315,13 @@ class PosteriorSearch:
         known = np.isfinite(variance)
         size = np.diff(edges)
 
-        def reduced(values: Array) -> Array:
-            means = np.add.reduceat(values, edges[:-1], axis=0) / size[:, None]
-            return np.broadcast_to(means[:, None], (*known.shape, means.shape[1]))[known]
-
+        means = np.add.reduceat(self._state, edges[:-1], axis=0) / size[:, None]
+        means = means[np.nonzero(known)[0]] * ratio[known][:, None]
         scale = self._scale(push, effort.push)
-        parts = [reduced(columns[name]) * size for name, size in scale.items()]
-        dispersed = ratio[known][:, None]
-        state = np.ascontiguousarray(np.concatenate(parts, axis=1) * dispersed)
-        fixed = reduced(columns["fixed"])[:, 0] * ratio[known] + bias[known]
+        state = means[:, :-1] * np.concatenate(list(scale.values()))
+        fixed = means[:, -1] + bias[known]
         if effort.push:
-            fixed = fixed + ratio[known] * push * reduced(columns["load"])[:, ::2].sum(axis=1)
+            fixed = fixed + push * means[:, : self.model.at.loads : 2].sum(axis=1)
         order = slice(None, None, -1 if effort.backward else 1)
         means, scores = branches(
             fold[known][order],
@@ -364,13 +375,18 @@ class PosteriorSearch:
 
     def _scale(self, push: float, pushing: float) -> dict[str, Array]:
         """Standard deviations of the parts of the state, for loads of about this size [N]."""
-        tactels = len(self.model.moments)
-        moved = np.tile([1.0, SHEAR], tactels) * push
-        sizes = {"load": np.tile([1 / pushing if pushing else UNPUSHED, SHEAR], tactels) * push}
-        sizes |= {name: moved for name in ("shifted", "widened") if name in self._at_nodes}
+        sizes = {name: push * unit for name, unit in self._units.items()}
+        sizes["load"][::2] = push / pushing if pushing else UNPUSHED * push
+        return sizes | {"fields": self._units["fields"]}
+
+    @cached_property
+    def _units(self) -> dict[str, Array]:
+        """The same for loads of a newton, whose normal part `_scale` fills in."""
+        moved = np.tile([1.0, SHEAR], len(self.model.moments))
+        sizes = {name: moved for name in ("load", "shifted", "widened") if name in self._at_nodes}
         if "apart" in self._at_nodes:
             sizes["apart"] = np.tile(moved, np.count_nonzero(self._large))
-        return sizes | {"turned": push * ~self._large, "fields": np.ones(len(self.model.fields))}
+        return sizes | {"turned": 1.0 * ~self._large, "fields": np.ones(len(self.model.fields))}
 
     def _folded(
         self,
@@ -484,7 +500,10 @@ class PosteriorSearch:
         ndarray, shape (k, size)
             Unknowns to climb from.
         """
-        changes, _, turned = self.mirrored(posterior.phase(top), push, LINEAR_GROWTH)
+        at = posterior.model.at
+        bent = at.fields > at.place or len(posterior.model.influence) > 0
+        growth = LINEAR_GROWTH if bent else GROWTH
+        changes, _, turned = self.mirrored(posterior.phase(top), push, growth)
         scale = self._scale(push, 0.0)
         starts = self._unknowns(changes[:IMAGES], scale, top.unknowns, 0.0)
         found, growths = posterior.changed(top, turned[:IMAGES], starts, BINS, STEPS)

@@ -22,7 +22,7 @@ from fringeforce.estimation.frame_fit import (
     Prior,
 )
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.hypotheses import mixture, posterior_weights
+from fringeforce.estimation.hypotheses import MetPhases, mixture, posterior_weights
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
@@ -60,8 +60,8 @@ FOLLOWED = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
-EQUAL = 0.05
-"""Unknowns that differ by less, in deviations before the frame, are of one explanation."""
+EQUAL = 0.3
+"""Unknowns that differ by less, in their own standard deviations, are of one explanation."""
 ALIKE = 0.1
 """Share of the largest phase below which two phases are alike, where that is less than `SAME`: the
 light of a faint touch hardly tells a phase from its mirror image, which is near."""
@@ -165,10 +165,6 @@ class StripFrameReader(StripFrames):
         noise = np.sqrt(model.variance / max(pixels, 1.0))
         return float(4 * np.sqrt(noise / (model.amplitude.mean() * model.visibility)))
 
-    def _known(self, phase: Array, known: list[Array]) -> bool:
-        """Whether a phase is one of those that are known, as far as noise tells."""
-        return any(np.abs(phase - other).max() < self._hidden for other in known)
-
     def trial_forces(self) -> Array:
         """A newton on every tactel, shape (n, 2) [N]."""
         return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
@@ -264,7 +260,7 @@ class StripFrameReader(StripFrames):
         lines = self._search.lines(frame)
         posterior = self._own(frame, lines)
         met = _Met(posterior)
-        self._searched(posterior, lines, met, [], attempts, mend)
+        self._searched(posterior, lines, met, MetPhases(posterior.even), attempts, mend)
         return posterior, met.tops
 
     def faint(self, posterior: Posterior, top: Top) -> bool:
@@ -296,7 +292,7 @@ class StripFrameReader(StripFrames):
 
     def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met | None:
         """Explanations of a frame, the best first, or None if there is none."""
-        met, tried = _Met(posterior), list[Array]()
+        met, tried = _Met(posterior), MetPhases(posterior.even)
         done = self._searched(posterior, lines, met, tried)
         if silent is not None:
             met.add(silent)
@@ -320,23 +316,23 @@ class StripFrameReader(StripFrames):
         posterior: Posterior,
         lines: Lines,
         met: _Met,
-        tried: list[Array],
+        tried: MetPhases,
         attempts: int | None = None,
         mend: bool = True,
     ) -> bool:
         """Search until something explains the frame plainly, or so often; mend by mirror images."""
-        at, signs = posterior.model.at, (1, -1) if posterior.even else (1,)
+        at = posterior.model.at
         efforts = islice(self._search.attempts(lines, met.tops), attempts)
         for number, (starts, scores, _) in enumerate(efforts):
             fits = list[Top]()
             done = False
             for start, score in zip(starts[:CANDIDATES], scores, strict=False):
-                phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
-                if any(_same(phase, s * known) for known in tried for s in signs):
-                    continue
                 if done and score > scores[0] + LIST:
                     break
-                tried.append(phase)
+                phase = node_phase(posterior.model, start)
+                if tried.holds(phase):
+                    continue
+                tried.add(phase, _limit(phase))
                 if posterior.even and start[: at.loads : 2].sum() < 0:
                     start = posterior.mirrored(start)
                 if done:
@@ -345,7 +341,8 @@ class StripFrameReader(StripFrames):
                 else:
                     rough = posterior.settled(start, BINS, HEATS)
                 fits.append(rough)
-                tried.append(posterior.phase(rough))
+                phase = posterior.phase(rough)
+                tried.add(phase, _limit(phase))
                 done = met.tried(rough) or done
             if done:
                 return True
@@ -363,25 +360,26 @@ class StripFrameReader(StripFrames):
 
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
         """
-        posterior, seen = met.posterior, [met.posterior.phase(top)]
+        posterior, seen = met.posterior, MetPhases()
+        seen.add(posterior.phase(top), self._hidden)
         at = posterior.model.at
         if at.fields > at.place:
             heats = CAREFUL if stop else HEATS[1:]
             again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             met.tried(again)
             top = min(top, again, key=lambda one: one.loss)
-        rivals, known = [top], list[Array]()
+        rivals, known = [top], MetPhases()
         rounds = MENDED if stop else RIVALLED
         while rivals and rounds:
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
-            known.append(posterior.phase(top))
-            count, better = 0, False
+            here, count, better = posterior.phase(top), 0, False
+            known.add(here, self._hidden)
             for start in self._search.images(posterior, top, self._push(posterior)):
-                phase = posterior.phase(Top(start, 0.0, 0.0, 0.0))
-                if self._known(phase, seen):
+                phase = node_phase(posterior.model, start)
+                if seen.holds(phase):
                     continue
-                seen.append(phase)
-                count += not _same(phase, known[-1])
+                seen.add(phase, self._hidden)
+                count += not _same(phase, here)
                 if count > tries:
                     break
                 bound = met.rough[0].loss + CLOSE + 8
@@ -393,14 +391,14 @@ class StripFrameReader(StripFrames):
                 met.tried(reached)
                 rivals.append(reached)
                 better = reached.loss < best - 1
-                if better and not self._known(posterior.phase(reached), known):
+                if better and not known.holds(posterior.phase(reached)):
                     break
             if stop and met.explains(met.tops[0], UNSURE):
                 break
             rounds -= not better
             rivals = [one for one in rivals if one.loss < met.rough[0].loss + CLOSE]
             rivals = sorted(rivals, key=lambda one: one.loss)
-            while rivals and self._known(posterior.phase(rivals[0]), known):
+            while rivals and known.holds(posterior.phase(rivals[0])):
                 rivals.pop(0)
 
     def _weighed(self, met: _Met) -> list[Weighed]:
@@ -410,10 +408,9 @@ class StripFrameReader(StripFrames):
         for top in met.tops:
             if top.loss > met.tops[0].loss + CLOSE:
                 break
-            about = met.about(top)
-            near = np.sqrt(np.diag(np.linalg.inv(about.hessian))[:loads])
+            about, near = met.about(top), EQUAL * met.near(top)[:loads]
             known = (
-                (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < 0.3 * near).all()
+                (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < near).all()
                 for other, _ in found
             )
             if not any(known):
@@ -563,7 +560,12 @@ class StripFrameReader(StripFrames):
 
 def _same(phase: Array, other: Array) -> bool:
     """Whether two phases are of one explanation."""
-    return bool(np.abs(phase - other).max() < min(SAME, ALIKE * np.abs(other).max()))
+    return bool(np.abs(phase - other).max() < _limit(other))
+
+
+def _limit(phase: Array) -> float:
+    """Distance from a phase below which others are of the same explanation [rad]."""
+    return min(SAME, ALIKE * float(np.abs(phase).max()))
 
 
 def _alike(one: Weighed, best: Weighed, count: int) -> bool:
@@ -591,7 +593,7 @@ class _Met:
         self.posterior, self.rough = posterior, list[Top]()
         self.tops = sorted(tops or [], key=lambda one: one.loss)
         self._chances, self._abouts = dict[int, float](), dict[int, Linearised]()
-        self._settled = list[Top]()
+        self._nears, self._settled = dict[int, Array](), list[Top]()
 
     def about(self, top: Top) -> Linearised:
         """The loss about an explanation."""
@@ -621,15 +623,23 @@ class _Met:
 
     def settle(self) -> None:
         """Add all explanations that may have weight."""
-        unit = np.sqrt(self.posterior.prior.precision)
         for rough in self.rough:
             if rough.loss > self.rough[0].loss + CLOSE:
                 break
+            if not self.tops:
+                self._settle(rough)
+                continue
+            apart = EQUAL * self.near(self.tops[0])
             if not any(
-                (np.abs(rough.unknowns - known.unknowns) * unit).max() < EQUAL
-                for known in self._settled
+                (np.abs(rough.unknowns - known.unknowns) < apart).all() for known in self._settled
             ):
                 self._settle(rough)
+
+    def near(self, top: Top) -> Array:
+        """Standard deviations of all unknowns about an explanation, shape (size,)."""
+        if id(top) not in self._nears:
+            self._nears[id(top)] = np.sqrt(np.diag(np.linalg.inv(self.about(top).hessian)))
+        return self._nears[id(top)]
 
     def add(self, top: Top) -> None:
         self.tops.append(top)

@@ -78,7 +78,7 @@ def _search(fold, variance, single, bias, columns, width, gate, cut):
         signless = signless and fold[b] == 0.0
         for i in range(size):
             for j in range(size):
-                covariance[i, j] -= shift[i] * shift[j] / spread
+                covariance[i, j] -= shift[i] * gain[j]
     return means, scores, parent, phase, skipped, gains, merges[:merged]
 
 

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
+from fringeforce.estimation.compiling import entry
+
 Array = NDArray[np.float64]
 
 WINDOW = 32
@@ -62,9 +64,15 @@ def block_edges(pace: Array, extent: float, largest: int = 8) -> NDArray[np.intp
     """
     length = np.clip(extent / np.maximum(pace, 1e-9), 1, largest).astype(np.intp)
     # no block is longer than any pixel within its reach allows
-    allowed = minimum_filter1d(length, largest, origin=-(largest // 2), mode="nearest").tolist()
-    edges = [0]
-    while edges[-1] < len(pace):
-        edges.append(edges[-1] + int(allowed[edges[-1]]))
-    edges[-1] = len(pace)
-    return np.array(edges)
+    return _edges(minimum_filter1d(length, largest, origin=-(largest // 2), mode="nearest"))
+
+
+@entry
+def _edges(allowed):
+    """Boundaries of blocks that are as long as each pixel where one begins allows."""
+    edges, count = np.zeros(len(allowed) + 1, np.intp), 0
+    while edges[count] < len(allowed):
+        edges[count + 1] = edges[count] + allowed[edges[count]]
+        count += 1
+    edges[count] = len(allowed)
+    return edges[: count + 1]
