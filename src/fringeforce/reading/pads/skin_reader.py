@@ -328,9 +328,14 @@ class PadSkinReader(PadFrames):
         )
 
     def bound(self, forces: ArrayLike) -> Array:
-        """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N]."""
+        """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N].
+
+        Infinite where nothing presses.
+        """
         loads = self.model.checked(forces, single=True)
         patches = Patches.of(self.model.sensor, loads)
+        if not patches.members:  # what small forces change depends on where they are
+            return np.full(self.forces_shape, np.inf)
         fit = SkinFit(self._optics, self.skin, self.response, np.zeros(self.pixels))
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
