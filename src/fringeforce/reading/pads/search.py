@@ -97,6 +97,7 @@ class Search:
             sines = np.sqrt((calm**2).sum(axis=0))
             sines[~vectors.known] = 0.0
             known = vectors.known.astype(float)
+            low = np.zeros(0, dtype=bool)
             for reach in REACHES:
                 around = [2 * int(reach * cover / pitch) + 1 for pitch in self._pitch]
                 shown = uniform_filter(known, around) > SHOWN  # pyright: ignore[reportArgumentType]
