@@ -1,10 +1,14 @@
 """The shipped soft fingertip: presses of 0.05 to 2 N anywhere, by contact mechanics, read back."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import fringeforce as ff
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.design.materials import materials
+from fringeforce.io.bench_loads import load_bench_loads
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_presses import pad_tractions
 from fringeforce.studies.summary import summary
@@ -72,3 +76,29 @@ def test_a_summary_says_how_well_contacts_are_read(model: PadModel) -> None:
 
 def test_nothing_bounds_the_deviations_of_a_skin_that_nothing_touches(reader: ff.Reader) -> None:
     assert np.isinf(reader.bound(np.zeros((25, 3)))).all()
+
+
+def test_presses_come_from_a_table_by_place(
+    model: PadModel, reader: ff.Reader, tmp_path: Path
+) -> None:
+    rows = (
+        "frame,x_mm,y_mm,normal_N,tangential_x_N,tangential_y_N,radius_mm,width_mm",
+        "0,1.2,-0.7,0.5,0.1,0,5,",
+        "0,-2.5,1.5,0.3,0,-0.05,,1.5",
+        "2,0.3,0.2,1.0,0.2,0.1,,2",
+    )
+    (tmp_path / "presses.csv").write_text("\n".join(rows))
+    loads = load_bench_loads(tmp_path / "presses.csv", model.sensor)
+    assert isinstance(loads, BenchLoads)
+    first, nothing, last = loads.presses()
+    ball, patch = first
+    assert (ball.radius, ball.width, patch.radius, patch.width) == (5e-3, None, None, 1.5e-3)
+    assert not nothing
+    assert last == [ff.Press(x=3e-4, y=2e-4, normal=1.0, tangential=(0.2, 0.1), width=2e-3)]
+    (strong, weak) = reader.search(model.expose(first, rng=0)).contacts
+    for one, (*place, normal, along, across) in (
+        (strong, (1.2e-3, -0.7e-3, 0.5, 0.1, 0.0)),
+        (weak, (-2.5e-3, 1.5e-3, 0.3, 0.0, -0.05)),
+    ):
+        assert (np.abs(one.force - [normal, along, across]) < FAR * one.std[:3]).all()
+        assert (np.abs(one.centre - place) < FAR * one.std[6:8]).all()
