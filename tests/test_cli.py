@@ -63,6 +63,11 @@ def test_a_new_design_overwrites_nothing_by_accident(place: Path) -> None:
     assert (place / "s.toml").read_text() == before
 
 
+def test_a_new_design_may_be_that_of_a_pad(tmp_path: Path) -> None:
+    assert run("new", "p.toml", "--like", "fingertip", cwd=tmp_path).returncode == 0
+    assert ff.load_sensor(tmp_path / "p.toml") == ff.load_sensor("fingertip")
+
+
 def test_simulated_frames_are_those_of_the_library(place: Path) -> None:
     (place / "f.csv").write_text("tactel,magnitude_N,angle_deg\n6,1,10\n")
     result = run("simulate", "m.h5", "f.csv", "-o", "f.h5", "--seed", "3", cwd=place)

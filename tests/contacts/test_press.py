@@ -26,6 +26,22 @@ def test_profiles_have_the_variance_of_their_weight(profile: Profile, variance: 
     assert np.isclose(share @ (places - 1e-3) ** 2, variance * 0.3e-3**2, atol=1e-18)
 
 
+def test_an_edge_is_a_flat_body_that_leaves_the_surface_at_the_other_end() -> None:
+    edge = Press(x=1e-3, normal=2.0, tangential=0.5, width=0.6e-3, profile="edge")
+    places, forces = edge.distributed()
+    np.testing.assert_allclose(forces.sum(axis=0), [2.0, 0.5])
+    assert np.isclose(forces[:, 0] @ places / 2.0, 1e-3 + 0.15e-3)
+    # a half-plane rises with the slope that sums pressure over distance, Johnson's equation (2.25);
+    # between the nodes the sums are exact (Erdogan and Gupta, Q. Appl. Math. 29, 525, 1972)
+    n = len(places)
+    between = 1e-3 + 0.3e-3 * np.cos(np.pi * np.arange(1, n) / n)
+    slopes = (forces[:, 0] / (between[:, None] - places)).sum(axis=1)
+    np.testing.assert_allclose(slopes, slopes.mean(), rtol=1e-9)
+    assert np.isclose(abs(slopes.mean()), 2.0 / 0.3e-3)
+    left, _ = Press(x=1e-3, normal=2.0, width=0.6e-3, profile="edge", angle=180).distributed()
+    np.testing.assert_allclose(left, 2e-3 - places)
+
+
 def test_light_of_a_line_is_that_of_the_exact_series_and_of_the_matrix() -> None:
     rolling = load_sensor("saad").replace(**{"transducer.edges": "roller"})
     x, forces = rolling.pixel_positions, np.zeros((11, 2))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.contacts.contact import Event, EventKind
+from fringeforce.contacts.contact import Event, EventKind, Friction
 from fringeforce.contacts.resultant import Resultant
 from fringeforce.contacts.skin_contacts import SkinContacts
 
@@ -109,3 +109,25 @@ def test_friction_is_learned_from_a_stroke() -> None:
         off.append((contacts.friction.coefficient - true) / np.sqrt(contacts.friction.variance))
     assert abs(np.mean(off)) < 0.25
     assert 0.85 < np.std(off) < 1.15
+
+
+def on_pad(x: float, y: float, normal: float, along_y: float = 0.0) -> Resultant:
+    covariance = np.diag([*[SIGMA**2] * 3, *[0.0] * 3, *[1e-12] * 4, 1e-4])
+    nothing, axes = np.zeros(0, dtype=np.intp), np.array([1.5e-3, 0.5e-3])
+    return Resultant(
+        nothing,
+        np.array([normal, 0.0, along_y]),
+        np.zeros(3),
+        np.array([x, y]),
+        covariance,
+        axes=axes,
+        orientation=0.0,
+    )
+
+
+def test_contacts_on_a_pad_are_told_apart_across_it_and_slip_in_any_direction() -> None:
+    rows = [Felt((on_pad(0.0, 2e-3, 1.0, t), on_pad(0.0, -2e-3, 0.9))) for t in (0.0, -0.45, -0.55)]
+    contacts, seen = followed(SkinContacts(friction=Friction(0.5, 1e-6)), rows)
+    touched = [(0, Event(EventKind.TOUCH, 0)), (0, Event(EventKind.TOUCH, 1))]
+    assert seen == [*touched, (2, Event(EventKind.SLIP, 0))]
+    assert contacts.touching[1] is rows[-1].contacts[1]

@@ -7,7 +7,9 @@ import h5py
 import numpy as np
 import pytest
 
+import fringeforce as ff
 from fringeforce.base.errors import InputError
+from fringeforce.contacts.shapes import Punch
 from fringeforce.datasets.example import example
 from fringeforce.datasets.making import Dataset
 from fringeforce.datasets.optics import Optics, drawn_optics, image_of
@@ -42,7 +44,24 @@ def test_without_errors_the_image_is_the_models(pad_model: PadModel) -> None:
     np.testing.assert_allclose(picture(pad_model, forces), expected, atol=0.51)
 
 
-def test_labels_are_the_forces_behind_the_image(made: Dataset, pad_model: PadModel) -> None:
+def test_the_image_of_a_body_is_that_of_a_press_and_not_of_its_tactels(
+    pad_model: PadModel,
+) -> None:
+    camera = pad_model.sensor.camera
+    body = Punch(place=(0.4e-3, -0.3e-3), normal=2.0, shear=(0.5, 0.2), radius=0.8e-3)
+    press = ff.Press(
+        x=0.4e-3, y=-0.3e-3, normal=2.0, tangential=(0.5, 0.2), width=1.6e-3, profile="punch"
+    )
+    imprint = body.imprint(pad_model.sensor)
+    expected = camera.amplitude * pad_model.intensity([press]) + camera.offset
+    # rounding, and a level between two ways to divide the pressure into small forces
+    np.testing.assert_allclose(picture(pad_model, [imprint.tractions]), expected, atol=1.5)
+    assert np.abs(picture(pad_model, imprint.forces) - expected).max() > 20
+
+
+def test_labels_are_the_contacts_behind_the_image(
+    made: Dataset, touches: Touches, pad_model: PadModel
+) -> None:
     with h5py.File(made.shards[0]) as file:
         images, forces = np.asarray(file["image"]), np.asarray(file["forces"])
         contacts, optics = np.asarray(file["contacts"]), np.asarray(file["optics"])
@@ -64,7 +83,8 @@ def test_labels_are_the_forces_behind_the_image(made: Dataset, pad_model: PadMod
                 [dead[dead["image"] == number][c] for c in ("row", "column", "level")], 1
             ),
         )
-        again = image_of(pad_model, load, replace(label, noise=0.0), np.random.default_rng(0))
+        acting = [one.tractions for _, one in example(pad_model, touches[0], number).contacts]
+        again = image_of(pad_model, acting, replace(label, noise=0.0), np.random.default_rng(0))
         left = images[number].astype(float) - again
         clipped = (images[number] == 0) | (images[number] == 255)
         assert left[~clipped].std() == pytest.approx(label.noise, abs=0.35)

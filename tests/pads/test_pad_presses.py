@@ -57,6 +57,38 @@ def test_pressure_under_a_sphere_is_that_of_hertz(deep: Block, surface: Complian
     assert np.abs(found - theory)[inner].max() < 0.01 * theory.max()
 
 
+def test_a_round_edge_presses_the_surface_flat() -> None:
+    """A half-space sinks by the sum of forces over distances, Johnson's equation (3.22)."""
+    press = Press(x=0.0, y=0.0, normal=1.0, width=2.0, profile="edge", angle=90.0)
+    places, forces = press.distributed_on_pad()
+    assert np.isclose(forces[:, 0].sum(), 1.0)
+    np.testing.assert_allclose(forces[:, 0] @ places, [0.0, 1 / 3], atol=1e-12)
+    # beside the plane of the forces, where sums are smooth, and back to it
+    at = np.array([[0.0, -0.4], [0.3, -0.1], [-0.2, 0.2], [0.1, 0.5], [0.4, 0.3], [-0.5, -0.2]])
+    heights = np.array([0.16, 0.2, 0.24, 0.28])
+    away = np.linalg.norm(at[:, None] - places, axis=2)
+    sinking = np.array([(forces[:, 0] / np.hypot(away, h)).sum(axis=1) for h in heights])
+    sinking = np.polynomial.polynomial.polyfit(heights, sinking, 3)[0]
+    plane = np.column_stack([np.ones(len(at)), at])
+    found, *_ = np.linalg.lstsq(plane, sinking)
+    np.testing.assert_allclose(plane @ found, sinking, rtol=3e-3)
+    # as deep in its middle as a punch that is not tilted, equation (3.36)
+    np.testing.assert_allclose(found[:2], [np.pi / 2, 0.0], atol=0.02)
+    assert found[2] > 0.1
+
+
+def test_a_long_edge_presses_along_one_side() -> None:
+    press = Press(
+        x=0.0, y=0.0, normal=3.0, width=(1e-3, 4e-3), profile="edge", outline="rectangle", angle=90
+    )
+    places, forces = press.distributed_on_pad()
+    centre = forces[:, 0] @ places / 3.0
+    np.testing.assert_allclose(centre, [0.0, 0.25e-3], atol=1e-9)
+    beyond = forces[places[:, 1] > 0.4e-3, 0].sum()
+    before = forces[places[:, 1] < -0.4e-3, 0].sum()
+    assert beyond > 20 * before
+
+
 @pytest.mark.parametrize("used", [0.3, 0.8])
 def test_shear_under_a_sphere_is_that_of_cattaneo_and_mindlin(
     deep: Block, surface: Compliance, used: float

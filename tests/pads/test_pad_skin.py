@@ -235,15 +235,16 @@ def test_nothing_is_no_contact(model: PadModel, reader: ff.Reader) -> None:
     assert not traction.values.any()
 
 
-def test_moving_contacts_are_followed_and_new_ones_searched(model: PadModel) -> None:
+def test_moving_contacts_are_followed_and_end_and_new_ones_are_searched(model: PadModel) -> None:
     rows = [
         [ff.Press(x=1e-3 + 0.05e-3 * t, y=0.0, normal=2 + 0.1 * t, radius=5e-3)] for t in range(3)
     ]
     other = [*rows[-1], ff.Press(x=-4e-3, y=2e-3, normal=1.5, radius=3e-3)]
-    frames = model.expose([*rows, other], rng=6)
+    frames = model.expose([*rows, other, rows[-1], []], rng=6)
     readings = list(ff.Reader(model).stream(frames))
-    assert [one.tracked for one in readings] == [False, True, True, False]
-    assert [len(one.contacts) for one in readings] == [1, 1, 1, 2]
+    assert [one.tracked for one in readings] == [False, True, True, False, True, False]
+    assert [len(one.contacts) for one in readings] == [1, 1, 1, 2, 1, 0]
+    assert readings[-1].status is ff.Status.NO_CONTACT
     total = readings[2].total
     assert total is not None
     off = np.concatenate([total.force, total.centre]) - expected(model.sensor, rows[2])

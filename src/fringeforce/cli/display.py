@@ -15,7 +15,7 @@ from rich.text import Text
 
 from fringeforce.acquisition.run_statistics import Delivery, Statistics
 from fringeforce.acquisition.sinks.sink import Readings
-from fringeforce.cli.pad_display import pad_picture
+from fringeforce.cli.pad_display import pad_picture, pad_skin_picture
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.io.tables import contact_cells
@@ -80,7 +80,7 @@ def picture(
     if readings is None:
         parts.append(Text(f"Waiting for {statistics.counted} ...", style=DIM))
     else:
-        kind = sensor.kind if readings.resultants is None else "skin"
+        kind = sensor.kind if readings.resultants is None else f"{sensor.kind} skin"
         parts.append(_PICTURES[kind](sensor, readings, scale))
         status = readings.status[-1]
         calm = status.trusted
@@ -170,8 +170,9 @@ def _skin_picture(_: Sensor, readings: Readings, scale: float) -> Table:
 
 _PICTURES: Mapping[str, Any] = {
     "strip": _strip_picture,
-    "skin": _skin_picture,
+    "strip skin": _skin_picture,
     "pad": pad_picture,
+    "pad skin": pad_skin_picture,
 }
 
 

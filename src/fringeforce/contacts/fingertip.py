@@ -10,8 +10,10 @@ from fringeforce.contacts.press import Press
 
 PERIODS, FORCES = {1: 4.0, 2: 6.0}, {1: 2.0, 2: 5.0}
 """After which the touch begins again [s], and its normal force [N], on a line and on a plane."""
-WIDTH = 0.12
-"""Width of the contact on a skin at its full force, over the extent."""
+WIDTHS = {1: 0.12, 2: 0.25}
+"""Width of the contact on the skin of a strip and of a pad at its full force, over the extent."""
+LINEAR = 0.1
+"""Largest mean pressure of it over the modulus of the cover; linear mechanics bear no more."""
 
 
 def fingertip_forces(
@@ -52,38 +54,64 @@ def fingertip_forces(
 
 
 def fingertip_presses(
-    t: ArrayLike, extent: float, force: float | None = None, friction: float = 0.3
+    t: ArrayLike,
+    extent: float | tuple[float, float],
+    force: float | None = None,
+    friction: float = 0.3,
 ) -> list[list[Press]]:
-    """What the fingertip presses on a strip with a skin, at each time.
+    """What the fingertip presses on a skin, at each time; on that of a pad it rolls, too.
 
     Parameters
     ----------
     t : array_like, shape (k,)
         Times [s].
-    extent : float
-        Length of the skin [m].
+    extent : float or (float, float)
+        Length of the skin of a strip, or sides of that of a pad [m].
     force : float, optional
         Normal force while it presses [N]; `FORCES` if not given.
     friction : float
         Tangential over normal force while it slides.
     """
-    pressed, way, drag = _touch(t, 1, friction)
-    total = FORCES[1] if force is None else force
+    sides = np.atleast_1d(extent)
+    dimensions = len(sides)
+    pressed, way, drag = _touch(t, dimensions, friction)
+    total = FORCES[dimensions] if force is None else force
+    width = WIDTHS[dimensions] * float(sides.min())
+
+    def press(share: float, at: list[float], pull: list[float]) -> Press:
+        return Press(
+            x=at[0],
+            y=at[1] if dimensions == 2 else None,
+            normal=total * share,
+            tangential=(pull[0], pull[1]) if dimensions == 2 else pull[0],
+            # as of a cylinder, or a sphere, on a half-space
+            width=width * share ** (1 / (1 + dimensions)),
+            friction=2 * friction,
+        )
+
+    steps = zip(pressed.tolist(), way * sides, drag * total * pressed[:, None], strict=True)
     return [
-        [
-            Press(
-                x=extent * float(x),
-                normal=total * float(share),
-                tangential=total * float(share * pull),
-                # as of a cylinder on a half-space
-                width=WIDTH * extent * float(np.sqrt(share)),
-                friction=2 * friction,
-            )
-        ]
-        if share > 0
-        else []
-        for share, x, pull in zip(pressed, way[:, 0], drag[:, 0], strict=True)
+        [press(share, at.tolist(), pull.tolist())] if share > 0 else [] for share, at, pull in steps
     ]
+
+
+def bearable(extent: float | tuple[float, float], modulus: float) -> float:
+    """Force of the fingertip that a skin of a pad bears within linear mechanics, `FORCES` at most.
+
+    Parameters
+    ----------
+    extent : (float, float)
+        Sides of the skin [m].
+    modulus : float
+        Of its cover [Pa].
+
+    Returns
+    -------
+    float
+        [N].
+    """
+    width = WIDTHS[2] * float(np.min(extent))
+    return min(FORCES[2], LINEAR * modulus * np.pi / 4 * width**2)
 
 
 def _touch(t: ArrayLike, dimensions: int, friction: float) -> tuple[Array, Array, Array]:

@@ -19,6 +19,7 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.nodes import Nodes, Squares
+from fringeforce.contacts.press import Tractions
 from fringeforce.design.pad import Pad
 
 
@@ -38,6 +39,8 @@ class Imprint:
         Moment about the normal through that centre, from x towards y positive [N m].
     reach : float
         Radius or half length of the contact [m].
+    tractions : Tractions
+        The same as small forces where they act, which tactels know nothing of.
     """
 
     forces: Array
@@ -45,6 +48,7 @@ class Imprint:
     centre: Array
     torsion: float
     reach: float
+    tractions: Tractions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,16 +102,20 @@ class Indenter(ABC):
         outermost = self._outermost(pad, nodes)
         turn = self._turn(self._arm(nodes, outermost))
         forces = np.zeros((squares.total, 3))
-        small = self.normal * nodes.shares[:, None]
-        squares.add(forces[:, :1], nodes.places, small)
+        pressed = np.zeros((len(nodes.places), 3))
+        pressed[:, 0] = self.normal * nodes.shares
         if turn:
             x, y = (nodes.places - nodes.centre).T
-            swirl = np.stack([-y, x], axis=1) * turn / outermost
-            squares.add(forces[:, 1:], nodes.places, small * swirl)
-        rubbed = self.rubbed(pad, nodes, self.friction - abs(turn))
-        squares.add(forces[:, 1:], rubbed.places, rubbed.shares[:, None] * np.asarray(self.shear))
+            pressed[:, 1:] = pressed[:, :1] * np.stack([-y, x], axis=1) * turn / outermost
+        sheared = self.rubbed(pad, nodes, self.friction - abs(turn))
+        rubbed = np.zeros((len(sheared.places), 3))
+        rubbed[:, 1:] = sheared.shares[:, None] * np.asarray(self.shear)
+        acting = Tractions(
+            np.concatenate([nodes.places, sheared.places]), np.concatenate([pressed, rubbed])
+        )
+        squares.add(forces, *acting)
         force = np.array([self.normal, *self.shear])
-        return Imprint(forces, force, nodes.centre, self.torsion, self.reach(pad))
+        return Imprint(forces, force, nodes.centre, self.torsion, self.reach(pad), acting)
 
     def rubbed(self, pad: Pad, nodes: Nodes, friction: float) -> Nodes:
         """Where the shear force acts, in proportion to the pressure if nothing else is known.

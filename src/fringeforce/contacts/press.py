@@ -11,7 +11,7 @@ from scipy.special import roots_jacobi
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 
-Profile = Literal["line", "flat", "hertz", "punch"]
+Profile = Literal["line", "flat", "hertz", "punch", "edge"]
 Outline = Literal["ellipse", "rectangle"]
 NODES = 64
 """Small forces that stand for a traction: Gauss's rule, exact for polynomials of degree 127."""
@@ -83,14 +83,19 @@ class Press:
     width : float or (float, float), optional
         Of the contact [m], on a pad along both axes of its outline; a line, or a point of a pad, if
         neither width nor radius is given.
-    profile : {"line", "flat", "hertz", "punch"}, optional
-        Of the pressure over the width: uniform, that of Hertz, or that of a rigid flat punch, with
-        its singular edges; "hertz" if not given.  The shear is proportional to it.  Over a
-        rectangle the pressure of Hertz is that of a cylinder, uniform along the second width.
+    profile : {"line", "flat", "hertz", "punch", "edge"}, optional
+        Of the pressure over the width: uniform, that of Hertz, that of a rigid flat punch, with
+        its singular edges, or that of a sharp edge; "hertz" if not given.  The shear is
+        proportional to it.  An edge is a flat punch that is tilted until it just leaves the surface
+        at the other end, so that its pressure p grows along the first width, as
+        sqrt((1 + t) / (1 - t)) with t from -1 to 1 on a strip; its centre of pressure is a quarter
+        of the width beyond the middle, of an ellipse a sixth.  Over a rectangle the pressures of
+        Hertz and of an edge are uniform along the second width.
     outline : {"ellipse", "rectangle"}
         Of a contact on a pad.
     angle : float
-        Of the first axis of that outline, from x towards y [degrees].
+        Of the first axis of that outline, from x towards y [degrees]; 180 turns the edge of a
+        contact on a strip to the left.
     radius : float, optional
         Of the cylinder or sphere [m].
     friction : float
@@ -173,7 +178,8 @@ class Press:
             places, shares = np.array([self.x]), np.ones(1)
         else:
             places, shares = _profile(self.profile or "hertz")
-            places = self.x + np.max(self.width) / 2 * places
+            along = np.copysign(1.0, np.cos(np.radians(self.angle)))
+            places = self.x + along * np.max(self.width) / 2 * places
         return Tractions(places, shares[:, None] * [self.normal, self.shear[0]])
 
     def distributed_on_pad(self) -> Tractions:
@@ -195,8 +201,10 @@ def _profile(kind: Profile) -> tuple[Array, Array]:
     if kind == "flat":
         t, weights = np.polynomial.legendre.leggauss(NODES)
         return t, weights / 2
-    if kind == "punch":
-        return np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES), np.full(NODES, 1 / NODES)
+    if kind in ("punch", "edge"):
+        t = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+        # under a rigid flat body that is turned as well, with no pressure left at t = -1
+        return t, (1 + t if kind == "edge" else np.ones(NODES)) / NODES
     angle = np.pi * np.arange(1, NODES + 1) / (NODES + 1)
     return np.cos(angle), 2 / (NODES + 1) * np.square(np.sin(angle))
 
@@ -204,16 +212,17 @@ def _profile(kind: Profile) -> tuple[Array, Array]:
 def _disc(kind: Profile) -> tuple[Array, Array]:
     """Places on the unit disc, shape (q, 2), and shares of the force."""
     # with s = r^2 the weights are 1, sqrt(1 - s) and 1 / sqrt(1 - s)
-    power = {"flat": 0.0, "hertz": 0.5, "punch": -0.5}[kind]
+    power = {"flat": 0.0, "hertz": 0.5, "punch": -0.5, "edge": -0.5}[kind]
     s, weights = roots_jacobi(RINGS, power, 0.0)
     turn = 2 * np.pi * np.arange(SPOKES) / SPOKES
     around = np.column_stack([np.cos(turn), np.sin(turn)])
-    places = np.sqrt((1 + s) / 2)[:, None, None] * around
-    return places.reshape(-1, 2), np.repeat(weights / weights.sum() / SPOKES, SPOKES)
+    places = (np.sqrt((1 + s) / 2)[:, None, None] * around).reshape(-1, 2)
+    shares = np.repeat(weights / weights.sum() / SPOKES, SPOKES)
+    return places, shares * (1 + places[:, 0]) if kind == "edge" else shares
 
 
 def _square(kind: Profile) -> tuple[Array, Array]:
     """Places on the square from -1 to 1, shape (q, 2), and shares of the force."""
-    first, second = _profile(kind), _profile("flat" if kind == "hertz" else kind)
+    first, second = _profile(kind), _profile("flat" if kind in ("hertz", "edge") else kind)
     x, y = np.meshgrid(first[0], second[0], indexing="ij")
     return np.column_stack([x.ravel(), y.ravel()]), np.outer(first[1], second[1]).ravel()

@@ -102,10 +102,10 @@ class SkinContacts:
     def _met(self, contacts: tuple[Resultant, ...]) -> dict[int, Resultant]:
         """Contacts of a reading that touched before, by their numbers; the nearest go together."""
         pairs = sorted(
-            (abs(float(one.centre[0] - old.centre[0])), k, number)
+            (apart, k, number)
             for k, old in self.touching.items()
             for number, one in enumerate(contacts)
-            if abs(one.centre[0] - old.centre[0]) < ((one.width or 0) + (old.width or 0)) / 2
+            if (apart := float(np.linalg.norm(one.centre - old.centre))) < _reach(one) + _reach(old)
         )
         found, taken = dict[int, Resultant](), set[int]()
         for _, k, number in pairs:
@@ -119,8 +119,15 @@ class SkinContacts:
         friction = self.friction
         if not np.isfinite(friction.variance):
             return False
-        normal, tangential = one.force
-        slope = np.array([friction.coefficient, -np.copysign(1.0, tangential)])
+        normal, tangential = one.force[0], one.force[1:]
+        size = np.linalg.norm(tangential)
+        along = tangential / size if size > 0 else np.zeros(len(tangential))
+        slope = np.concatenate([[friction.coefficient], -along])
         variance = slope @ one.force_covariance @ slope + normal**2 * friction.variance
         margin = slope @ one.force / np.sqrt(variance)
         return bool(margin < SLIP or (number in self.slipping and margin <= STICK))
+
+
+def _reach(one: Resultant) -> float:
+    """Half the width of a contact on a strip, half the mean of the axes of one on a pad [m]."""
+    return float(one.width or 0) / 2 if one.axes is None else float(one.axes.mean()) / 2

@@ -119,5 +119,7 @@ def example(model: PadModel, study: DatasetStudy, number: int) -> Example:
     contacts = [(body, body.imprint(pad)) for body in random_contacts(pad, touch, study.contacts)]
     forces = np.sum([imprint.forces for _, imprint in contacts], axis=0)
     optics = drawn_optics(study.optics, pad, light)
-    image = image_of(model, forces, optics, noise)
+    acting = [imprint.tractions for _, imprint in contacts]
+    exact = pad.transducer.sides == "roller"
+    image = image_of(model, acting if exact else forces, optics, noise)
     return Example(number, image, forces, contacts, optics, study.split.part(number))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +10,13 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Single
 from fringeforce.base.errors import InputError
+from fringeforce.contacts.press import Tractions
 from fringeforce.datasets.study_file import OpticsRanges
 from fringeforce.design.light import Plates
 from fringeforce.design.pad import Pad
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import Retardance
+from fringeforce.models.pad_presses import press_slices
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.integrated import LARGEST
 
@@ -85,7 +88,10 @@ def drawn_optics(ranges: OpticsRanges, pad: Pad, rng: np.random.Generator) -> Op
 
 
 def image_of(
-    model: PadModel, forces: Array, optics: Optics, rng: np.random.Generator
+    model: PadModel,
+    acting: Array | Sequence[Tractions],
+    optics: Optics,
+    rng: np.random.Generator,
 ) -> NDArray[np.unsignedinteger]:
     """The image that the camera delivers.
 
@@ -93,8 +99,9 @@ def image_of(
     ----------
     model : PadModel
         Model of the design.
-    forces : ndarray, shape (n, 3)
-        N, T_x, T_y of every tactel [N].
+    acting : ndarray, shape (n, 3), or sequence of Tractions
+        N, T_x, T_y of every tactel [N], each uniform on its square; or small forces where they act,
+        whose light the exact series of roller sides knows.
     optics : Optics
         In place of those of the design.
     rng : numpy.random.Generator
@@ -111,8 +118,17 @@ def image_of(
         If a slice turns light by more than a wave.
     """
     varied = PadModel(_with_optics(model.sensor, optics), model.influence)
-    modes = _modes(varied, forces, optics.shift)
-    intensity = np.stack([varied.picture(modes, picture)[0] for picture in varied.pictures])
+    x, y = (
+        centres + moved * (centres[1] - centres[0])
+        for centres, moved in zip(model.sensor.pixel_positions, optics.shift, strict=True)
+    )
+    if isinstance(acting, np.ndarray):
+        modes = _modes(varied, acting, x, y)
+        intensity = np.stack([varied.picture(modes, picture)[0] for picture in varied.pictures])
+    else:
+        slices = press_slices(model.sensor, acting, x, y)
+        _check_turns(slices[..., ::4, ::4])
+        intensity = varied.seen(slices)
     camera = varied.sensor.camera
     amplitude = camera.amplitude * optics.light * _lighting(varied.sensor, optics)
     lighting = amplitude, np.full_like(amplitude, camera.offset)
@@ -142,22 +158,22 @@ def _with_optics(pad: Pad, optics: Optics) -> Pad:
     return pad.model_copy(update={"polariscope": polariscope, "camera": camera})
 
 
-def _modes(model: PadModel, forces: Array, shift: tuple[float, float]) -> Single:
-    """Retardance of every depth profile where the pixels of a shifted camera look."""
-    x, y = (
-        centres + moved * (centres[1] - centres[0])
-        for centres, moved in zip(model.sensor.pixel_positions, shift, strict=True)
-    )
+def _modes(model: PadModel, forces: Array, x: Array, y: Array) -> Single:
+    """Retardance of every depth profile at columns and rows."""
     influence = model.influence
     modes = Retardance.at(influence, x, y).forward(model.checked(forces, single=True))
     # stresses are smooth, so that some pixels know how far the largest turn is
-    slices = np.tensordot(influence.profile, modes[..., ::4, ::4], (1, 1))
+    _check_turns(np.tensordot(influence.profile, modes[..., ::4, ::4], (1, 1)))
+    return modes
+
+
+def _check_turns(slices: Array) -> None:
+    """InputError if a slice turns light by more than a wave."""
     if not np.sqrt((slices**2).sum(axis=1).max()) <= LARGEST:
         raise InputError(
             "The contacts turn light by more than a wave in one slice of the pad; take smaller "
             "forces."
         )
-    return modes
 
 
 def _lighting(pad: Pad, optics: Optics) -> Array:

@@ -124,7 +124,7 @@ def new_design(path: str | os.PathLike[str], like: str = "saad", overwrite: bool
     DesignError
         If there is no such design, the file exists, or it cannot be written.
     """
-    shipped = shipped_designs()
+    shipped = {**shipped_designs(), **shipped_pads()}
     if like not in shipped:
         raise DesignError(f"There is no shipped design {like!r}; {suggestion(like, list(shipped))}")
     try:

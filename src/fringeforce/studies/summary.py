@@ -10,7 +10,8 @@ import numpy as np
 from fringeforce.calibration.planning.candidates import fringes_per_pixel
 from fringeforce.calibration.planning.plan import GAIN, Plan
 from fringeforce.contacts.loads import paper_load
-from fringeforce.design.pad import Pad
+from fringeforce.contacts.press import Press
+from fringeforce.design.pad import SQUARES, Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
 from fringeforce.design.units import READABLE
@@ -90,25 +91,43 @@ def _pad_summary(model: PadModel) -> list[tuple[str, str]]:
     middle = np.zeros((3, tactels.total, 3))
     middle[range(3), tactels.total // 2, range(3)] = 1.0
     normal, tangential, _ = [np.hypot(*one).max() for one in model.retardance(middle)]
-    deviations = 1e3 * np.median(Reader(model).bound(np.zeros((tactels.total, 3))), axis=0)
     columns, rows = camera.pixels
+    count = f"{tactels.count[0]} x {tactels.count[1]}"
+    places = ("tactels", f"{count} at a pitch of {_mm(tactels.pitch)}")
+    if pad.skin is not None:
+        extent = " x ".join(map(_mm, pad.skin.extent))
+        places = ("skin", f"{extent}, forces also on {count} squares of {_mm(tactels.side)}")
     return [
         ("pad", f"{_mm(block.length)} x {_mm(block.width)}, {block.sides} sides"),
         *_layers(pad),
-        ("tactels", f"{tactels.count[0]} x {tactels.count[1]} at a pitch of {_mm(tactels.pitch)}"),
+        places,
         ("camera", f"{columns} x {rows} pixels, {camera.kind}, {camera.bits} bits"),
         _constant(pad),
         (
             "peak retardance per newton",
             f"{normal:.3g} rad normal, {tangential:.3g} rad tangential, both passes",
         ),
-        (
-            "standard deviation of a force, one frame",
-            f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest",
-        ),
+        _deviations(model),
         _strain(1.0 / tactels.side**2 / block.compliant.youngs_modulus, "tactel"),
         ("solved by", provenance_words(model)),
     ]
+
+
+def _deviations(model: PadModel) -> tuple[str, str]:
+    """How well one frame tells a small force on a tactel, or a contact on a skin."""
+    pad, reader = model.sensor, Reader(model)
+    if pad.skin is None:
+        deviations = 1e3 * np.median(reader.bound(np.zeros((pad.tactels.total, 3))), axis=0)
+        return "standard deviation of a force, one frame", (
+            f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest"
+        )
+    press = Press(x=0.0, y=0.0, normal=1.0, width=SQUARES * pad.transducer.compliant.thickness)
+    total = reader.read(model.expose([press], rng=0)).total
+    std = np.full(8, np.inf) if total is None else total.std
+    return "standard deviation of a contact of 1 N, one frame", (
+        f"{1e3 * std[0]:.3g} mN normal, {1e3 * std[1:3].max():.3g} mN tangential, "
+        f"{1e6 * std[6:8].max():.3g} um of its place"
+    )
 
 
 _SUMMARIES: Mapping[str, Any] = {"strip": _strip_summary, "pad": _pad_summary}

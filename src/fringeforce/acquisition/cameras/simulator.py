@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fringeforce.acquisition.cameras.camera import Block, Interruptible, Settings
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.fingertip import PERIODS, fingertip_forces, fingertip_presses
+from fringeforce.contacts.fingertip import PERIODS, bearable, fingertip_forces, fingertip_presses
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
@@ -70,7 +70,7 @@ class SimulatedCamera(Interruptible):
         self.name = f"simulated touch, {self.line_rate:g} {'images' if images else 'lines'}/s"
         period = period or PERIODS[model.sensor.dimensions]
         self._per_loop = max(round(period * self.line_rate), 1)
-        skin = model.sensor.skin if isinstance(model, SensorModel) else None
+        sensor, skin = model.sensor, model.sensor.skin
         most = max(PIXELS // prod(model.frame_shape), 2) if images else PRESSED if skin else LOOP
         count = min(most, self._per_loop)
         times = np.arange(count) * (period / count)
@@ -78,6 +78,9 @@ class SimulatedCamera(Interruptible):
             script = partial(fingertip_forces, places=model.sensor.tactels.places)
             if skin is not None:
                 script = partial(fingertip_presses, extent=skin.extent)
+            if images and skin is not None:
+                modulus = sensor.transducer.compliant.youngs_modulus
+                script = partial(script, force=bearable(skin.extent, modulus))
         self.forces: Any = script(times)
         noise = np.random.default_rng(rng)
         # one by one, for intensities of images take eight times their room

@@ -39,7 +39,7 @@ class CsvSink(Sink):
     def __init__(self, path: str | os.PathLike[str], sensor: Sensor | Pad) -> None:
         self.name = f"CSV {os.fspath(path)}"
         if is_skin(sensor):
-            what, numbers = "contact", contact_columns()
+            what, numbers = "contact", contact_columns(sensor.components)
         else:
             what = "tactel"
             numbers = [name for name in reading_columns(sensor.components) if name not in POLAR_STD]

@@ -6,13 +6,12 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fringeforce.acquisition.sinks.contact_rows import contact_objects, is_skin
+from fringeforce.acquisition.sinks.contact_rows import contact_objects, is_skin, wrenches_of
 from fringeforce.acquisition.sinks.message import numbers
 from fringeforce.acquisition.sinks.serving import LOOPBACK, address
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.base.optional_libraries import extra
-from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
@@ -122,7 +121,7 @@ def _schema(sensor: Sensor | Pad) -> dict[str, Any]:
 
 def _log(channel: Any, readings: Readings, sensor: Sensor | Pad) -> None:
     forces, std = (numbers(values.swapaxes(1, 2)) for values in (readings.forces, readings.std))
-    force, torque = map(numbers, wrenches(readings.forces, sensor.tactels.places))
+    force, torque = map(numbers, wrenches_of(readings, sensor))
     chi2 = numbers(readings.chi2)
     contacts = None if readings.resultants is None else contact_objects(readings)
     for i, status in enumerate(readings.status):

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import DTypeLike
 
-from fringeforce.acquisition.sinks.contact_rows import ROWS, contact_table, is_skin
+from fringeforce.acquisition.sinks.contact_rows import ROWS, columns_of, contact_table, is_skin
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.storage import (
     FORCE_AXES,
@@ -28,26 +28,27 @@ from fringeforce.base.storage import (
     writing,
 )
 from fringeforce.io.frames import FRAMES, pixel_axes
+from fringeforce.io.tables import contact_columns
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Status
 
 SECONDS = "seconds since 1970-01-01"
 CODES = {status: code for code, status in enumerate(Status)}
-CONTACTS = {
-    f"contact_{name}{end}": unit
-    for end in ("", "_std")
-    for name, unit in (("x", "m"), ("width", "m"), ("normal", "N"), ("tangential", "N"))
-}
-"""Numbers of contacts on a skin and their units, in the order of the columns of a table of them."""
-SCALES = np.tile([1e-3, 1e-3, 1.0, 1.0], 2)
-"""These units over those of that table."""
+UNITS = {"mm": ("m", 1e-3), "N": ("N", 1.0), "deg": ("rad", np.pi / 180), "Nmm": ("N m", 1e-3)}
+"""SI units of the columns of a table of contacts by how their names end, and sizes in them."""
 ROOM = 2**18
 """Bytes that have to be free on the disk before a file begins: its description and first rows."""
 CHUNK, FRAME_CHUNK = 256, 64
 """Most rows of numbers, and of grey levels, that are kept together."""
 CHUNK_BYTES = 2**17
 """Room for them: whoever appends a row writes all that is kept together with it."""
+
+
+def _contact_columns(columns: tuple[str, ...]) -> dict[str, tuple[str, float]]:
+    """Names of the numbers of contacts, their units, and the size of the table's units in these."""
+    parts = (name.rpartition("_") for name in columns)
+    return {f"contact_{name}": UNITS[unit] for name, _, unit in parts}
 
 
 class Hdf5Sink(Sink):
@@ -120,8 +121,10 @@ class Hdf5Sink(Sink):
             "status": [CODES[status] for status in readings.status],
         }
         if readings.resultants is not None:
-            values = np.moveaxis(contact_table(readings) * SCALES, 2, 0)
-            columns |= dict(zip(CONTACTS, values, strict=True))
+            values = np.moveaxis(contact_table(readings), 2, 0)
+            named = _contact_columns(columns_of(readings))
+            for (name, (_, size)), numbers in zip(named.items(), values, strict=True):
+                columns[name] = size * numbers
         if self._frames:
             columns["grey"] = readings.lines
         end = self._count + len(readings)
@@ -157,7 +160,7 @@ class Hdf5Sink(Sink):
         if is_skin(sensor):
             meaning = "number of the contact, the strongest first; 0 is all together"
             write(file, "contact", np.arange(ROWS), ("contact",), None, meaning)
-            for name, unit in CONTACTS.items():
+            for name, (unit, _) in _contact_columns(contact_columns(sensor.components)).items():
                 self._growing(name, ("contact",), float, name.replace("_", " "), unit)
         self._growing("chi2", (), float, "reduced chi-square")
         status = self._growing("status", (), np.uint8, "verdict")

@@ -14,6 +14,9 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.io.tables import contact_columns
 
+UNITS = {"mm": "millimeters", "N": "newtons", "deg": "degrees", "Nmm": "newton millimeters"}
+"""Units of the columns of a table of contacts, by how their names end."""
+
 
 class LslSink(Sink):
     """An outlet with a channel for each component of each tactel, named after both [N].
@@ -45,9 +48,9 @@ class LslSink(Sink):
         labels = [f"{name}_{tactel}" for tactel in tactels for name in sensor.components]
         units = ["newtons"] * len(labels)
         if is_skin(sensor):
-            columns = contact_columns()
+            columns = contact_columns(sensor.components)
             labels = [f"{name}_{contact}" for contact in range(ROWS) for name in columns]
-            units = ["newtons" if "_N_" in label else "millimeters" for label in labels]
+            units = ROWS * [UNITS[name.rpartition("_")[2]] for name in columns]
         info = self._lsl.StreamInfo(
             name, "Force", len(labels), self._lsl.IRREGULAR_RATE, self._lsl.cf_double64, name
         )

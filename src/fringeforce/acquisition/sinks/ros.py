@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin
+from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin, wrenches_of
 from fringeforce.acquisition.sinks.ros_messages import (
     CONTACT_AXES,
     SKIN_TOPICS,
@@ -18,7 +18,6 @@ from fringeforce.acquisition.sinks.ros_messages import (
 )
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
@@ -67,7 +66,8 @@ class RosSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Publish the last reading of a block."""
-        (force,), (torque,) = wrenches(readings.forces[-1:], self._sensor.tactels.places)
+        forces, torques = wrenches_of(readings, self._sensor)
+        force, torque = forces[-1], torques[-1]
         nanoseconds = round(readings.timestamps[-1] * 1e9)
         self._publishers["wrench"].publish(wrench_message(_type, nanoseconds, force, torque))
         if readings.resultants is not None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin
+from fringeforce.acquisition.sinks.contact_rows import contact_rows, is_skin, wrenches_of
 from fringeforce.acquisition.sinks.ros_messages import (
     CONTACT_AXES,
     SKIN_TOPICS,
@@ -19,7 +19,6 @@ from fringeforce.acquisition.sinks.ros_messages import (
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.optional_libraries import extra
-from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
@@ -67,7 +66,7 @@ class RosbagSink(Sink):
 
     def write(self, readings: Readings) -> None:
         """Append a block."""
-        forces, torques = wrenches(readings.forces, self._sensor.tactels.places)
+        forces, torques = wrenches_of(readings, self._sensor)
         types = self._store.types.__getitem__
         rows = [] if readings.resultants is None else list(contact_rows(readings))
         for i, time in enumerate(np.rint(readings.timestamps * 1e9).astype(int).tolist()):

@@ -35,7 +35,10 @@ of the root of three, and whether forces are those of a contact."""
 SIDE = 40
 """Rows and columns of places."""
 START = 0.4
-"""Sine of the retardance below which, within two covers, a place is believed at first."""
+"""Sine of the retardance below which, within a distance, a place is believed at first."""
+REACHES = 2.4, 1.2, 0.6
+"""These distances in turn until there is such a place, in thicknesses of the cover: where contacts
+fill a small pad, all is near them."""
 SHOWN = 0.5
 """Share of the pixels there that must count."""
 CALM = 0.06
@@ -86,19 +89,22 @@ class Search:
         used : ndarray of bool, same shape, optional
             Pixels that count; all if not given.
         """
-        reach = 2.4 * self.model.sensor.transducer.compliant.thickness
-        seen = []
+        cover, seen = self.model.sensor.transducer.compliant.thickness, []
         for vectors in stress_vectors(self.model, self.response, frame, used):
             # averaged until noise alone is far from what tells a place to be believed
             size = 2 * int(vectors.noise / CALM) + 1
             calm = uniform_filter(vectors.values, size, axes=(1, 2))
             sines = np.sqrt((calm**2).sum(axis=0))
             sines[~vectors.known] = 0.0
-            around = [2 * int(reach / pitch) + 1 for pitch in self._pitch]
             known = vectors.known.astype(float)
-            shown = uniform_filter(known, around) > SHOWN  # pyright: ignore[reportArgumentType]
-            low = (maximum_filter(sines, around) < START) & shown
-            seen.append((vectors.at(self.places.rows, self.places.columns), self._few(low)))
+            low = np.zeros(0, dtype=bool)
+            for reach in REACHES:
+                around = [2 * int(reach * cover / pitch) + 1 for pitch in self._pitch]
+                shown = uniform_filter(known, around) > SHOWN  # pyright: ignore[reportArgumentType]
+                low = self._few((maximum_filter(sines, around) < START) & shown)
+                if low.any():
+                    break
+            seen.append((vectors.at(self.places.rows, self.places.columns), low))
         for plausible, contact in ATTEMPTS:
             yield self._grown(seen, plausible / self.strongest, contact)
 

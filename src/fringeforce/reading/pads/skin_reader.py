@@ -26,9 +26,8 @@ from fringeforce.reading.pads.skin_result import PadSkinResult
 from fringeforce.reading.pads.skin_search import Patches
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_search import MOST
 
-MOST = 6
-"""Contacts that are looked for at most."""
 COARSE = 1e-3
 """Gain of the loss for a pixel that a step of contacts without shapes promises, below which shapes
 join in."""
@@ -111,8 +110,8 @@ class PadSkinReader(PadFrames):
         fit = SkinFit(self._optics, self.skin, self.response, grey, classifier.used)
         if expected is not None:
             contacts, free = expected
-            one = fit.climb(fit.limited(contacts), free, FOLLOWED)
-            if self.explains(fit, classifier, one):
+            one = self._touching(fit, fit.climb(fit.limited(contacts), free, FOLLOWED))
+            if one is not None and self.explains(fit, classifier, one):
                 return self._stated(fit, one, probability, tracked=True), one
         nothing = fit.at(np.zeros((0, SIZE_OF)))
         silent = classifier.noise(nothing.left.slope, 0)
@@ -124,8 +123,7 @@ class PadSkinReader(PadFrames):
                 break
         good = [one for one in met if self.explains(fit, classifier, one)]
         if silent and not any(
-            nothing.left.loss - one.loss > square_limit(one.free.sum(), FALSE_CONTACT)
-            for one in good
+            nothing.left.loss - one.loss > _noise_makes(one.free) for one in good
         ):
             return self._nothing(nothing.left.slope), None
         if not good:
@@ -143,6 +141,22 @@ class PadSkinReader(PadFrames):
             others=[one for one, mine in zip(good, own, strict=True) if not mine],
         )
         return reading, best if reading.ok else None
+
+    def _touching(self, fit: SkinFit, one: SkinOptimum) -> SkinOptimum | None:
+        """The same without contacts that noise may have made, or None if all are such."""
+        gone = self._faint(one)
+        if not gone.any() or gone.all():
+            return None if gone.all() else one
+        fewer = fit.climb(one.contacts[~gone], one.free[~gone], FOLLOWED)
+        return fewer if fewer.loss - one.loss < _noise_makes(one.free[gone]) else one
+
+    def _faint(self, one: SkinOptimum) -> Mask:
+        """Contacts whose force alone does not tell them from what noise makes, shape (k,)."""
+        normal = np.zeros(one.free.size, dtype=bool)
+        normal[::SIZE_OF] = True
+        variance = np.diag(one.curvature.covariance)[normal[one.free.ravel()]]
+        limits = [_noise_makes(own) for own in one.free]
+        return np.square(one.contacts[:, 0]) < limits * variance
 
     def _starts(self, fit: SkinFit, classifier: FrameClassifier) -> Iterator[Array]:
         for forces, _ in self._search.attempts(fit.frame, classifier.used):
@@ -169,7 +183,28 @@ class PadSkinReader(PadFrames):
             met.append(self._climbed(fit, patches.contacts))
             if met[-1].loss > met[-2].loss:
                 break
+        while self.explains(fit, classifier, met[-1]):
+            fewer = self._without_weakest(fit, met[-1])
+            if fewer is None or not self.explains(fit, classifier, fewer):
+                break
+            met.append(fewer)
         return met
+
+    def _without_weakest(self, fit: SkinFit, one: SkinOptimum) -> SkinOptimum | None:
+        """The same without its weakest contact, if that is faint, or beside another.
+
+        Where the first start was far off, a division finds the contact and leaves another beside.
+        """
+        weak = int(one.contacts[:, 0].argmin())
+        rest = np.delete(one.contacts, weak, axis=0)
+        if not len(rest):
+            return None
+        apart = np.linalg.norm(rest[:, PLACE:SHAPE] - one.contacts[weak, PLACE:SHAPE], axis=1)
+        reach = [np.linalg.norm(matrix_of(c[SHAPE:FIRST]), 2) for c in one.contacts]
+        near = BESIDE * self._cover + reach[weak] + np.delete(reach, weak)
+        if (apart > near).all() and not self._faint(one)[weak]:
+            return None
+        return fit.climb(rest, np.ones(rest.shape, dtype=bool), FOLLOWED)
 
     @cached_property
     def _least(self) -> float:
@@ -328,15 +363,25 @@ class PadSkinReader(PadFrames):
         )
 
     def bound(self, forces: ArrayLike) -> Array:
-        """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N]."""
+        """Smallest deviations that an unbiased reading of squares can have, shape (n, 3) [N].
+
+        Infinite where nothing presses.
+        """
         loads = self.model.checked(forces, single=True)
         patches = Patches.of(self.model.sensor, loads)
+        if not patches.members:  # what small forces change depends on where they are
+            return np.full(self.forces_shape, np.inf)
         fit = SkinFit(self._optics, self.skin, self.response, np.zeros(self.pixels))
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
         place = fit.at(contacts)
         joint = covariance_of(fit.information(place, free))
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
+
+
+def _noise_makes(free: Mask) -> float:
+    """What contacts that noise alone makes gain of the loss at most, as of `FALSE_CONTACT`."""
+    return square_limit(float(free.sum()), FALSE_CONTACT)
 
 
 class PadSkinFollower(PadFramesFollower):
@@ -363,7 +408,9 @@ class PadSkinFollower(PadFramesFollower):
         reading, here = self._single.found(levels, used, self._expected, self._probability)
         before, self._last, self._probability = self._last, here, reading.probability
         self._expected = None if here is None else (here.contacts, here.free)
-        if here is not None and before is not None and reading.tracked:
+        if here is None or before is None or not reading.tracked:
+            return reading
+        if len(here.contacts) == len(before.contacts):  # none has gone
             ahead = here.contacts + KEPT * (here.contacts - before.contacts)
             self._expected = ahead, here.free
         return reading
