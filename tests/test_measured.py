@@ -55,9 +55,11 @@ def test_a_reliability_diagram_has_shares_of_frames_over_stated_probabilities(
     tmp_path: Path,
 ) -> None:
     text = (
-        "stated            frames   right\n"
-        "0.500 to 0.700       120      60\n"
-        "0.999 to 1.000     17000   16996\n"
+        "probability        frames   stated    right   near\n"
+        "0.5 to 0.7            120   0.6000   0.5000   0.02\n"
+        "0.999 to 1          20000   0.9995   0.9998   1.00\n\n"
+        "frames         number      OK\n"
+        "strong           4000   99.0%\n"
     )
     (tmp_path / "reliability.txt").write_text(HEAD + text, encoding="utf-8")
     (axes,) = measured_figures.reliability(tmp_path / "reliability.txt").axes
@@ -65,7 +67,7 @@ def test_a_reliability_diagram_has_shares_of_frames_over_stated_probabilities(
     stated, right = np.asarray(dots.get_data(), dtype=float)
     assert stated == pytest.approx([0.6, 0.9995])
     assert right[0] == pytest.approx(0.5, abs=1e-9)  # by symmetry
-    assert 1 - right[1] == pytest.approx(4.17 / 17000, rel=0.01)  # median, 4 wrong
+    assert 1 - right[1] == pytest.approx(4.17 / 20000, rel=0.01)  # median, 4 wrong
 
 
 def test_a_record_of_another_shape_is_named(tmp_path: Path) -> None:

@@ -254,19 +254,10 @@ def robustness(path: Path) -> Figure:
 
 def reliability(path: Path) -> Figure:
     """Share of frames that were right over the probability that was stated."""
-    table = aligned(path, "stated")
-    stated = [
-        np.mean([float(n) for n in re.findall(r"\d+(?:\.\d+)?", text)])
-        / (100 if "%" in text else 1)
-        for text in table.texts("stated")
-    ]
-    frames = np.array(table.numbers("frames"))
-    right = np.array(
-        [
-            number(text) * total / 100 if "%" in text else number(text)
-            for text, total in zip(table.texts("right"), frames, strict=True)
-        ]
-    )
+    table = aligned(path, "probability")
+    stated, frames = np.array(table.numbers("stated")), np.array(table.numbers("frames"))
+    stated = np.minimum(stated, 1 - 2.5e-5)  # of four digits: 1.0000 is more than 0.99995
+    right = np.array(table.numbers("right")) * frames
     shape = right + 0.5, frames - right + 0.5  # Jeffreys' interval of a share
     middle, low, high = (beta.ppf(p, *shape) for p in (0.5, 0.025, 0.975))
     figure, (axes,) = _figure(4.4)
