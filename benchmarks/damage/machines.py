@@ -25,7 +25,7 @@ from fringeforce.io.frames import load_frames
 SOURCES = Path(ff.__file__).parents[1]
 SMALL = 5_000
 """Size that no file may exceed on a full disk [bytes]."""
-LIMIT = 100
+LIMIT = 300
 
 
 def _run(
@@ -171,7 +171,7 @@ def _two_sweeps(where: Path) -> None:
                 said = ended[0].communicate()[1]
                 break
         assert len(ended) == 1, "both go on"
-        time.sleep(6)
+        time.sleep(20)  # the other has found something by then
     finally:
         for run in runs:
             with suppress(ProcessLookupError):
