@@ -1,4 +1,4 @@
-"""Reading forces beside plainer ways to do it: success, efficiency, time, on the same frames.
+"""Reading forces compared with simpler methods: success, efficiency, time, on the same frames.
 
 The paper's design with free edges, loads as in reading.py.  Every way gives one answer for a frame,
 and one answer only counts: recovered means that every force lies within 6 of the Cramer-Rao bound's

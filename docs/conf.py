@@ -24,6 +24,7 @@ extensions = [
     "sphinx_copybutton",
     "mathml",
     "measured",
+    "tried",
     "generated",
 ]
 exclude_patterns = ["generated/gallery/**/*.py", "generated/parts/**"]

@@ -6,10 +6,11 @@ import shlex
 import shutil
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tried import Block
+from tried import blocks as blocks_of
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -32,37 +33,9 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(docs), *sorted(examples)]
 
 
-@dataclass(frozen=True)
-class Block:
-    """A fenced block: its language or directive, the file that it is, and its text."""
-
-    language: str
-    caption: str
-    text: str
-    line: int
-
-
-def blocks(page: Path) -> Iterator[Block]:
+def blocks(page: Path) -> list[Block]:
     """The fenced blocks of a page in their order."""
-    fence, head, held, start = "", "", [], 0
-    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
-        mark = re.match(r"(`{3,}|~{3,})(.*)", line)
-        if not fence and mark:
-            fence, head, held, start = mark[1], mark[2].strip(), [], number
-        elif fence and line.strip() == fence:
-            yield _block(head, held, start)
-            fence = ""
-        elif fence:
-            held.append(line)
-    assert not fence, f"{page}: the block that begins in line {start} does not end"
-
-
-def _block(head: str, held: list[str], start: int) -> Block:
-    language, caption = head.removeprefix("{code-block}").strip(), ""
-    if head.startswith("{code-block}"):
-        while held and (held[0].startswith(":") or not held[0]):
-            caption = held.pop(0).partition(":caption:")[2].strip() or caption
-    return Block(language, caption, "\n".join(held) + "\n", start)
+    return list(blocks_of(page.read_text(encoding="utf-8")))
 
 
 def run_page(page: Path, folder: Path) -> None:

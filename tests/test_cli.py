@@ -7,29 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.main import get_command
 
 import fringeforce as ff
 from fringeforce.calibration.bench_loads import BenchLoads, in_words
+from fringeforce.cli import app
 from fringeforce.io.bench_loads import load_bench_loads
 from fringeforce.io.frames import load_frames
 from fringeforce.io.tables import load_forces, save_forces
 
 pytestmark = pytest.mark.slow
 
-COMMANDS = [
-    *("new", "characterize", "show", "simulate", "read", "live"),
-    *(
-        "plan",
-        "calibrate",
-        "check",
-        "study",
-        "sweep",
-        "optimise",
-        "dataset",
-        "explore",
-        "reproduce",
-    ),
-]
+COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -50,6 +39,12 @@ def test_every_command_has_help(command: str, tmp_path: Path) -> None:
     result = run(command, "-h", cwd=tmp_path)
     assert result.returncode == 0
     assert "Usage" in result.stdout
+
+
+def test_the_list_of_commands_says_each_line_to_its_end(tmp_path: Path) -> None:
+    listed = run("-h", cwd=tmp_path).stdout.partition("Commands:")[2]
+    assert all(f"\n  {command} " in listed for command in COMMANDS)
+    assert "..." not in listed
 
 
 def test_a_new_design_is_the_shipped_one_with_its_comments(place: Path) -> None:

@@ -20,8 +20,8 @@ PARTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cf
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, built from a copy of its sources.
 
-    The gallery's scripts are not run here: tests of their own run each, and building the site would
-    run them again.
+    Blocks of pages and the gallery's scripts are not run here: tests of their own run each, and
+    building the site would run them again.
     """
     copy = tmp_path_factory.mktemp("sources")
     made = shutil.ignore_patterns("generated", "_site", "__pycache__", "*.h5")
@@ -30,6 +30,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in PARTS:
         shutil.copy(ROOT / name, copy)
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going"]
+    command += ["-D", "run_pages=0"]
     if (copy / "examples" / "gallery").is_dir():
         command += ["-D", "plot_gallery=0"]
     run = subprocess.run(
@@ -115,7 +116,7 @@ def test_every_recorded_figure_is_that_of_a_benchmark() -> None:
         "single_press",
     }
     assert scripts <= set(shown), "a benchmark that no page shows"
-    assert set(shown) <= scripts | {"mutation", "coverage"}
+    assert set(shown) <= scripts | {"mutation", "coverage", "reliability"}
     for record in (ROOT / "docs" / "measured").glob("*.txt"):
         assert record.stem in shown
         assert re.search(r"\b20\d\d-\d\d-\d\d\b", record.read_text(encoding="utf-8"))

@@ -25,11 +25,12 @@ profiles = {int(one): grey[load == one] for one in np.unique(load)}
 # %%
 # The beam and its formula
 # ------------------------
-# Between the upper pins the moment is F a / 2, and light that passes through the beam once shows
-# sigma t / f fringes: 6 F a y / (H^3 f), whatever its thickness.  The fringe value f is that of
-# polycarbonate, 546 nm over 72 TPa^-1, until the photographs say better.
+# Between the upper pins the moment is F a / 2, where a is the distance of an upper from a lower
+# pin.  Light that passes through the beam once shows sigma t / f fringes, 6 F a y / (H^3 f), of any
+# thickness.  The fringe value f is that of polycarbonate, 546 nm over 72 TPa^-1, until the
+# photographs say better.
 
-HEIGHT, ARM, FRINGE_VALUE = 25.4e-3, 27.6e-3, 7.6e3  # m, m, N/m
+HEIGHT, ARM, FRINGE_VALUE = 25.4e-3, 25.9e-3, 7.6e3  # m, m, N/m
 EDGE = 0.04  # of the height, at either edge: bevels and their glare
 
 

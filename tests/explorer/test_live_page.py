@@ -1,5 +1,6 @@
 """A running sensor in a real browser: it moves, is held, and is looked at again."""
 
+import csv
 import re
 from collections.abc import Iterator
 
@@ -13,6 +14,7 @@ from fringeforce.explorer.live import Source
 
 # one worker starts the server and the browser
 pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.xdist_group("live page")]
+TOGETHER = re.compile(r"Together \S+ N normal, \S+ N tangential")
 SPELLED = re.compile(r"normal (-?[\d.]+), tangential")
 
 
@@ -55,6 +57,23 @@ def forces_change(page: Page) -> None:
 def later(page: Page, seconds: float) -> None:
     """Wait until the page has kept so many seconds, shown or not."""
     page.wait_for_function("s => document.getElementById('scrub').max > s", arg=seconds)
+
+
+def test_what_was_recorded_can_be_taken_away_as_a_table(page: Page) -> None:
+    record = page.get_by_role("button", name="Record")
+    record.click()
+    expect(record).to_have_attribute("aria-pressed", "true")
+    expect(page.locator("#watch-total")).to_have_text(TOGETHER)
+    with page.expect_download() as taken:
+        page.get_by_role("button", name="Export CSV").click()
+    with open(taken.value.path(), newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["tactel"] for row in rows[:11]] == [str(tactel) for tactel in range(1, 12)]
+    assert len(rows) % 11 == 0
+    read = [row for row in rows if row["status"] == "OK"]
+    assert all(float(row["normal_std_N"]) > 0 for row in read)
+    times = [float(row["time_s"]) for row in rows[::11]]
+    assert times == sorted(set(times))
 
 
 def test_forces_fringes_and_history_move_with_the_sensor(page: Page) -> None:

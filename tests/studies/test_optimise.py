@@ -1,5 +1,6 @@
 """The search finds what is there, keeps to its limits, and its promise holds on noisy frames."""
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,9 @@ def test_the_best_design_meets_the_limits_and_is_the_best_of_all_tried(
     assert best.performance.worst_uncertainty == tried[best.sweep.feasible].min()
     assert best.performance.worst_uncertainty < best.before.worst_uncertainty / 3
     assert best.performance.thickness <= 3.5e-3 * (1 + 1e-9)
+    ranges = [best.sweep.columns[one.path] for one in best.sweep.axes]
+    ends = [(one.value(0.0), one.value(1.0)) for one in best.sweep.axes]
+    assert set(product(*ends)) <= set(zip(*ranges, strict=True)), "a corner was not tried"
     again = optimise(study, sensor, tmp_path / "r.h5", Inline())
     assert again.performance == best.performance
     assert again.sensor == best.sensor

@@ -32,7 +32,10 @@ Friction = Annotated[
 ]
 Tolerance = Annotated[
     list[str] | None,
-    typer.Option(help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; again for more."),
+    typer.Option(
+        metavar="<path=value>",
+        help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; again for more.",
+    ),
 ]
 Temperature = Annotated[
     str | None,
@@ -77,6 +80,12 @@ def frames_and_times(path: Path, sensor: Any, region: Path | None) -> tuple[Any,
     if region is None:
         return load_frames(path, sensor.dimensions), load_times(path)
     return extract_frames([path], sensor, Region.load(region))
+
+
+def counted_frames(shape: tuple[int, ...]) -> str:
+    """A number of frames and their pixels in words."""
+    frames = "1 frame" if shape[0] == 1 else f"{shape[0]} frames"
+    return f"{frames} of {' x '.join(map(str, shape[1:]))} pixels"
 
 
 def temperatures(stated: str | None, times: Any = None) -> Any:

@@ -14,7 +14,7 @@ from fringeforce.cli.progress import progress_bar
 
 benchmark = typer.Typer(
     name="benchmark",
-    help="Make frames that any reader may be tried on, and score what it reads.",
+    help="Make frames for any reader, and score what it reads.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -26,7 +26,9 @@ def make(
     frames: Annotated[int, typer.Option(help="Public frames of a track, and hidden ones.")] = 100,
     track: Annotated[
         list[str] | None,
-        typer.Option(help="One of drawn, built, soft, touch, held; again for more."),
+        typer.Option(
+            metavar="<str>", help="One of drawn, built, soft, touch, held; again for more."
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Makes the same frames again.")] = None,
 ) -> None:

@@ -21,8 +21,9 @@ from fringeforce.cli.progress import progress_bar
 Parameters = Annotated[
     list[str] | None,
     typer.Option(
-        help="Design value to estimate, a dotted path, in the place of those that are estimated "
-        "if none is given; repeatable."
+        metavar="<str>",
+        help="Estimate this design value, a dotted path, and no others; again for more. Without "
+        "it, all that loads can tell are estimated.",
     ),
 ]
 Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
@@ -46,7 +47,7 @@ def plan(
     parameter: Parameters = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
 ) -> None:
-    """Propose the loads to calibrate with: those after which readings err least.
+    """Propose the loads that teach a calibration most.
 
     Beside the table the same stands in words, a line for each load.
     """
@@ -119,7 +120,9 @@ def calibrate(
     ] = None,
     region: RegionFile = None,
 ) -> None:
-    """Make the model agree with the sensor on the bench; ends with status 1 if it must not be used.
+    """Make the model agree with the sensor on the bench.
+
+    Ends with status 1 if the model must not be used.
 
     Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s).
     """
@@ -193,7 +196,9 @@ def check(
         typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
     ] = None,
 ) -> None:
-    """Compare readings with known loads; ends with status 1 if a frame contradicts them.
+    """Compare readings with known loads.
+
+    Ends with status 1 if a frame contradicts them.
 
     Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s). Of the
     last two the whole force and its centre are compared, not the forces of tactels.
@@ -245,7 +250,9 @@ def update(
         float, typer.Option(help="How far its magnification may have changed, relative to it.")
     ] = 0.001,
 ) -> None:
-    """Bring a model up to date with what drifted: light, residual, the camera's place.
+    """Find drift since the calibration, without known loads.
+
+    Light, residual retardance and the place of the camera.
 
     Frames need no known loads; these tell the scale of a given influence matrix besides. What may
     have changed is one standard deviation each. Ends with status 1 if no drift explains the frames.
@@ -291,7 +298,7 @@ def creep(
         float | None, typer.Option(help="Frames per second, if the frames have no times.")
     ] = None,
 ) -> None:
-    """Find how the layers relax, from a recording of loads that are pressed, held and released.
+    """Find how the layers relax, from loads held and released.
 
     Loads are a table by frame, linear from one frame to the next, or a log by time, whose constant
     delay is found.

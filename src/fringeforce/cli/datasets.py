@@ -22,7 +22,10 @@ def dataset(
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
-    """Simulate labelled images of a pad or skin under random contacts, for readers that learn."""
+    """Simulate labelled images of a pad or skin, to learn from.
+
+    What presses is random.
+    """
     from fringeforce.datasets.making import make_dataset
     from fringeforce.datasets.sheet import write_sheet
 

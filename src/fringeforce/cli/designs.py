@@ -24,7 +24,10 @@ def new(
 
 
 def materials() -> None:
-    """List materials of layers and light sources that a design can name, with their sources."""
+    """List the materials and light sources that a design can name.
+
+    Each with its values and where they come from.
+    """
     from fringeforce.design.light_sources import light_sources
     from fringeforce.design.materials import materials as listed
 
@@ -56,7 +59,10 @@ def characterize(
         typer.Option(help="Also write displacement and stress under 1 N at 10 degrees, in 3-D."),
     ] = None,
 ) -> None:
-    """Reduce a design to its influence matrix, with finite elements, and check its plane."""
+    """Reduce a design to its influence matrix, by finite elements.
+
+    It also says how good the plane model is for the width of the strip.
+    """
     from fringeforce.contacts.loads import paper_load
     from fringeforce.design.files import load_sensor, load_strip
     from fringeforce.design.pad import Pad
@@ -83,7 +89,10 @@ def characterize(
 def show(
     model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
 ) -> None:
-    """Summarise a sensor: sizes, sensitivity, how well it reads, fringe density, strain, plane."""
+    """Summarise a sensor: sizes, sensitivity, fringes and strain.
+
+    Behind each number that has a limit stands whether it is good, and the limit.
+    """
     from fringeforce.design.files import load_sensor
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model

@@ -45,7 +45,10 @@ def explore(
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
-    """See and feel a sensor in the browser: push on it, watch its fringes, read its forces."""
+    """Open a sensor in the browser: push on it, watch its fringes.
+
+    With a camera it shows a running sensor.
+    """
     import pickle
     import webbrowser
 

@@ -17,6 +17,7 @@ from fringeforce.cli.arguments import (
     RegionFile,
     Temperature,
     Tolerance,
+    counted_frames,
     draw_beside,
     frames_and_times,
     temperatures,
@@ -70,7 +71,7 @@ def simulate(
         times["temperature"] = warm
     frames = found.expose(touch, rng=seed, **times)
     save_frames(output, frames, found.pixel_positions, applied)
-    print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
+    print(f"{output}: {counted_frames(frames.shape)}")
 
 
 def read(
@@ -87,7 +88,7 @@ def read(
     ] = None,
     temperature: Temperature = None,
 ) -> None:
-    """Read forces from frames, with their deviations and a verdict for each.
+    """Read forces from frames, with deviations and verdicts.
 
     Ends with status 1, and draws nothing, if none of the frames can be used.
     """

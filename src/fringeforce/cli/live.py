@@ -40,8 +40,9 @@ def live(
     to: Annotated[
         list[str] | None,
         typer.Option(
-            help="Where readings go, repeatable: csv:PATH, h5:PATH, ws://HOST:PORT, mcap:PATH, "
-            "foxglove://HOST:PORT, rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT, lsl:NAME."
+            metavar="<sink>",
+            help="Where readings go, again for more: csv:PATH, h5:PATH, ws://HOST:PORT, mcap:PATH, "
+            "foxglove://HOST:PORT, rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT, lsl:NAME.",
         ),
     ] = None,
     record: Annotated[
@@ -73,7 +74,7 @@ def live(
         float | None, typer.Option(help="Of the clear layer, in degrees Celsius.")
     ] = None,
 ) -> None:
-    """Read a camera live, show the forces, and send them where they are wanted.
+    """Read a camera live, show the forces, and send them on.
 
     Ends with status 1 if nothing that came can be used.
     """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import Design
+from fringeforce.cli.arguments import Design, counted_frames
 
 if TYPE_CHECKING:
     from fringeforce.pictures.region import Region
@@ -60,7 +60,10 @@ def extract(
         typer.Option("--design", help="Design to write: with the camera that --camera prints."),
     ] = None,
 ) -> None:
-    """Take lines of a strip or images of a pad from pictures, for read and calibrate."""
+    """Take lines of a strip or images of a pad from pictures.
+
+    `read` and `calibrate` take what it writes.
+    """
     from fringeforce.base.errors import InputError
     from fringeforce.base.storage import whole_file
     from fringeforce.design.files import load_sensor
@@ -123,7 +126,7 @@ def extract(
     if output is not None:
         frames, times = extract_frames(pictures, sensor, found)
         save_frames(output, frames, sensor.pixel_positions, times=times)
-        print(f"{output}: {len(frames)} frames of {' x '.join(map(str, frames.shape[1:]))} pixels")
+        print(f"{output}: {counted_frames(frames.shape)}")
 
 
 def _corners(text: str) -> Any:

@@ -47,7 +47,10 @@ def study(
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
-    """Answer one question about a design: a figure, a table and a paragraph of plain words."""
+    """Answer one question about a design.
+
+    With a figure, a table and a paragraph of plain words.
+    """
     from fringeforce.design.files import load_strip
     from fringeforce.models.strip import characterize
     from fringeforce.studies.convergence import convergence_study
@@ -79,7 +82,10 @@ def study(
 def sweep(
     study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
 ) -> None:
-    """Evaluate many designs; a sweep that was stopped goes on where it was."""
+    """Evaluate many designs.
+
+    The result file is resumed if it exists.
+    """
     from fringeforce.studies.execution import executor
     from fringeforce.studies.outcome import sweep_result
     from fringeforce.studies.study_file import load_study
@@ -94,7 +100,10 @@ def sweep(
 def optimise(
     study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
 ) -> None:
-    """Find the best design within the constraints, and read noisy frames of it."""
+    """Find the best design within the constraints.
+
+    Noisy frames of it are read, and the design is written beside the results.
+    """
     from fringeforce.studies.execution import executor
     from fringeforce.studies.optimise import optimise as best_of
     from fringeforce.studies.outcome import optimum_result

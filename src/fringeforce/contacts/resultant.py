@@ -23,7 +23,7 @@ from fringeforce.design.strip import Sensor
 TOUCHED = 6.0
 """Deviations of a normal force beyond which a tactel is touched."""
 CONTRADICTED = 6.0
-"""Standard deviations by which silence may be too loud to be believed."""
+"""Standard deviations by which forces where nothing touches may differ from zero."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

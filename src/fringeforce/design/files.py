@@ -131,6 +131,9 @@ def new_design(path: str | os.PathLike[str], like: str = "saad", overwrite: bool
         with open(path, "w" if overwrite else "x", encoding="utf-8") as file:
             file.write(shipped[like].read_text(encoding="utf-8"))
     except FileExistsError:
-        raise DesignError(f"{path} exists already and is kept; overwrite it on purpose.") from None
+        raise DesignError(
+            f"{path} exists already and is kept; take another name, or overwrite it: "
+            "--force, in Python overwrite=True."
+        ) from None
     except OSError as error:
         raise DesignError(f"{path} cannot be written: {error.strerror}.") from None

@@ -17,8 +17,8 @@ GROUP = 16
 FALSE_ALARM = 1e-7
 """Chance that noise alone exceeds a limit: once in five minutes at 30,000 frames per second."""
 FALSE_CONTACT = 1e-5
-"""Chance that noise alone makes loads beat silence.  It costs no more than a frame of loads that
-are near zero, and what is touched lightly shows earlier."""
+"""Chance that noise alone makes some load explain a frame better than no contact.  It costs no more
+than a frame of loads that are near zero, and what is touched lightly shows earlier."""
 PLAIN = 0.01
 """Chance of noise below which residuals are not plainly noise: of a hundred good explanations one
 is looked at again."""

@@ -70,7 +70,7 @@ class Imaging:
 
     @classmethod
     def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
-        """One without any doubt, such as that of a simulated bench; shapes (P,)."""
+        """One that is known exactly, such as that of a simulated bench; shapes (P,)."""
         pixels = len(positions)
         none = np.empty((0, pixels))
         usable = np.ones(pixels, dtype=bool)

@@ -1,8 +1,8 @@
-"""Many hypotheses at once: a Kalman filter along the strip with a beam of interpretations.
+"""Many hypotheses at once: a Kalman filter along the strip with a beam of hypotheses.
 
 The loads are the hidden state and the blocks of pixels come in as measurements of one phase each,
 which the intensity allows to be any of +-w + 2 pi q.  The variance of a measurement depends on the
-frame alone and not on the interpretation, so all hypotheses share one covariance and one gain and
+frame alone and not on the hypothesis, so all hypotheses share one covariance and one gain and
 each carries nothing but its mean.
 """
 

@@ -8,7 +8,7 @@ from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.contacts.resultant import resultant
 from fringeforce.explorer.live import ContactFollower, Glimpse
 from fringeforce.explorer.pads.fingers import SHOWN
-from fringeforce.explorer.pads.pictures import camera_picture
+from fringeforce.explorer.pads.pictures import camera_picture, polarised_picture
 from fringeforce.models.pad import PadModel
 
 
@@ -30,7 +30,10 @@ class PadDisplay:
         """The last image, and what all forces amount to."""
         tactels = self.model.sensor.tactels
         sums = resultant(tactels.places, readings.forces[-1], np.arange(tactels.total))
-        image = camera_picture(self.model, "camera-0", readings.lines[-1])
+        if self.model.sensor.camera.kind == "polarisation":
+            image = polarised_picture(self.model, readings.lines[-1])
+        else:
+            image = camera_picture(self.model, "camera-0", readings.lines[-1])
         return Glimpse({"shape": image.shape}, {"image": image, "sums": sums.values[SHOWN]})
 
     def follower(self) -> ContactFollower:

@@ -119,6 +119,37 @@ def camera_picture(model: PadModel, view: str, frame: NDArray[Any]) -> Octets:
     return np.round(levels[..., None] * scale).astype(np.uint8)
 
 
+def polarised_picture(model: PadModel, frame: NDArray[Any]) -> Octets:
+    """What a polarisation camera has measured of the light, shape (rows, columns, 3), sRGB.
+
+    Every four pixels give Stokes' parameters of linear polarisation: the mean intensity becomes
+    brightness, the direction hue, and the degree of polarisation saturation, so that light which is
+    circular is grey.
+
+    Parameters
+    ----------
+    model : PadModel
+        Model of a pad with `camera.kind = "polarisation"`.
+    frame : ndarray
+        Frame as its camera takes it, a mosaic.
+    """
+    levels = frame.reshape(-1, *frame.shape[-2:])[0].astype(np.float32)
+    height, width = (size // 2 * 2 for size in levels.shape)
+    behind = {
+        angle: levels[row:height:2, column:width:2]
+        for row, angles in enumerate(MOSAIC)
+        for column, angle in enumerate(angles)
+    }
+    total = (behind[0.0] + behind[45.0] + behind[90.0] + behind[135.0]) / 2
+    first, second = behind[0.0] - behind[90.0], behind[45.0] - behind[135.0]
+    hue = np.arctan2(second, first) / (2 * np.pi) % 1
+    degree = np.minimum(np.hypot(first, second) / np.maximum(total, 1.0), 1.0)
+    value = np.minimum(total / model.sensor.camera.full_scale, 1.0)
+    away = np.abs((6 * hue[..., None] + np.array([0.0, 4.0, 2.0])) % 6 - 3)
+    colour = 1 - degree[..., None] * (1 - np.clip(away - 1, 0, 1))
+    return np.round(255 * value[..., None] * colour).astype(np.uint8)
+
+
 def seen_through(slices: Single) -> Single:
     """Share of the light that an ideal circular dark field lets through slices."""
     return _intensity(slices, _dark(None, 1.0))

@@ -134,6 +134,7 @@ export class Explorer {
         this.connection,
         () => this.schedule(),
         (repaint) => new LivePictures(repaint),
+        (model) => model.tactels.length,
       );
       this.live.greet();
     }

@@ -1,7 +1,8 @@
 /** A running sensor: what comes is kept, shown as it comes, or looked at again. */
 
 import type { Connection } from "./connection";
-import { byId } from "./dom";
+import { byId, save } from "./dom";
+import { table } from "./export";
 import { clamped } from "./numbers";
 import { answer, type Message } from "./protocol";
 import { type Moment, Ring } from "./ring";
@@ -26,6 +27,7 @@ export class Live<M> {
   private again = false;
   private paused = false;
   private ended = "";
+  private recording = false;
   private cursor = 0;
   private frame = 0;
   private friction = 0.5;
@@ -37,6 +39,7 @@ export class Live<M> {
     private readonly connection: Connection,
     private readonly left: () => void,
     pictures: (repaint: () => void) => Pictures<M>,
+    private readonly tactels: (model: M) => number,
   ) {
     this.pictures = pictures(() => this.redraw());
     const mode = byId("live");
@@ -44,6 +47,8 @@ export class Live<M> {
     mode.addEventListener("click", () => this.show(!this.shown));
     byId("pause").addEventListener("click", () => this.pause(!this.paused));
     byId("again").addEventListener("click", () => this.restart());
+    byId("record").addEventListener("click", () => this.record(!this.recording));
+    byId("export").addEventListener("click", () => this.export());
     this.scrub.addEventListener("input", () => this.seek(this.ring.at(this.scrub.valueAsNumber)));
     document.querySelector("input#friction")?.addEventListener("input", (event) => this.assume(event));
     addEventListener("keydown", (event) => this.key(event));
@@ -70,7 +75,7 @@ export class Live<M> {
     this.ended = header.ended as string;
     if (message.blocks.forces) {
       const before = this.ring.length;
-      this.ring.add(answer<Moment>(message), header.recorded as boolean);
+      this.ring.add(answer<Moment>(message), this.recording || (header.recorded as boolean));
       // a picture that is held stays the same when the oldest ones go
       if (this.paused) this.cursor = Math.max(this.cursor + this.ring.length - before - 1, 0);
     }
@@ -104,6 +109,18 @@ export class Live<M> {
     this.again = true;
     this.pause(false);
     this.want();
+  }
+
+  /** From now on, keep everything in the place of the last minute; it begins with what comes. */
+  private record(on: boolean): void {
+    if (on) this.begin(this.run);
+    this.recording = on;
+    byId("record").setAttribute("aria-pressed", `${on}`);
+  }
+
+  private export(): void {
+    if (!this.model) return;
+    save("readings.csv", table(this.ring.all(), this.tactels(this.model)), "text/csv");
   }
 
   private show(on: boolean): void {

@@ -1,11 +1,12 @@
 /** Everything that is painted of one moment of a running sensor. */
 
-import { blankCanvas, byId, element } from "./dom";
+import { blankCanvas, byId, element, write } from "./dom";
 import { drawFringes } from "./fringes";
 import { History } from "./history";
 import { type Layout, layout, Sight } from "./layout";
 import type { Pictures } from "./live";
 import type { Model } from "./model";
+import { fixed } from "./numbers";
 import { Plot } from "./plots";
 import { Readings } from "./readings";
 import type { Moment, Ring } from "./ring";
@@ -14,6 +15,8 @@ import { showCounts, showMoment } from "./watching";
 
 const SPAN = 10;
 const TOLD = 6;
+/** Force from which a centre of pressure means something [N]: some of its standard deviations. */
+const PRESSED = 0.1;
 const WORDS: Record<string, string> = { slip: "near slip", stick: "holds" };
 
 export class LivePictures implements Pictures<Model> {
@@ -66,6 +69,7 @@ export class LivePictures implements Pictures<Model> {
       this.slip.draw(model, moment, place, friction);
       this.events(ring.until(number, 2 * SPAN));
     }
+    write(byId("watch-total"), together(moment, model.tactels));
     showMoment(moment);
   }
 
@@ -94,6 +98,19 @@ export class LivePictures implements Pictures<Model> {
   private shows(name: string): boolean {
     return this.sight.sees(panel(name));
   }
+}
+
+/** The forces of all tactels, and the centre of pressure where they press as one. */
+function together({ forces }: Moment, places: Float32Array): string {
+  let [normal, tangential, moment] = [0, 0, 0];
+  places.forEach((place, k) => {
+    normal += forces[2 * k];
+    tangential += forces[2 * k + 1];
+    moment += place * forces[2 * k];
+  });
+  if (!Number.isFinite(normal + tangential)) return "";
+  const sums = `Together ${fixed(normal, 2)} N normal, ${fixed(tangential, 2)} N tangential`;
+  return normal > PRESSED ? `${sums}, centre at ${fixed((1e3 * moment) / normal, 1)} mm` : sums;
 }
 
 /** Forces that the scale must hold, lowest and highest of a span, so that it does not twitch. */

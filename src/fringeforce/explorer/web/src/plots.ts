@@ -24,10 +24,13 @@ interface Options {
   /** Ends of the upright axis, from those of the data. */
   range?: Range;
   /** The other axis, where it is not millimetres along the strip. */
-  across?: { range: Range; tick: (value: number) => string };
+  across?: { range: Range; tick: (value: number, last: boolean) => string };
 }
 
-const ALONG = { range: (low: number, high: number): [number, number] => [low, high], tick: String };
+const ALONG = {
+  range: (low: number, high: number): [number, number] => [low, high],
+  tick: (value: number, last: boolean): string => (last ? `${value} mm` : String(value)),
+};
 
 /** A plot that is made again when its width or the theme changes. */
 export class Plot {
@@ -73,7 +76,7 @@ export class Plot {
         y: range ? { range: (_, low, high) => range(low, high) } : {},
       },
       axes: [
-        { ...axis, size: 24, values: (_, ticks) => ticks.map(across.tick) },
+        { ...axis, size: 24, values: (_, ticks) => ticks.map((value, k) => across.tick(value, k === ticks.length - 1)) },
         { ...axis, size: LEFT - 14, label, labelSize: 14, labelFont: FONT, labelGap: 0, gap: 3 },
       ],
       series: [{}, ...curves.map(series)],

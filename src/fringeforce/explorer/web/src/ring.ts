@@ -35,6 +35,7 @@ export class Ring {
     return this.length ? this.moments[this.moments.length - 1] : undefined;
   }
 
+  /** @param whole whether to keep everything that there is room for */
   add(moment: Moment, whole: boolean): void {
     this.moments.push(moment);
     this.bytes += size(moment);
@@ -67,6 +68,11 @@ export class Ring {
 
   get(number: number): Moment {
     return this.moments[this.first + number];
+  }
+
+  /** All that is kept, oldest first. */
+  all(): Moment[] {
+    return this.moments.slice(this.first);
   }
 
   /** Moments of a span of time that ends with a moment's number. */

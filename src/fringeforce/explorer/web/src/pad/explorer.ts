@@ -153,7 +153,12 @@ export class PadExplorer {
   private greeted(header: Record<string, unknown>): void {
     this.page.offer(header.designs as string[], this.store.state.start);
     if (!header.camera) return;
-    this.live ??= new Live(this.connection, () => this.all(), () => new PadLivePictures());
+    this.live ??= new Live(
+      this.connection,
+      () => this.all(),
+      () => new PadLivePictures(),
+      (model) => model.tactels,
+    );
     this.live.greet();
   }
 
