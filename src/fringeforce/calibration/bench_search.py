@@ -218,7 +218,7 @@ class Search:
                 moved = np.linalg.solve(
                     np.linalg.cholesky(one.spread)[:loads, :loads], one.response[:loads]
                 )
-                total += moved.T @ moved
+                total[np.ix_(one.which, one.which)] += moved.T @ moved
         return total
 
     def _load(self, loads: BenchLoads) -> None:
