@@ -1,5 +1,6 @@
 # Every target sets up its own environment; a machine needs python3 and make.
 PYTHON ?= python3
+EXTRAS ?= test
 BIN := .venv/bin
 
 .PHONY: demo check test bench mutate coverage docs dist clean
@@ -54,5 +55,5 @@ clean:
 	    { echo "fringeforce needs Python 3.11 or newer; set PYTHON=python3.x"; exit 1; }
 	@$(PYTHON) -m venv .venv || \
 	    { echo "python3 cannot make environments here; on Debian: apt-get install python3-venv"; exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$(EXTRAS)]'
 	@touch $@

@@ -36,6 +36,29 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     strips.wait()
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Share tests out among workers: a fixture is made once, and long tests do not come last.
+
+    Tests that use a fixture of their file's make one group, which one worker runs.  pytest-xdist
+    begins with groups of many tests; of what follows, tests that are not marked slow come last.
+    """
+    if not hasattr(config, "workerinput"):
+        return
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None and _shares_a_fixture(item):
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
+def _shares_a_fixture(item: pytest.Item) -> bool:
+    """Whether a test uses a fixture that its file makes once."""
+    if not isinstance(item, pytest.Function):
+        return False
+    found = item._fixtureinfo.name2fixturedefs.values()
+    return any(one.scope == "module" for fixtures in found for one in fixtures)
+
+
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Leave no pyright behind when tests are interrupted, and nothing of what it said."""
     if (looking := session.config.stash.get(LOOKING, None)) is not None:

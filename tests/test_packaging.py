@@ -22,7 +22,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("wheel")]  # built and installed once
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[1]
 CLIENT = """
 import numpy as np

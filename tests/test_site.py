@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from fringeforce.design.strip import Sensor
 from snippets import ROOT, blocks, pages
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]  # built once
+pytestmark = pytest.mark.slow
 PARTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff", "Makefile")
 
 

@@ -85,7 +85,8 @@ def held_out(model, true, rng, count: int = 40, gain: float = 0.0, offset: float
     )
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
     influence, response = known.influence[seen], true.response.at(seen)
-    readings = [ff.Reader(model).search(frame) for frame in frames]
+    reader = ff.Reader(model)
+    readings = [reader.search(frame) for frame in frames]
     off = np.array([r.forces - load for r, load in zip(readings, forces, strict=True)])
     std = np.array([r.std for r in readings])
     bounds = [cramer_rao_bound(influence @ load.ravel(), influence, response) for load in forces]

@@ -117,11 +117,11 @@ def test_new_frames_are_read_as_well_as_by_a_perfectly_known_sensor(calibrated, 
     rng = np.random.default_rng(12)
     forces = combined(rng, 80)
     off, bounds, inside = [], [], []
-    known = StripFrameReader(true)
+    known, reader = StripFrameReader(true), ff.Reader(calibrated)
     seen = np.abs(true.pixel_positions) < true.sensor.transducer.length / 2
     influence, response = known.influence[seen], true.response.at(seen)
     for load, frame in zip(forces, exposed(true, forces, rng, dead), strict=True):
-        reading = ff.Reader(calibrated).search(frame)
+        reading = reader.search(frame)
         assert reading.status is ff.Status.OK
         off.append(reading.forces - load)
         inside.append(np.abs(off[-1]) < 1.96 * reading.std)

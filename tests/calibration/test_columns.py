@@ -61,11 +61,11 @@ class HeldOut:
 
 
 def held_out(model: ff.SensorModel, true: ff.SensorModel, rng, count: int) -> HeldOut:
-    known = StripFrameReader(true)
+    known, reader = StripFrameReader(true), ff.Reader(model)
     off, std, bound = [], [], []
     statuses: Counter = Counter()
     for load in known_loads(rng, count):
-        reading = ff.Reader(model).search(true.expose(load, rng=rng))
+        reading = reader.search(true.expose(load, rng=rng))
         statuses[reading.status.name] += 1
         off.append(reading.forces - load)
         std.append(reading.std)
@@ -148,9 +148,9 @@ def test_a_column_s_deviations_are_those_of_its_errors(small, made) -> None:
 
 def test_readings_with_corrected_columns_scatter_as_they_state(true, corrected) -> None:
     rng, total = np.random.default_rng(37), 0.0
-    loads = known_loads(rng, 30)
+    loads, reader = known_loads(rng, 30), ff.Reader(corrected)
     for load in loads:
-        reading = ff.Reader(corrected).search(true.expose(load, rng=rng))
+        reading = reader.search(true.expose(load, rng=rng))
         off = (reading.forces - load).ravel()
         total += float(off @ np.linalg.solve(reading.covariance, off))
     low, high = chi_square.ppf([1e-4, 1 - 1e-4], len(loads) * 2 * N)
@@ -196,7 +196,8 @@ def test_the_gradient_with_columns_is_that_of_the_loss(small, made) -> None:
     shared = 0.1 * rng.standard_normal(len(expected)) * np.minimum(expected, 1.0)
     state = replace(state, shared=shared)
     gradient = posterior.expected.precision * shared
-    gradient += sum(one.gradient for one in posterior.terms(state, posterior.models(shared)))
+    for one in posterior.terms(state, posterior.models(shared)):
+        gradient[one.which] += one.gradient
 
     def loss(step: np.ndarray) -> float:
         there = replace(state, shared=shared + step)

@@ -130,7 +130,8 @@ def test_unloaded_frames_tell_the_residual_but_not_its_sign(calibrated, later) -
     assert model.sensor.tolerances["camera.shift"] == pytest.approx(0.1e-3)
     assert model.sensor.tolerances["polariscope.residual"] == pytest.approx(0.1)
     forces = combined(rng, 8)
-    readings = [ff.Reader(model).search(frame) for frame in shots(later, forces, rng)]
+    reader = ff.Reader(model)
+    readings = [reader.search(frame) for frame in shots(later, forces, rng)]
     assert sum(reading.status is ff.Status.OK for reading in readings) >= 5
 
 

@@ -15,7 +15,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.models.pad import PadModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("sides")]  # solved once
+pytestmark = pytest.mark.slow
 
 Array = NDArray[np.float64]
 TOLD: list[tuple[str, int, int]] = []

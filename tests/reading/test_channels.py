@@ -42,9 +42,10 @@ def bound(model: ff.SensorModel, forces: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", ARRANGEMENTS)
 def test_readings_scatter_as_the_bound_of_the_arrangement_predicts(models, name) -> None:
     model, rng = models[name], np.random.default_rng(1)
+    reader = ff.Reader(model)
     off, bounds, inside = [], [], []
     for load in contacts(rng, FRAMES):
-        reading = ff.Reader(model).search(model.expose(load, rng=rng))
+        reading = reader.search(model.expose(load, rng=rng))
         assert reading.status is ff.Status.OK
         assert reading.phase.shape == (model.sensor.camera.pixels,)
         off.append(reading.forces - load)

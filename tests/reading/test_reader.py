@@ -18,10 +18,10 @@ def random_forces(rng: np.random.Generator, largest: float, n: int = N) -> np.nd
 @pytest.mark.parametrize("edges", ["free", "roller"])
 def test_random_loads_come_back_from_one_frame(model, roller_model, edges, largest) -> None:
     sensor = model if edges == "free" else roller_model
-    rng, inside = np.random.default_rng(largest), 0
+    rng, inside, reader = np.random.default_rng(largest), 0, ff.Reader(sensor)
     for _ in range(30):
         forces = random_forces(rng, largest)
-        reading = ff.Reader(sensor).search(sensor.expose(forces, rng=rng))
+        reading = reader.search(sensor.expose(forces, rng=rng))
         explanations = np.concatenate([reading.forces[None], reading.alternatives])
         off = np.abs(explanations - forces) / reading.std
         assert off.max(axis=(1, 2)).min() < 6

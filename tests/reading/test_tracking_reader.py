@@ -151,10 +151,9 @@ def test_what_one_frame_leaves_open_many_together_settle(model) -> None:
         weak = 0.1 * np.exp(-0.5 * ((place - 1e-3 * seed) / 1.5e-3) ** 2)
         forces = np.stack([weak, 0.1 * weak], axis=1)
         frames = model.expose(np.tile(forces, (400, 1, 1)), rng=seed)
-        assert ff.Status.AMBIGUOUS in [
-            ff.Reader(model).search(frame).status for frame in frames[:12]
-        ]
-        batch = ff.Reader(model).read_batch(frames, workers=1)
+        reader = ff.Reader(model)
+        assert ff.Status.AMBIGUOUS in [reader.search(frame).status for frame in frames[:12]]
+        batch = reader.read_batch(frames, workers=1)
         assert (batch.status[200:] == ff.Status.OK).all()
         assert (np.abs(batch.forces - forces) < 6 * batch.std)[200:].all()
 

@@ -132,6 +132,40 @@ class Bench:
         """Largest force of a contact [N]."""
         return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
 
+    @cached_property
+    def contacts_of(self) -> list[Index]:
+        """Which of the k contacts each frame has."""
+        return [np.flatnonzero(row >= 0) for row in self.which]
+
+    @cached_property
+    def layouts(self) -> list[Layout]:
+        """Where the unknowns of a frame's model stand, by the number of its contacts."""
+        fields, modes = len(self.template.fields), len(self.template.brightness) + LAMP
+        more = np.array([fields, modes, 0, 1, 1])
+        return [
+            Layout(2 * k, 2 * k, 3 * k, 4 * k, *(4 * k + np.cumsum(more)).tolist())
+            for k in range(self.which.shape[1] + 1)
+        ]
+
+    @cached_property
+    def splits(self) -> list[tuple[Index, Index]]:
+        """Which of these are a frame's own, and which are shared."""
+        found = []
+        for at in self.layouts:
+            lamp = np.arange(at.modes, at.modes + LAMP)
+            mine = np.concatenate([np.arange(at.fields), lamp])
+            found.append((mine, np.delete(np.arange(at.size), mine)))
+        return found
+
+    @cached_property
+    def light(self) -> tuple[Array, Array]:
+        """Changes of amplitude and offset with the lamp of one frame, and with what is shared."""
+        bright, dark = self.lamp
+        return (
+            np.concatenate([bright, self.template.brightness]),
+            np.concatenate([dark, self.template.darkness]),
+        )
+
     def positions(self, shared: Array, drawn: Array) -> Array:
         """Where pixels or samples look that look at `drawn` as designed [m]."""
         shift, scale = shared[self.at.own("camera")]
@@ -148,7 +182,7 @@ class State:
     def moved(self, step: Array, told: list[Eliminated]) -> State:
         """A step (S,) of the shared unknowns away, which the others follow."""
         own = [
-            value + one.step + one.response @ step
+            value + one.step + one.response @ step[one.which]
             for value, one in zip(self.own, told, strict=True)
         ]
         return State(self.shared + step, own)
@@ -197,7 +231,7 @@ class BenchPosterior:
         return State(shared, [self.mean(f, shared) for f in range(len(self.bench.frames))])
 
     def _contacts(self, f: int) -> Index:
-        return np.flatnonzero(self.bench.which[f] >= 0)
+        return self.bench.contacts_of[f]
 
     def mean(self, f: int, shared: Array) -> Array:
         """What is expected of the own unknowns of a frame."""
@@ -353,27 +387,29 @@ class BenchPosterior:
         for f, own in enumerate(state.own):
             unknowns = models.unknowns(f, own, state.shared)
             waves = models.waves(f, unknowns, slopes)
-            turned = rows * models.whole(f, own)[:, None, None]
+            columns = models.columns(f)
+            turned = rows[:, columns] * own[: len(columns), None, None]
             waves = np.concatenate([waves, turned.reshape(-1, waves.shape[1])])
             yield self._terms(f, own, state.shared, models, waves)
 
     def _terms(
         self, f: int, own: Array, shared: Array, models: FrameModels, waves: Array
     ) -> FrameTerms:
-        model, at = models.of_frame(f), self.bench.at
-        unknowns = models.unknowns(f, own, shared)
+        model, unknowns = models.of_frame(f), models.unknowns(f, own, shared)
         prior = self._prior(f, shared, free=True)
         about = linearise(model, prior, self.bench.frames[f], unknowns)
         spread = spread_profiles(model, unknowns, waves)
-        cross = shared_information(model, about, spread)
-        size = at.size
+        weighed = banded(about, spread)
+        cross = shared_information(model, about, spread, weighed)
         mine, others = models.split(f)
-        first, last = at.residual, at.written
+        which = models.involved(f)
+        size, first = len(which), len(waves)
+        last = first + len(others)
         moves, precision = self.bench.moves[f], self.precision(f)
         pulled = -moves.T @ (precision * (own - self.mean(f, shared)))
         gradient = np.concatenate([waves @ about.pulls[0], about.gradient[others], pulled])
         whole = np.zeros((size, size))
-        whole[:first, :first] = spread @ banded(about, spread).T
+        whole[:first, :first] = spread @ weighed.T
         whole[:first, first:last] = cross[others].T
         whole[first:last, :first] = cross[others]
         whole[first:last, first:last] = about.hessian[np.ix_(others, others)]
@@ -383,7 +419,7 @@ class BenchPosterior:
         mixed[:, first:last] = about.hessian[np.ix_(mine, others)]
         mixed[:, last:] = -precision[:, None] * moves
         hessian = about.hessian[np.ix_(mine, mine)]
-        return FrameTerms(hessian, mixed, whole, about.gradient[mine], gradient)
+        return FrameTerms(hessian, mixed, whole, about.gradient[mine], gradient, which)
 
     def eliminated(self, state: State, models: FrameModels) -> list[Eliminated]:
         """All frames with their own unknowns eliminated."""
@@ -395,8 +431,8 @@ class BenchPosterior:
         gradient = expected.precision * state.shared
         information = np.diag(expected.precision)
         for share, one in zip(self.shares, told, strict=True):
-            gradient = gradient + share * one.gradient
-            information = information + share * one.information
+            gradient[one.which] += share * one.gradient
+            information[np.ix_(one.which, one.which)] += share * one.information
         return gradient, information
 
 
@@ -409,7 +445,6 @@ class FrameModels:
     heat: float
     profiles: Array
     corrections: Array
-    at: dict[int, Layout]
 
     @classmethod
     def of(cls, bench: Bench, shared: Array, heat: float) -> FrameModels:
@@ -423,53 +458,37 @@ class FrameModels:
             errors = shared[bench.at.height : bench.at.residual]
             columns = coefficients(bench.columns.correction(errors, x).T, nodes)
             corrections = columns.reshape(-1, 2, nodes)
-        fields, modes = len(bench.template.fields), len(bench.template.brightness) + LAMP
-        layouts = {
-            k: Layout(
-                2 * k,
-                2 * k,
-                3 * k,
-                4 * k,
-                4 * k + fields,
-                4 * k + fields + modes,
-                4 * k + fields + modes,
-                4 * k + fields + modes + 1,
-                4 * k + fields + modes + 2,
-            )
-            for k in range(bench.which.shape[1] + 1)
-        }
-        return cls(bench, shared, heat, np.ascontiguousarray(profiles), corrections, layouts)
+        return cls(bench, shared, heat, np.ascontiguousarray(profiles), corrections)
 
     def contacts(self, f: int) -> Index:
         """Places of the contacts of a frame, as numbers of those of the bench."""
-        which = self.bench.which[f]
-        return which[which >= 0]
+        return self.bench.which[f, self.bench.contacts_of[f]]
 
     def of_frame(self, f: int, profiles: Array | None = None) -> FrameModel:
-        """Model of one frame."""
+        """Model of one frame; its contacts may have other profiles."""
         bench, own = self.bench, self.contacts(f)
         template, averaged = bench.template, bench.averaged[f]
         chosen = (self.profiles if profiles is None else profiles)[own]
         if profiles is None and bench.columns is not None:
             more = self.corrections[self.tactels(f)]
             chosen = chosen + self.middling[:, None] * more[:, :, None]
-        lamp = bench.lamp
+        brightness, darkness = bench.light
         return template._replace(
             moments=np.zeros((len(own), 2, 1, 1)),
             profiles=np.ascontiguousarray(chosen),
-            brightness=np.concatenate([lamp[0], template.brightness]),
-            darkness=np.concatenate([lamp[1], template.darkness]),
+            brightness=brightness,
+            darkness=darkness,
             influence=np.zeros((0, 1, len(own), 2, template.fixed.size)),
             bias=template.bias + bench.turned[f],
             variance=template.variance * self.heat / averaged,
-            at=self.at[len(own)],
+            at=bench.layouts[len(own)],
         )
 
     def tactels(self, f: int) -> Index:
         """Numbers of the tactels on which the contacts of a frame are."""
         numbers = self.bench.loads.tactels
         assert numbers is not None, "columns are those of tactels"
-        return numbers[f, self.bench.which[f] >= 0]
+        return numbers[f, self.bench.contacts_of[f]]
 
     @cached_property
     def middling(self) -> Array:
@@ -478,15 +497,20 @@ class FrameModels:
         narrow = np.eye(1, mixing.shape[1])[0]
         return np.asarray(np.linalg.lstsq(mixing.T, narrow, rcond=None)[0], dtype=float)
 
-    def whole(self, f: int, own: Array) -> Array:
-        """Forces of a frame on all tactels, shape (2n,); none if columns have no errors."""
-        columns = self.bench.columns
+    def columns(self, f: int) -> Index:
+        """Columns of the forces of a frame, shape (2k,); none if columns have no errors."""
+        if self.bench.columns is None:
+            return np.zeros(0, dtype=np.intp)
+        return np.add.outer(2 * self.tactels(f), [0, 1]).ravel()
+
+    def involved(self, f: int) -> Index:
+        """Numbers of the shared unknowns that act on a frame: not errors of other columns."""
+        at, columns = self.bench.at, self.bench.columns
         if columns is None:
-            return np.zeros(0)
-        found = np.zeros((columns.tactels, 2))
-        tactels = self.tactels(f)
-        found[tactels] = own[: 2 * len(tactels)].reshape(-1, 2)
-        return found.ravel()
+            return np.arange(at.size)
+        errors = np.arange(at.height, at.residual).reshape(2, 2 * columns.tactels, -1)
+        own = errors[:, self.columns(f)].ravel()
+        return np.concatenate([np.arange(at.height), own, np.arange(at.residual, at.size)])
 
     def column_rows(self) -> Array:
         """What the errors of columns turn per force, shape (2, 2n, r, m) [rad/N]."""
@@ -499,11 +523,7 @@ class FrameModels:
 
     def split(self, f: int) -> tuple[Index, Index]:
         """Which unknowns of a frame's model are its own, and which are shared."""
-        at = self.at[len(self.contacts(f))]
-        lamp = np.arange(at.modes, at.modes + LAMP)
-        mine = np.concatenate([np.arange(at.fields), lamp])
-        others = np.concatenate([np.arange(at.fields, at.modes), np.arange(lamp[-1] + 1, at.size)])
-        return mine, others
+        return self.bench.splits[len(self.bench.contacts_of[f])]
 
     def unknowns(self, f: int, own: Array, shared: Array) -> Array:
         """Unknowns of a frame's model."""
@@ -518,24 +538,22 @@ class FrameModels:
         return unknowns[self.split(f)[0]]
 
     def slopes(self) -> Array:
-        """Changes of the profiles with design and camera, shape (d + 2, C, 2, k, m)."""
+        """Changes of the profiles with design and camera, shape (C, 2, k, d + 2, m)."""
         bench, nodes = self.bench, len(self.bench.template.fixed)
         design = self.shared[bench.at.own("design")]
         drawn, x = bench.places, bench.positions(self.shared, bench.places)
         found = bench.contacts.slopes(design, x, drawn, nodes)
         found[-2] *= SHIFT
         found[-1] *= SCALE
-        return np.ascontiguousarray(found)
+        return np.ascontiguousarray(np.moveaxis(found, 0, -2))
 
     def waves(self, f: int, unknowns: Array, slopes: Array) -> Array:
         """Changes of the phase at the nodes with design and camera, shape (d + 2, m)."""
-        at = self.at[len(self.contacts(f))]
-        alone = unknowns.copy()
-        alone[at.fields : at.modes] = 0.0
-        still = np.zeros_like(self.bench.template.fixed)
-        return np.array(
-            [node_phase(self.of_frame(f, one)._replace(fixed=still), alone) for one in slopes]
-        )
+        changes, nodes = slopes.shape[-2:]
+        line = changes * nodes  # one after another, without the residual
+        model = self.of_frame(f, slopes.reshape(*slopes.shape[:-2], line))
+        model = model._replace(fixed=np.zeros(line), fields=np.zeros((0, line)))
+        return np.asarray(node_phase(model, unknowns)).reshape(changes, nodes)
 
 
 def _stated(std: Array, else_: Array | float) -> Array:

@@ -703,8 +703,16 @@ def information(model, frame, unknowns, more):
     return found
 
 
-@sums_entry
-def climb(model, prior, frame, start, heat, steps, tolerance, bound=np.inf):
+def climb(
+    model: FrameModel,
+    prior: Prior,
+    frame: Array,
+    start: Array,
+    heat: float,
+    steps: int,
+    tolerance: float,
+    bound: float = np.inf,
+) -> tuple[Array, float, float, float]:
     """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
 
     Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
@@ -737,6 +745,12 @@ def climb(model, prior, frame, start, heat, steps, tolerance, bound=np.inf):
     count : float
         Sum of the weights of the pixels, their number if none is clipped or broken.
     """
+    return _climb(model, prior, frame, start, heat, steps, tolerance, bound)
+
+
+@sums_entry
+def _climb(model, prior, frame, start, heat, steps, tolerance, bound):
+    """As `climb`; an argument that may be left out would have the loop compiled twice."""
     sigma = np.sqrt(model.variance * heat)
     here, there, out = workspace(model), workspace(model), empty_linearised(model)
     lower, step = np.zeros_like(out.hessian), np.empty(len(start))
@@ -789,10 +803,15 @@ def banded(about: Linearised, waves: Array) -> Array:
     return weighed_waves(about.band, np.ascontiguousarray(waves))
 
 
-def shared_information(model: FrameModel, about: Linearised, waves: Array) -> Array:
-    """Information that unknowns share with changes of phase at the nodes, shape (size, k)."""
+def shared_information(
+    model: FrameModel, about: Linearised, waves: Array, weighed: Array | None = None
+) -> Array:
+    """Information that unknowns share with changes of phase at the nodes, shape (size, k).
+
+    `weighed` is what `banded` makes of the waves, if it is at hand.
+    """
     at, weights = model.at, about.weights
-    found = about.columns @ banded(about, waves).T
+    found = about.columns @ (banded(about, waves) if weighed is None else weighed).T
     found[at.modes : at.visibility] += model.brightness @ (weights[0, 1] * waves).T
     found[at.modes : at.visibility] += model.darkness @ (weights[0, 2] * waves).T
     if at.blur > at.visibility:

@@ -30,6 +30,8 @@ class FrameTerms(NamedTuple):
         Second derivatives A, B and C.
     own_gradient, gradient : ndarray, shapes (l,) and (S,)
         First derivatives a and c.
+    which : ndarray of int, shape (S,), optional
+        Numbers of these shared unknowns among those of all frames, if the frame has not all.
     """
 
     own: Array
@@ -37,6 +39,7 @@ class FrameTerms(NamedTuple):
     shared: Array
     own_gradient: Array
     gradient: Array
+    which: NDArray[np.intp] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,8 @@ class Eliminated:
         What the own unknowns do with each shared one.
     spread : ndarray, shape (l, l)
         Covariance of the own unknowns where the shared ones are known.
+    which : ndarray of int, shape (S,)
+        Numbers of these shared unknowns among those of all frames.
     """
 
     information: Array
@@ -62,13 +67,15 @@ class Eliminated:
     step: Array
     response: Array
     spread: Array
+    which: NDArray[np.intp]
 
     @classmethod
     def of(cls, terms: FrameTerms) -> Eliminated:
         """Eliminate the own unknowns of a frame."""
+        which = np.arange(len(terms.gradient)) if terms.which is None else terms.which
         if not len(terms.own):
             none = np.zeros((0, len(terms.gradient)))
-            return cls(terms.shared, terms.gradient, np.zeros(0), none, terms.own)
+            return cls(terms.shared, terms.gradient, np.zeros(0), none, terms.own, which)
         factor = cho_factor(terms.own)
         response = -cho_solve(factor, terms.cross)
         step = -cho_solve(factor, terms.own_gradient)
@@ -78,9 +85,11 @@ class Eliminated:
             step,
             response,
             np.asarray(cho_solve(factor, np.eye(len(step)))),
+            which,
         )
 
     def variances(self, covariance: Array) -> Array:
-        """Variances of the own unknowns, from the covariance (S, S) of the shared ones."""
-        moved = (self.response @ covariance * self.response).sum(axis=1)
+        """Variances of the own unknowns, from the covariance of all shared ones."""
+        shared = covariance[np.ix_(self.which, self.which)]
+        moved = (self.response @ shared * self.response).sum(axis=1)
         return np.diag(self.spread) + moved

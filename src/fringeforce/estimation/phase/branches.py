@@ -188,7 +188,9 @@ def branches(
     scores : ndarray, shape (k,)
         Their sums of squared innovations, ascending; of a departure up to where it ended.
     """
-    found = _search(fold, variance, single, bias, columns, width, gate, cut)
+    # the loop is compiled once for rows of memory, and not again for columns
+    fold, variance = np.ascontiguousarray(fold), np.ascontiguousarray(variance)
+    found = _search(fold, variance, np.ascontiguousarray(single), bias, columns, width, gate, cut)
     states, scores = _branched(*found, bias, columns, most)
     order = np.argsort(scores, kind="stable")
     return states[order], scores[order]
