@@ -156,9 +156,9 @@ class CreepFilter:
         touched = found.status is not Status.NO_CONTACT
         forces, share, modes = self.next(time, found.forces, touched)
         covariance = share**2 * found.covariance + modes.T @ modes
-        status, detail = found.status, found.detail
+        status, detail, findings = found.status, found.detail, tuple[str, ...]()
         if touched and _nothing(forces, covariance):
-            status, detail = Status.NO_CONTACT, FADING
+            status, detail, findings = Status.NO_CONTACT, FADING, (FADING,)
         return Reading.of(
             forces=forces,
             chi2=found.chi2,
@@ -170,6 +170,7 @@ class CreepFilter:
             limited=found.limited,
             tracked=found.tracked,
             probability=found.probability,
+            findings=findings,
         )
 
     def smoothed(self, found: Batch, times: Array) -> None:

@@ -110,7 +110,7 @@ class HigherOrders:
         count = model.at.loads
         waves = spread_profiles(model, unknowns, self.left(unknowns[:count], centre))
         shared = shared_information(model, about, waves)
-        return np.asarray(np.linalg.solve(about.hessian + about.cone, shared)[:count])
+        return np.asarray(np.linalg.solve(about.hessian + about.cone, shared)[:count], dtype=float)
 
     def covariance(self, prior: Prior, unknowns: Array, used: Mask, centre: Array | None) -> Array:
         """Covariance of the loads that explain a frame by what is left, shape (2n, 2n) [N^2].
@@ -130,7 +130,7 @@ class HigherOrders:
         frame = np.where(used, expose(model, unknowns)[0], np.nan)
         about = Linearised(*linearise(model, prior, frame, unknowns))
         moved = self.moved(about, model, unknowns, centre)
-        return np.asarray(moved @ moved.T)
+        return np.asarray(moved @ moved.T, dtype=float)
 
 
 def _size(loads: Array) -> float:
