@@ -13,7 +13,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.mechanics.finite_strain import Expansion, FiniteStrip, finite_strip
+from fringeforce.mechanics.finite_strain import ORDER, Expansion, FiniteStrip, finite_strip
 from fringeforce.models.presses import tractions
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -38,18 +38,18 @@ def checked_strain(strain: str) -> Strain:
     raise InputError(f"strain = {strain!r} is no kind of strain; take 'linear' or 'finite'.")
 
 
-def strip_of_tactels(sensor: Sensor) -> FiniteStrip:
-    """The hyperelastic strip with a patch for every tactel of a design."""
+def strip_of_tactels(sensor: Sensor, order: int = ORDER) -> FiniteStrip:
+    """The hyperelastic strip with a patch for every tactel of a design, made once."""
     tactels = sensor.tactels
-    centres = tactels.positions + tactels.placement
-    places = tuple(float(x) for x in centres)
-    return _strip(sensor.transducer.model_dump_json(), places, float(tactels.contact_width))
+    places = tuple(float(x) for x in tactels.positions + tactels.placement)
+    stated = sensor.transducer.model_dump_json()
+    return _strip(stated, places, float(tactels.contact_width), order)
 
 
-@lru_cache(maxsize=4)
-def _strip(stated: str, places: tuple[float, ...], width: float) -> FiniteStrip:
+@lru_cache(maxsize=8)
+def _strip(stated: str, places: tuple[float, ...], width: float, order: int) -> FiniteStrip:
     transducer = Transducer.model_validate_json(stated)
-    return finite_strip(transducer, places, np.full(len(places), width))
+    return finite_strip(transducer, places, np.full(len(places), width), order=order)
 
 
 def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -68,20 +68,6 @@ def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     loads = forces.reshape(-1, *forces.shape[-2:])
     found = np.array([_phase(sensor, strip, x, one) for one in loads])
     return found.reshape(*forces.shape[:-2], len(x))
-
-
-@lru_cache(maxsize=4)
-def _expanded(stated: str, places: tuple[float, ...], width: float) -> FiniteStrip:
-    transducer = Transducer.model_validate_json(stated)
-    return finite_strip(transducer, places, np.full(len(places), width), order=COARSE)
-
-
-def _expansion(sensor: Sensor) -> Expansion:
-    """Of the strip with a patch for every tactel of a design, made once."""
-    tactels = sensor.tactels
-    places = tuple(float(x) for x in tactels.positions + tactels.placement)
-    stated = sensor.transducer.model_dump_json()
-    return _expanded(stated, places, float(tactels.contact_width)).expansion
 
 
 def _at(sensor: Sensor, expansion: Expansion, x: Array, stress: Array) -> Array:
@@ -105,7 +91,7 @@ def second_order_influence(sensor: Sensor, x: Array) -> Array:
     x : ndarray, shape (m,)
         Positions along it [m].
     """
-    expansion = _expansion(sensor)
+    expansion = strip_of_tactels(sensor, COARSE).expansion
     return _at(sensor, expansion, x, expansion.second)
 
 
@@ -126,7 +112,7 @@ def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
     InputError
         If the strip has no stable state under the forces.
     """
-    expansion = _expansion(sensor)
+    expansion = strip_of_tactels(sensor, COARSE).expansion
     return _at(sensor, expansion, x, expansion.rest(forces))
 
 

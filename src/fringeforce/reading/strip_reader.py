@@ -207,6 +207,7 @@ class StripFrameReader(StripFrames):
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
+            near = near and self.tolerated(posterior, top.unknowns)
             if near and _Met(posterior).explains(top, FITS):
                 return self._stated(_Met(posterior, [top]), tracked=True)[0], (posterior, top)
         silent = self._silent(posterior)
@@ -215,8 +216,10 @@ class StripFrameReader(StripFrames):
             exact = self._centred(posterior, *met.best)
             if exact is posterior:
                 break
-            posterior = exact
+            posterior, before_it = exact, met
             met = self._explained(posterior, lines, silent)
+            if not met.explained and met.loss >= before_it.loss:
+                break
         if not met.explained:
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, met.tops[0]):
@@ -639,6 +642,11 @@ class _Met:
     def best(self) -> list[Array]:
         """Unknowns of the best one, whether it explains the frame or not; none if none was met."""
         return [top.unknowns for top in (self.tops[:1] or self.rough[:1])]
+
+    @property
+    def loss(self) -> float:
+        """Loss of the best one in bins."""
+        return self.rough[0].loss if self.rough else np.inf
 
     def about(self, top: Top) -> Linearised:
         """The loss about an explanation."""
