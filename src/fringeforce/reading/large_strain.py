@@ -14,16 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.estimation.frame_exposure import expose
-from fringeforce.estimation.frame_fit import (
-    Linearised,
-    Prior,
-    linearise,
-    shared_information,
-    spread_profiles,
-)
+from fringeforce.estimation.frame_fit import Linearised, shared_information, spread_profiles
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.finite_strain import beyond_second_order
 from fringeforce.models.strip import SensorModel
@@ -96,41 +89,73 @@ class HigherOrders:
 
         The mean square of the patterns, each a standardised unknown [rad].
         """
-        size = _size(loads)
-        reach = size**3
-        if centre is not None:
-            far = 3 * max(size, _size(centre)) ** 2 * _size(loads - centre)
-            reach = min(reach, far) + MESH * size**3
-        return reach / np.sqrt(len(self._patterns)) * self._patterns
+        return reach(loads, centre) * self._modes
 
-    def moved(
+    @property
+    def _modes(self) -> Array:
+        return self._patterns / np.sqrt(len(self._patterns))
+
+    def shift(
         self, about: Linearised, model: FrameModel, unknowns: Array, centre: Array | None
-    ) -> Array:
-        """How far the modes of `left` move the loads, shape (2n, k) [N]."""
-        count = model.at.loads
-        waves = spread_profiles(model, unknowns, self.left(unknowns[:count], centre))
-        shared = shared_information(model, about, waves)
-        return np.asarray(np.linalg.solve(about.hessian + about.cone, shared)[:count], dtype=float)
-
-    def covariance(self, prior: Prior, unknowns: Array, used: Mask, centre: Array | None) -> Array:
-        """Covariance of the loads that explain a frame by what is left, shape (2n, 2n) [N^2].
+    ) -> StrainShift:
+        """How far what is left moves the loads of an explanation of a frame.
 
         Parameters
         ----------
-        prior : Prior
-            Of the unknowns.
+        about : Linearised
+            The frame's loss about it.
+        model : FrameModel
+            That is exact at the centre.
         unknowns : ndarray, shape (size,)
-            What explains the frame.
-        used : ndarray of bool, shape (P,)
-            Pixels that were used.
+            The explanation.
         centre : ndarray, shape (2n,), optional
-            Loads at which the model is exact; none if not given [N].
+            Loads [N]; none if not given.
         """
-        model = self.uncertain.frame
-        frame = np.where(used, expose(model, unknowns)[0], np.nan)
-        about = Linearised(*linearise(model, prior, frame, unknowns))
-        moved = self.moved(about, model, unknowns, centre)
-        return np.asarray(moved @ moved.T, dtype=float)
+        waves = spread_profiles(model, unknowns, self._modes)
+        shared = shared_information(model, about, waves)
+        hessian, count = about.hessian + about.cone, model.at.loads
+        moved = np.linalg.solve(hessian, shared)[:count]
+        noise = np.asarray(np.diag(np.linalg.inv(about.hessian))[:count], dtype=float)
+        return StrainShift(np.asarray(moved @ moved.T, dtype=float), noise, centre)
+
+
+@dataclass(frozen=True, eq=False)
+class StrainShift:
+    """How far what the model leaves of large strain moves loads, near those of one frame.
+
+    Attributes
+    ----------
+    unit : ndarray, shape (2n, 2n)
+        Covariance of the loads for a `reach` of one [1/N^4].
+    noise : ndarray, shape (2n,)
+        Variances by the noise [N^2].
+    centre : ndarray, shape (2n,), or None
+        Loads at which the model is exact, none if not given [N].
+    """
+
+    unit: Array
+    noise: Array
+    centre: Array | None
+
+    def covariance(self, loads: Array) -> Array:
+        """Covariance of loads (2n,), shape (2n, 2n) [N^2]."""
+        return reach(loads, self.centre) ** 2 * self.unit
+
+    def share(self, loads: Array) -> float:
+        """Deviations over those of the noise, root mean square over the loads."""
+        return reach(loads, self.centre) * float(np.sqrt((np.diag(self.unit) / self.noise).mean()))
+
+
+def reach(loads: Array, centre: Array | None) -> float:
+    """Size of what is left under loads of a model that is exact at a centre, over patterns [N^3].
+
+    Third power of the largest force; near the centre its change.
+    """
+    size = _size(loads)
+    if centre is None:
+        return size**3
+    far = 3 * max(size, _size(centre)) ** 2 * _size(loads - centre)
+    return min(size**3, far) + MESH * size**3
 
 
 def _size(loads: Array) -> float:

@@ -15,8 +15,9 @@ from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
+from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.strip_reader import FAINT, Before, StripFrameReader
+from fringeforce.reading.strip_reader import FAINT, TOLERATED, Before, StripFrameReader
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -99,6 +100,8 @@ class StripFollower(Follower):
         self._left = self._count = 0
         self._held: Posterior | None = None
         self._posterior: Posterior | None = None
+        self._shift: StrainShift | None = None
+        self._seen_with_it = 0
         self._trail: Before | None = None
         self._total = np.empty(0)
 
@@ -112,7 +115,9 @@ class StripFollower(Follower):
         if self._from_one:
             return single.alone(levels, used)
         loads, covariance = followed.loads[0], followed.covariances[0]
-        covariance = covariance + single.model_covariance(loads, used, centre=self._centre)
+        covariance = covariance + single.calibration_covariance(loads, used)
+        if self._shift is not None:
+            covariance = covariance + self._shift.covariance(loads)
         limited = np.zeros(len(loads) // 2, dtype=bool)
         if single.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, single.friction)
@@ -175,7 +180,7 @@ class StripFollower(Follower):
         again = before is not None and before.status is reading.status
         self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
-        self._posterior = posterior
+        self._posterior, self._shift = posterior, None
         self._begin(posterior, top, weak)
         if weak and reading.status is not Status.NO_CONTACT:
             self._held, self._count, self._total = posterior, 1, levels.astype(float)
@@ -236,7 +241,9 @@ class StripFollower(Follower):
         if self._single.higher_orders is not None:
             levels = levels[:ALIKE]
         done = self._explained(own, levels, room)
-        if done < len(levels) or self._bent(own):
+        self._seen_with_it += done
+        bent = self._single.higher_orders is not None and self._bent(own)
+        if bent or done < len(levels):
             self._filter = None
         if self._left > 0:
             self._left -= done
@@ -245,16 +252,15 @@ class StripFollower(Follower):
             self._count += done
         return done
 
-    @property
-    def _centre(self) -> Array | None:
-        """Loads under which the model that is followed is exact [N]."""
-        return None if self._posterior is None else self._posterior.centre
-
     def _bent(self, own: InformationFilter) -> bool:
         """Whether large strain asks for a model that is exact at loads nearer to the last ones."""
-        if self._single.higher_orders is None or self._posterior is None:
+        if self._posterior is None:
             return False
-        return not self._single.tolerated(self._posterior, own.unknowns)
+        if self._shift is None or self._seen_with_it >= BLOCK:
+            self._shift = self._single.strain_shift(self._posterior, own.unknowns)
+            self._seen_with_it = 0
+        loads = own.unknowns[: own.model.at.loads]
+        return self._shift is not None and self._shift.share(loads) > TOLERATED
 
     def _explained(self, own: InformationFilter, levels: NDArray[Any], room: Followed) -> int:
         done = 0
@@ -292,9 +298,9 @@ class StripFollower(Follower):
         for first in range(0, len(followed.loads), ALIKE):
             rows = slice(first, first + ALIKE)
             own = followed.covariances[rows]
-            own += self._single.model_covariance(
-                followed.loads[first], self._used, centre=self._centre
-            )
+            own += self._single.calibration_covariance(followed.loads[first], self._used)
+            if self._shift is not None:
+                own += self._shift.covariance(followed.loads[first])
             followed.std[rows] = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
 
     def _store(self, followed: Followed, batch: Batch, begun: Reading) -> None:

@@ -26,7 +26,7 @@ from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
-from fringeforce.reading.large_strain import HigherOrders
+from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, UNSURE, StripFrames
@@ -207,7 +207,7 @@ class StripFrameReader(StripFrames):
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
-            near = near and self.tolerated(posterior, top.unknowns)
+            near = near and self._tolerated(posterior, top.unknowns)
             if near and _Met(posterior).explains(top, FITS):
                 return self._stated(_Met(posterior, [top]), tracked=True)[0], (posterior, top)
         silent = self._silent(posterior)
@@ -284,7 +284,7 @@ class StripFrameReader(StripFrames):
         loads = unknowns[: posterior.model.at.loads]
         left = self.higher_orders.left(loads, posterior.centre)
         share = TOLERATED if posterior.centre is None else CONVERGED
-        if np.abs(left).max() > MOST_LEFT or self.tolerated(posterior, unknowns, share):
+        if np.abs(left).max() > MOST_LEFT or self._tolerated(posterior, unknowns, share):
             return posterior
         try:
             phase = self.higher_orders.phase(loads)
@@ -293,14 +293,17 @@ class StripFrameReader(StripFrames):
         model = posterior.model._replace(fixed=self.uncertain.frame.fixed + phase)
         return replace(posterior, model=model, centre=loads)
 
-    def tolerated(self, posterior: Posterior, unknowns: Array, share: float = TOLERATED) -> bool:
-        """Whether large strain leaves less than a share of the noise in an explanation's loads."""
+    def strain_shift(self, posterior: Posterior, unknowns: Array) -> StrainShift | None:
+        """How far large strain moves loads near those of an explanation; none if it is small."""
         if self.higher_orders is None:
-            return True
+            return None
         about = Linearised(*linearise(posterior.model, posterior.prior, posterior.frame, unknowns))
-        moved = self.higher_orders.moved(about, posterior.model, unknowns, posterior.centre)
-        noise = np.diag(np.linalg.inv(about.hessian))[: len(moved)]
-        return bool((np.square(moved).sum(axis=1) / noise).mean() < share**2)
+        return self.higher_orders.shift(about, posterior.model, unknowns, posterior.centre)
+
+    def _tolerated(self, posterior: Posterior, unknowns: Array, share: float = TOLERATED) -> bool:
+        """Whether large strain moves an explanation's loads by less than a share of the noise."""
+        shift = self.strain_shift(posterior, unknowns)
+        return shift is None or shift.share(unknowns[: posterior.model.at.loads]) < share
 
     def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met:
         """Explanations of a frame, the best first."""
@@ -475,9 +478,13 @@ class StripFrameReader(StripFrames):
             covariance,
         )
         seen = np.isfinite(posterior.frame)
-        covariance = covariance + self.model_covariance(
-            best.top.unknowns, seen, posterior.prior, posterior.centre
+        covariance = covariance + self.calibration_covariance(
+            best.top.unknowns, seen, posterior.prior
         )
+        detail, shift = "", self.strain_shift(posterior, best.top.unknowns)
+        if shift is not None:
+            covariance = covariance + shift.covariance(best.top.unknowns[:count])
+            detail = "" if shift.share(best.top.unknowns[:count]) < TOLERATED else FOLDED
         others = [
             one.top.unknowns[:count]
             for one, is_same in zip(weighed, same, strict=True)
@@ -487,7 +494,6 @@ class StripFrameReader(StripFrames):
             chance = met.chance(near[0])
             if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
                 probability *= chance / (chance + MISSED)
-        detail = "" if self.tolerated(posterior, best.top.unknowns) else FOLDED
         if status is None:
             sure = probability >= self.confidence and not detail
             status = Status.OK if sure else Status.AMBIGUOUS
@@ -499,30 +505,6 @@ class StripFrameReader(StripFrames):
             loads, covariance, best.top, status, probability, limited, alternatives, tracked, detail
         )
         return reading, best.top
-
-    def model_covariance(
-        self,
-        unknowns: Array,
-        used: Mask,
-        prior: Prior | None = None,
-        centre: Array | None = None,
-    ) -> Array:
-        """Covariance of loads by errors of the model: of its calibration, and under large strain.
-
-        Parameters
-        ----------
-        unknowns, used, prior
-            As of `calibration_covariance`.
-        centre : ndarray, shape (2n,), optional
-            As of `Posterior` [N].
-        """
-        covariance = self.calibration_covariance(unknowns, used, prior)
-        if self.higher_orders is not None:
-            whole = np.zeros(self.uncertain.frame.at.size)
-            whole[: len(unknowns)] = unknowns
-            known = prior or self.prior_near(unknowns[: self.uncertain.frame.at.loads])
-            covariance = covariance + self.higher_orders.covariance(known, whole, used, centre)
-        return covariance
 
     def calibration_covariance(
         self, unknowns: Array, used: Mask, prior: Prior | None = None
@@ -589,9 +571,9 @@ class StripFrameReader(StripFrames):
         covariance = posterior.covariance(top)
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
-        covariance = covariance + self.model_covariance(
-            top.unknowns, seen, posterior.prior, posterior.centre
-        )
+        covariance = covariance + self.calibration_covariance(top.unknowns, seen, posterior.prior)
+        if (shift := self.strain_shift(posterior, top.unknowns)) is not None:
+            covariance = covariance + shift.covariance(loads)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
