@@ -129,7 +129,8 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         "condition number",
         condition,
         "good, below the limit of 0.5 (Nyquist)",
-        "good, below the limit of 10 %",
+        "what linear theory misses",
+        "bad, above the limit of 1 %, reached at 0.279 N",
         plane,
     ):
         assert words in result.stdout

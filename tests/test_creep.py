@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.special import exp1
 from typer.testing import CliRunner
 
 import fringeforce as ff
@@ -64,6 +65,22 @@ def test_a_lasting_load_ends_at_the_relaxed_modulus() -> None:
     assert not len(Creep.of(sensor(**stress).transducer).amounts)
 
 
+@pytest.mark.parametrize("apart", [10.0, 30.0])
+def test_few_terms_miss_of_even_creep_what_their_ripple_says(apart: float) -> None:
+    """Against the exponential integral, which terms of all times sum to."""
+    count, time = 5, np.geomspace(1.0, apart, 400)  # from one of the middle terms to the next
+    times = apart ** (np.arange(count) - 2.0)
+    shares = np.full(count, 1e-6)  # so few that rates are the reciprocals of times
+    creep = Creep.retarding(shares, times)
+    steps = (creep.amounts * -np.expm1(-np.outer(time, creep.rates))).sum(axis=1)
+    ends = np.log(apart) / 2
+    first, last = times[0] * np.exp(-ends), times[-1] * np.exp(ends)
+    density = shares[0] / np.log(apart)
+    even = density * (np.log(last / first) + exp1(time / first) - exp1(time / last))
+    missed = np.sqrt(np.mean(np.square(steps - even))) / shares.sum()
+    assert creep.ripple == pytest.approx(missed, rel=0.05)
+
+
 def test_a_task_is_read_without_its_creep() -> None:
     times = np.arange(0.0, TASK[-1], 0.2)
     forces, model = task(times), ff.characterize(sensor())
@@ -120,6 +137,26 @@ def test_loads_before_the_first_frame_are_allowed_for() -> None:
     assert found[1] - found[0] == pytest.approx(0.111**2, rel=0.02)
     later = other.read_batch(frames, times=times[late])
     assert not any(status is ff.Status.OK for status in later.status)
+
+
+def test_ten_unloaded_minutes_with_a_slow_drift_leave_readings_as_they_are() -> None:
+    """What drifts is followed as the residual that it is; nothing is filtered by frequency."""
+    times = np.arange(0.0, 760.0, 2.0)
+    press = np.interp(times, [0, 4, 8, 68, 72, 690, 694, 760], [0, 0, 1, 1, 0, 0, 1, 1])
+    shape = np.exp(-np.square((np.arange(11) - 5) / 1.5))
+    forces = np.zeros((len(times), 11, 2))
+    forces[..., 0] = press[:, None] * shape
+    model = ff.characterize(sensor(**{"polariscope.residual": "0 +/- 0.1 rad"}))
+    wave = 0.1 * np.cos(np.pi * (model.pixel_positions / 0.025 + 0.5))
+    drift = np.multiply.outer(times / times[-1], wave)
+    phase = model.lit_phase(model.phase(forces), times, None) + drift
+    batch = ff.Reader(model).read_batch(model.delivered(phase, rng=0), times=times)
+    idle, again = (times > 76) & (times < 690), times > 700
+    assert not any(status is ff.Status.OK for status in np.array(batch.status)[idle])
+    assert all(status is ff.Status.OK for status in np.array(batch.status)[again])
+    off = np.abs(batch.forces - forces)[again] / batch.std[again]
+    assert np.mean(off < 1.96) > 0.92
+    assert batch.std[again].max() < 0.2
 
 
 def test_times_are_asked_for_and_checked() -> None:

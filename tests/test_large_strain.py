@@ -7,6 +7,7 @@ import pytest
 
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
+from fringeforce.models.finite_strain import beyond_second_order
 from fringeforce.models.imaging import Imaging
 
 
@@ -94,15 +95,48 @@ def test_the_second_order_leaves_a_tenth_of_what_the_linear_phase_does(
         assert off > 4e-3 * np.abs(phase).max()
 
 
+def test_what_the_second_order_leaves_is_known_when_it_is_solved_for(
+    strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """Of coarser elements and splines, against the phase of finer ones along the very lines."""
+    sensor = strips[1].sensor
+    half = sensor.transducer.length / 2
+    single = ff.Reader(strips[1])._single
+    inner = np.abs(sensor.pixel_positions) < half - 1e-3  # corners have singular stresses
+    for force, phase in zip(*pressed, strict=True):
+        rest = beyond_second_order(sensor, sensor.pixel_positions, force)
+        left = phase - single.phase(force)
+        assert np.abs(left).max() > 2e-3
+        # both orders of the two meshes differ by 2e-4 of the peak
+        assert np.abs(rest - left)[inner].max() < 3e-4 * np.abs(phase).max()
+
+
+def test_what_is_stated_of_higher_orders_is_as_large_as_what_is_left(
+    strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
+) -> None:
+    single = ff.Reader(strips[1])._single
+    known = single.higher_orders
+    stated = [np.square(known.left(force.ravel(), None)).sum(axis=0).mean() for force in pressed[0]]
+    left = [
+        np.square(phase - single.phase(force)).mean() for force, phase in zip(*pressed, strict=True)
+    ]
+    assert 1 / 3 < np.sqrt(np.mean(stated) / np.mean(left)) < 3
+
+
+def _frame(model: ff.SensorModel, phase: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    camera = model.sensor.camera
+    level = camera.offset + camera.amplitude * (1 - np.cos(phase)) / 2
+    noisy = level + rng.uniform(-camera.noise, camera.noise, level.shape)
+    return np.clip(np.rint(noisy), 0, camera.full_scale)
+
+
 def test_frames_of_large_strain_are_read_as_well_as_their_noise_allows(
     strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
 ) -> None:
-    camera, rng = strips[0].sensor.camera, np.random.default_rng(6)
+    rng = np.random.default_rng(6)
     reader, linear, squares, worst = ff.Reader(strips[1]), ff.Reader(strips[0]), [], [0.0, 0.0]
     for force, phase in zip(*pressed, strict=True):
-        level = camera.offset + camera.amplitude * (1 - np.cos(phase)) / 2
-        frame = np.rint(level + rng.uniform(-camera.noise, camera.noise, level.shape))
-        frame = np.clip(frame, 0, camera.full_scale)
+        frame = _frame(strips[0], phase, rng)
         reading = reader.search(frame)
         assert reading.status is ff.Status.OK
         error = (reading.forces - force).ravel()
@@ -112,6 +146,44 @@ def test_frames_of_large_strain_are_read_as_well_as_their_noise_allows(
     # sums of 110 unit squares lie in 67 .. 164 in 99.9 of 100 cases (chi-square)
     assert 67 < np.sum(squares) < 164
     assert worst[0] < worst[1] / 1.5
+
+
+def test_loads_beyond_the_second_order_are_read_by_solving_the_strip_at_them(
+    sensor: ff.Sensor,
+) -> None:
+    changes = {"tactels.contact_width": "0.8 mm", "transducer.strain": "finite"}
+    model = ff.characterize(sensor.replace(**changes))
+    reader, rng = ff.Reader(model), np.random.default_rng(8)
+    squares = []
+    for _ in range(2):
+        force = rng.uniform(0, 4, (11, 1)) * [1.0, 0.25]
+        reading = reader.search(_frame(model, model.phase(force), rng))
+        assert reading.status is ff.Status.OK
+        error = (reading.forces - force).ravel()
+        squares.append(error @ np.linalg.solve(reading.covariance, error))
+    # sums of 44 unit squares lie in 18 .. 82 in 99.9 of 100 cases (chi-square)
+    assert 18 < np.sum(squares) < 82
+
+
+def test_loads_that_grow_beyond_the_second_order_are_followed(
+    strips: tuple[ff.SensorModel, ff.SensorModel],
+) -> None:
+    """From a newton, which the second order reads, to where it is far off."""
+    reader, rng = ff.Reader(strips[1]), np.random.default_rng(9)
+    single, ends = reader._single, rng.uniform(0.3, 1, (11, 1)) * [1.0, 0.2]
+    share = np.linspace(1, 2.4, 40)[:, None, None]
+    forces = share * ends
+    at = strips[1].sensor.pixel_positions
+    rest = [beyond_second_order(strips[1].sensor, at, force) for force in forces]
+    phases = [single.phase(force) + more for force, more in zip(forces, rest, strict=True)]
+    batch = reader.read_batch(np.stack([_frame(strips[1], phase, rng) for phase in phases]))
+    assert batch.std is not None
+    assert batch.tracked[1:].mean() > 0.9
+    off = np.abs(batch.forces - forces) / batch.std
+    assert 0.92 < (off < 1.96).mean() < 0.98
+    assert off.max() < 6
+    plain = [np.abs(single.phase(forces[-1]) - phases[-1]).max(), np.abs(rest[-1]).max()]
+    assert min(plain) > 0.05  # two of its deviations
 
 
 def test_a_slide_under_large_strain_is_followed(

@@ -101,6 +101,12 @@ def find_relaxation(
             "By the stress-optic law the phase of layers that relax alike does not creep; state a "
             "strain_optic_coefficient."
         )
+    one, other = model.sensor.transducer.relaxations
+    if one != other or model.sensor.transducer.photoelastic.optical_creep:
+        raise InputError(
+            "Recordings tell terms of both layers together; leave relaxation and optical_creep out "
+            "of the tables of the layers."
+        )
     elastic = _with_terms(model, np.empty((0, 2)), np.empty((0, 2)))
     levels = np.asarray(frames)
     when = checked_times(times, len(levels))
@@ -219,7 +225,10 @@ def _terms(fit: OptimizeResult, count: int, frames: int) -> tuple[Array, Array]:
 
 def _with_terms(model: SensorModel, terms: Array, stds: Array) -> SensorModel:
     """The model with these terms in the place of its own."""
-    sensor = model.sensor.replace(**{"transducer.relaxation": [list(map(float, t)) for t in terms]})
+    sensor = model.sensor.replace(
+        **{"transducer.compliant.relaxation": (), "transducer.photoelastic.relaxation": ()},
+        **{"transducer.relaxation": [list(map(float, t)) for t in terms]},
+    )
     stated = {
         f"{RELAXATION}{number}.{name}": float(std)
         for number, row in enumerate(stds)

@@ -48,8 +48,21 @@ class PadTransducer(Part):
     sides: Literal["free", "bonded", "roller"] = Field(
         description='all four: "free", "bonded", or "roller", which no side leaves but slides along'
     )
+    strain: Literal["linear", "finite"] = Field(
+        default="linear",
+        description='"linear" for small loads; with "finite" deviations of forces on tactels allow '
+        "for what large strain changes",
+        json_schema_extra={"ideal": True},
+    )
     compliant: Layer
     photoelastic: PhotoelasticLayer
+
+    @model_validator(mode="after")
+    def _does_not_creep(self) -> PadTransducer:
+        clear = self.photoelastic
+        if self.compliant.relaxation or clear.relaxation or clear.optical_creep:
+            raise ValueError("relaxation and optical creep are of strips; leave them out of a pad")
+        return self
 
 
 class PadTactels(Part):
@@ -277,6 +290,10 @@ class Pad(Design):
                 "for contacts anywhere"
             )
         block, extent = self.transducer, self.skin.extent
+        if block.strain == "finite":
+            raise ValueError(
+                'skin: readings of skins are of small strain; take strain = "linear", or tactels'
+            )
         for axis, own, side in zip("xy", extent, (block.length, block.width), strict=True):
             if own > side * (1 + 1e-9):
                 raise ValueError(

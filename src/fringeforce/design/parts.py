@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
@@ -32,6 +34,7 @@ from fringeforce.design.fields import (
     StressOptic,
     Temperature,
     TemperatureCoefficient,
+    Time,
 )
 from fringeforce.design.light_sources import named
 from fringeforce.design.materials import EFFECT, as_values
@@ -68,6 +71,39 @@ class Part(BaseModel):
         return frozenset()
 
 
+class RelaxationTerm(Part):
+    """A Prony term: what of a modulus is lost, or what an effect gains, and how fast."""
+
+    share: Percent = Field(gt=0, lt=1, description='of the instantaneous value, such as "6 %"')
+    time: Time = Field(description="in which 1 - 1 / e of it has gone or come [s]")
+
+
+def _terms(value: Any) -> Any:
+    """Pairs such as ["6 %", "0.4 s"] as tables."""
+    if not isinstance(value, list | tuple):
+        return value
+    names = RelaxationTerm.model_fields
+    return tuple(
+        dict(zip(names, one, strict=True))
+        if isinstance(one, list | tuple) and len(one) == 2
+        else one
+        for one in value
+    )
+
+
+def _some_is_left(terms: tuple[RelaxationTerm, ...]) -> tuple[RelaxationTerm, ...]:
+    lost = sum(term.share for term in terms)
+    if lost >= 1:
+        raise ValueError(f"shares sum to {lost:.0%}; less than 100 % of a modulus can be lost")
+    return terms
+
+
+Terms = Annotated[tuple[RelaxationTerm, ...], BeforeValidator(_terms)]
+"""Pairs of share and time, or tables of them."""
+Relaxation = Annotated[Terms, AfterValidator(_some_is_left)]
+"""Terms of a modulus."""
+
+
 class Layer(Part):
     """One layer, isotropic and linear elastic."""
 
@@ -77,6 +113,12 @@ class Layer(Part):
     material: str | None = Field(
         default=None,
         description="name in the table of materials, for what the layer itself does not state",
+    )
+    relaxation: Relaxation = Field(
+        default=(),
+        description="of this layer alone, in the place of that of the transducer: Prony terms of "
+        'its modulus, [["6 %", "0.4 s"]]',
+        json_schema_extra={"ideal": True},
     )
 
 
@@ -103,6 +145,12 @@ class PhotoelasticLayer(Layer):
         default=293.15,
         description='temperature that the design is of, such as "20 degC"',
         json_schema_extra={"ideal": True, "unit": "kelvin"},
+    )
+    optical_creep: Terms = Field(
+        default=(),
+        description="what the photoelastic effect gains under a lasting stress, beside what the "
+        'relaxation does: [["2 %", "30 s"]]',
+        json_schema_extra={"ideal": True},
     )
 
     @model_validator(mode="after")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from fringeforce.base.arrays import Array
@@ -18,33 +18,19 @@ from fringeforce.design.fields import (
     Percent,
     Place,
     Places,
-    Time,
 )
 from fringeforce.design.light import Camera, Polariscope
-from fringeforce.design.parts import Design, Layer, Part, PhotoelasticLayer
+from fringeforce.design.parts import (
+    Design,
+    Layer,
+    Part,
+    PhotoelasticLayer,
+    Relaxation,
+    RelaxationTerm,
+)
 
 Plane = Literal["stress", "strain", "3d", "given"]
 """What a strip is modelled in."""
-
-
-class RelaxationTerm(Part):
-    """A Prony term of the shear modulus of both layers: what of it is lost, and how fast."""
-
-    share: Percent = Field(gt=0, lt=1, description='of the instantaneous modulus, such as "6 %"')
-    time: Time = Field(description="in which it falls to 1 / e of itself under constant strain [s]")
-
-
-def _terms(value: Any) -> Any:
-    """Pairs such as ["6 %", "0.4 s"] as tables."""
-    if not isinstance(value, list | tuple):
-        return value
-    names = RelaxationTerm.model_fields
-    return tuple(
-        dict(zip(names, one, strict=True))
-        if isinstance(one, list | tuple) and len(one) == 2
-        else one
-        for one in value
-    )
 
 
 class Transducer(Part):
@@ -72,7 +58,7 @@ class Transducer(Part):
         'matrix, such as "3 %" for a strip that was never calibrated',
         json_schema_extra={"ideal": True},
     )
-    relaxation: Annotated[tuple[RelaxationTerm, ...], BeforeValidator(_terms)] = Field(
+    relaxation: Relaxation = Field(
         default=(),
         description='of both layers alike: [["6 %", "0.4 s"], ["4 %", "15 s"]], or tables of share '
         "and time, whose shares may have tolerances",
@@ -82,17 +68,26 @@ class Transducer(Part):
     photoelastic: PhotoelasticLayer
 
     @model_validator(mode="after")
-    def _some_modulus_is_left(self) -> Self:
-        lost = sum(term.share for term in self.relaxation)
-        if lost >= 1:
+    def _relaxes_as_one_model_knows(self) -> Self:
+        unlike = self.compliant.relaxation or self.photoelastic.relaxation
+        if self.relaxation and unlike:
             raise ValueError(
-                f"relaxation: shares sum to {lost:.0%}; less than 100 % of a modulus can be lost"
+                "has a relaxation of both layers and one of a single layer; state both layers' "
+                "terms in their own tables"
             )
-        if self.relaxation and (self.strain == "finite" or not self.solved_in_a_plane):
+        changing = self.relaxation or unlike or self.photoelastic.optical_creep
+        if changing and (self.strain == "finite" or not self.solved_in_a_plane):
             raise ValueError(
                 'relaxation takes plane = "stress" or "strain", and strain = "linear"; leave it out'
             )
         return self
+
+    @property
+    def relaxations(self) -> tuple[tuple[RelaxationTerm, ...], tuple[RelaxationTerm, ...]]:
+        """Terms of the compliant and of the photoelastic layer."""
+        if self.relaxation:
+            return self.relaxation, self.relaxation
+        return self.compliant.relaxation, self.photoelastic.relaxation
 
     @property
     def solved_in_a_plane(self) -> bool:

@@ -114,9 +114,12 @@ class Posterior:
     frame : ndarray, shape (P,)
         Grey levels; not finite where a pixel is not used.
     shared : Bins, optional
-        Of the sensor, if the model differs from it in its fields alone.
+        Of the sensor, if the model differs from it in its fields and fixed phase alone.
     sound : ndarray, shape (P,), optional
         Grey levels from which bins are made, without broken pixels; `frame` if not given.
+    centre : ndarray, shape (2n,), optional
+        Loads under which the model's phase is exact, where it has an error of higher order [N];
+        none if not given.
     """
 
     model: FrameModel
@@ -124,6 +127,7 @@ class Posterior:
     frame: Array
     shared: Bins | None = None
     sound: Array | None = None
+    centre: Array | None = None
 
     @cached_property
     def bins(self) -> Bins:
@@ -415,20 +419,23 @@ class Bins:
         return contact_coordinates(self._models[1])
 
     def of(self, size: int, model: FrameModel) -> tuple[FrameModel, FrameModel]:
-        """Model of bins by coordinates, and contacts, as of `settled`; fields are the model's."""
+        """Model of bins by coordinates, and contacts, as of `settled`.
+
+        Fields and fixed phase are the model's.
+        """
         basis, contacts = self._coordinates
         if size not in self._own:
             self._own[size] = by_coordinates(self.pixels(size, self._models[1]), basis)
         found = self._own[size]
         if model.fields is not self._models[1].fields:
             found = found._replace(fields=np.concatenate([basis, model.fields]))
-        return found, contacts
+        return found._replace(fixed=model.fixed), contacts
 
     def pixels(self, size: int, model: FrameModel) -> FrameModel:
         """Model of bins."""
         if size not in self._models:
             self._models[size] = binned(self._models[1], size)
-        return self._models[size]._replace(fields=model.fields)
+        return self._models[size]._replace(fields=model.fields, fixed=model.fixed)
 
 
 def products(

@@ -35,6 +35,8 @@ ORDER = 5
 its peak at 1 N."""
 TOLERANCE = 1e-10
 """Norm of what is out of balance over that of the loads at which a step is solved."""
+ENOUGH = 1e-4
+"""The same for what second order leaves, a hundredth of the light of which is left by it."""
 ROUNDING = 1e-12
 """What rounding leaves out of balance [N]."""
 SLOW = 0.2
@@ -305,11 +307,11 @@ class FiniteStrip:
         return now
 
     def _balanced(
-        self, now: Array, load: Array, tangent: Tangent | None
+        self, now: Array, load: Array, tangent: Tangent | None, tolerance: float = TOLERANCE
     ) -> tuple[Array, Tangent | None]:
         """Newton's method from one state to the balance with a load."""
         free, size = self._free, np.linalg.norm(load.ravel()[self._free])
-        enough = max(TOLERANCE * size, ROUNDING)
+        enough = max(tolerance * size, ROUNDING)
         last = np.inf
         for _ in range(ITERATIONS):
             forces, moduli = self._linearised(now)
@@ -387,37 +389,8 @@ class FiniteStrip:
             *interpolation(mesh.order, mesh.z, heights),
         )
 
-    def second_order_stress(self) -> Array:
-        """Second order of the stress that the light sees in the forces, at the mesh's stations.
-
-        With u = e u_1 + e^2 u_2 the internal forces of order e^2 balance: K u_2 = -R_2(u_1).  At
-        the camera's x stands the material point x - u_1, so that the integral gains
-        int (s_2 + s_1 du_1/dx) dz - d/dx int s_1 u_1 dz.  Pairs of forces follow from the sums of
-        two.
-
-        Returns
-        -------
-        ndarray, shape (M, 2 n, 2 n)
-            H of sum_ij f_i f_j H_ij [Pa m / N^2]; forces run over (patch, component).
-        """
-        tangent, count = self.tangent(np.zeros(self.shape)), 2 * len(self.centres)
-        loads = self.unit_loads.reshape(*self.shape, count).reshape(-1, count)
-        units = np.zeros((count, int(np.prod(self.shape))))
-        units[:, self._free] = tangent.solve(loads[self._free]).T
-        _, weights = self._line(self.mesh.z[: self._rows + 1])
-        found = np.zeros((len(self.mesh.stations), count, count))
-        for i in range(count):
-            for j in range(i + 1):
-                unit = units[i] if i == j else units[i] + units[j]
-                found[:, i, j] = self._second_order(unit.reshape(self.shape), tangent, weights)
-        own = np.einsum("mii->mi", found).copy()
-        for i in range(count):
-            for j in range(i):
-                found[:, i, j] = (found[:, i, j] - own[:, i] - own[:, j]) / 2
-                found[:, j, i] = found[:, i, j]
-        return found
-
-    def _second_order(self, unit: Array, tangent: Tangent, weights: Array) -> Array:
+    def _orders(self, unit: Array, tangent: Tangent, weights: Array) -> tuple[Array, Array]:
+        """First and second order of the stress along one direction of the forces."""
         small = SMALL * unit
         # both signs of a displacement leave the even orders alone
         even = (self.internal_forces(small) + self.internal_forces(-small)) / 2
@@ -428,7 +401,96 @@ class FiniteStrip:
         first = (plus - minus) / 2
         direct = ((plus + minus) / 2 + first * rise) @ weights
         carried = CubicSpline(self.mesh.stations, (first * u) @ weights).derivative()
-        return (direct - carried(self.mesh.stations)) / SMALL**2
+        return first @ weights / SMALL, (direct - carried(self.mesh.stations)) / SMALL**2
+
+    @cached_property
+    def expansion(self) -> Expansion:
+        """First and second order of the stress that the light sees in the forces."""
+        return Expansion.of(self)
+
+    def seen_at_stations(self, coefficients: Array) -> Array:
+        """`integrated_stress` at the stations of the mesh, smooth in the forces, shape (M,).
+
+        Splines carry the stress from where the material was to where the camera looks.
+        """
+        seen, moved, _ = self._seen(coefficients)
+        _, weights = self._line(self.mesh.z[: self._rows + 1])
+        x, found = self.mesh.stations, np.zeros(len(self.mesh.stations))
+        for weight, column, shift in zip(weights, seen.T, moved.T, strict=True):
+            found += weight * CubicSpline(x + shift, column)(x)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """The stress that the light sees as a power series in the forces about none.
+
+    Attributes
+    ----------
+    strip : FiniteStrip
+        Of n patches; forces run over (patch, component).
+    tangent : Tangent
+        Without load.
+    units : ndarray, shape (2 n, size)
+        Coefficients of the displacements of small unit forces [m/N].
+    first : ndarray, shape (M, 2 n)
+        Psi of sum_i Psi_i f_i, at the mesh's stations [Pa m / N].
+    second : ndarray, shape (M, 2 n, 2 n)
+        H of sum_ij f_i f_j H_ij [Pa m / N^2].
+    """
+
+    strip: FiniteStrip
+    tangent: Tangent
+    units: Array
+    first: Array
+    second: Array
+
+    @classmethod
+    def of(cls, strip: FiniteStrip) -> Expansion:
+        """Expand to second order.
+
+        With u = e u_1 + e^2 u_2 the internal forces of order e^2 balance: K u_2 = -R_2(u_1).  At
+        the camera's x stands the material point x - u_1, so that the integral gains
+        int (s_2 + s_1 du_1/dx) dz - d/dx int s_1 u_1 dz.  Pairs of forces follow from the sums of
+        two.
+        """
+        tangent, count = strip.tangent(np.zeros(strip.shape)), 2 * len(strip.centres)
+        loads = strip.unit_loads.reshape(*strip.shape, count).reshape(-1, count)
+        units = np.zeros((count, int(np.prod(strip.shape))))
+        units[:, strip._free] = tangent.solve(loads[strip._free]).T
+        _, weights = strip._line(strip.mesh.z[: strip._rows + 1])
+        first = np.zeros((len(strip.mesh.stations), count))
+        found = np.zeros((*first.shape, count))
+        for i in range(count):
+            for j in range(i + 1):
+                unit = units[i] if i == j else units[i] + units[j]
+                once, twice = strip._orders(unit.reshape(strip.shape), tangent, weights)
+                found[:, i, j] = twice
+                if i == j:
+                    first[:, i] = once
+        own = np.einsum("mii->mi", found).copy()
+        for i in range(count):
+            for j in range(i):
+                found[:, i, j] = (found[:, i, j] - own[:, i] - own[:, j]) / 2
+                found[:, j, i] = found[:, i, j]
+        return cls(strip, tangent, units, first, found)
+
+    def rest(self, forces: Array) -> Array:
+        """What the second order leaves of the stress under forces (n, 2), shape (M,) [Pa m].
+
+        Raises
+        ------
+        InputError
+            If no stable state is found.
+        """
+        strip, flat = self.strip, forces.ravel()
+        load = np.tensordot(strip.unit_loads, forces, axes=2)
+        start = (flat @ self.units).reshape(strip.shape)
+        try:
+            state, _ = strip._balanced(start, load, self.tangent, ENOUGH)
+        except InputError:  # far beyond small strain
+            state = strip.solved(forces)
+        return strip.seen_at_stations(state) - (self.first + self.second @ flat) @ flat
 
 
 def finite_strip(

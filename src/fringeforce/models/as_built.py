@@ -202,6 +202,12 @@ class BuiltSensor:
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
+        unlike = self.model.sensor.transducer.relaxations
+        if times is not None and unlike[0] != unlike[1]:
+            raise InputError(
+                "Layers that relax unlike are simulated as drawn; leave as_built out, or state one "
+                "relaxation of both layers."
+            )
         generator = np.random.default_rng(rng)
         if contacts is None and self.surface is not None and not are_presses(forces):
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)

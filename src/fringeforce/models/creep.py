@@ -9,6 +9,11 @@ modulus, the phase by the strain-optic law is Psi (f / m), and by partial fracti
     p = Psi (f + sum_k c_k z_k),    dz_k / dt = r_k (f - z_k),
 
 with the zeros -r_k of m.  By the stress-optic law the phase does not creep.
+
+Layers that relax unlike, by m_1 of the cover and m_2 of the clear layer, turn the influence matrix
+as their ratio q = m_1 / m_2 does: p = Psi(q) f / m_2, with q an operator in time.  Psi is a
+polynomial in q - 1 to far below the noise, and q - 1 a sum of lags, whose powers are lags of lags.
+What the photoelastic effect itself gains is one more factor, 1 + sum_k o_k / (1 + s tau_k).
 """
 
 from __future__ import annotations
@@ -21,8 +26,13 @@ from scipy.signal import lfilter
 
 from fringeforce.base.arrays import Array, numbers
 from fringeforce.base.errors import InputError
+from fringeforce.design.parts import RelaxationTerm
 from fringeforce.design.strip import Transducer
 
+DECADE = np.log(10.0)
+"""Distance on the logarithm of time to the neighbours of a single term."""
+EQUAL = 1e-7
+"""Share by which rates are moved apart that would be equal, far below what creep is known to."""
 EVEN = 1e-6
 """Range of the steps over their mean up to which times are evenly spaced."""
 
@@ -42,13 +52,53 @@ class Creep:
     amounts: Array
     rates: Array
 
+    @property
+    def ripple(self) -> float:
+        """Standard deviation of what so few terms miss of creep that goes on evenly, over it.
+
+        Materials creep evenly with the logarithm of time t, terms of equal amounts at distances h
+        of it in steps.  By Poisson's summation their sum differs from a line by waves, the longest
+        of which has the amplitude 2 |Gamma(2 pi i / h)| / h of a term; |Gamma(iy)|^2 is
+        pi / (y sinh(pi y)) (Abramowitz and Stegun, 6.1.29).
+        """
+        if not len(self.rates):
+            return 0.0
+        apart = np.ptp(np.log(self.rates)) / (len(self.rates) - 1) if len(self.rates) > 1 else 0.0
+        apart = apart or DECADE
+        y = min(2 * np.pi / apart, 100.0)  # closer terms leave less than a double number holds
+        wave = np.sqrt(2 * np.pi / (y * np.sinh(np.pi * y))) / apart
+        return float(wave / len(self.rates))
+
     @classmethod
     def of(cls, transducer: Transducer) -> Creep:
-        """Of a strip's relaxation; none by the stress-optic law, or without relaxation."""
-        terms = transducer.relaxation
-        if not terms or transducer.photoelastic.effect == "stress_optic_coefficient":
+        """Of the clear layer's relaxation by the strain-optic law, and of its optical creep."""
+        clear = transducer.photoelastic
+        by_strain = clear.effect == "strain_optic_coefficient"
+        found = cls.retarding(*_shares(transducer.relaxations[1] if by_strain else ()))
+        if not clear.optical_creep:
+            return found
+        shares, times = _shares(clear.optical_creep)
+        return found.after(cls(shares, 1 / times))
+
+    @classmethod
+    def of_ratio(cls, transducer: Transducer) -> Creep:
+        """Of the compliant over the photoelastic modulus; none if both relax alike."""
+        one, other = transducer.relaxations
+        if one == other:
             return cls(np.empty(0), np.empty(0))
-        return cls.retarding(*np.array([(term.share, term.time) for term in terms]).T)
+        shares, times = _shares(one)
+        return cls.retarding(*_shares(other)).after(cls(-shares, 1 / times))
+
+    def after(self, other: Creep) -> Creep:
+        """The product of 1 + lags of both, by partial fractions, whose lags are of single poles.
+
+        Of rates a and b, 1 / ((1 + s/a) (1 + s/b)) = (b / (1 + s/a) - a / (1 + s/b)) / (b - a).
+        """
+        a, b = self.rates[:, None], other.rates[None, :] * (1 + EQUAL)
+        both = np.multiply.outer(self.amounts, other.amounts) / (b - a)
+        own = self.amounts + (both * b).sum(axis=1)
+        its = other.amounts - (both * a).sum(axis=0)
+        return Creep(np.concatenate([own, its]), np.concatenate([self.rates, b[0]]))
 
     @classmethod
     def retarding(cls, shares: Array, times: Array) -> Creep:
@@ -106,6 +156,12 @@ class Creep:
             lags = self.passed(lags, values[k - 1], values[k], float(times[k] - times[k - 1]))
             found[k] = np.tensordot(self.amounts, lags, 1)
         return found
+
+
+def _shares(terms: tuple[RelaxationTerm, ...]) -> tuple[Array, Array]:
+    """Shares and times [s] of terms, shapes (K,)."""
+    found = np.array([(term.share, term.time) for term in terms], dtype=float).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
 
 
 def checked_times(times: ArrayLike, frames: int) -> Array:

@@ -13,7 +13,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.mechanics.finite_strain import FiniteStrip, finite_strip
+from fringeforce.mechanics.finite_strain import ORDER, Expansion, FiniteStrip, finite_strip
 from fringeforce.models.presses import tractions
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -38,18 +38,18 @@ def checked_strain(strain: str) -> Strain:
     raise InputError(f"strain = {strain!r} is no kind of strain; take 'linear' or 'finite'.")
 
 
-def strip_of_tactels(sensor: Sensor) -> FiniteStrip:
-    """The hyperelastic strip with a patch for every tactel of a design."""
+def strip_of_tactels(sensor: Sensor, order: int = ORDER) -> FiniteStrip:
+    """The hyperelastic strip with a patch for every tactel of a design, made once."""
     tactels = sensor.tactels
-    centres = tactels.positions + tactels.placement
-    places = tuple(float(x) for x in centres)
-    return _strip(sensor.transducer.model_dump_json(), places, float(tactels.contact_width))
+    places = tuple(float(x) for x in tactels.positions + tactels.placement)
+    stated = sensor.transducer.model_dump_json()
+    return _strip(stated, places, float(tactels.contact_width), order)
 
 
-@lru_cache(maxsize=4)
-def _strip(stated: str, places: tuple[float, ...], width: float) -> FiniteStrip:
+@lru_cache(maxsize=8)
+def _strip(stated: str, places: tuple[float, ...], width: float, order: int) -> FiniteStrip:
     transducer = Transducer.model_validate_json(stated)
-    return finite_strip(transducer, places, np.full(len(places), width))
+    return finite_strip(transducer, places, np.full(len(places), width), order=order)
 
 
 def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -70,11 +70,13 @@ def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     return found.reshape(*forces.shape[:-2], len(x))
 
 
-@lru_cache(maxsize=4)
-def _second_order(stated: str, places: tuple[float, ...], width: float) -> tuple[Array, Array]:
-    transducer = Transducer.model_validate_json(stated)
-    strip = finite_strip(transducer, places, np.full(len(places), width), order=COARSE)
-    return strip.mesh.stations, strip.second_order_stress()
+def _at(sensor: Sensor, expansion: Expansion, x: Array, stress: Array) -> Array:
+    """Phase lead at places of a stress at the stations, shape (m, ...) [rad]; 0 off the strip."""
+    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
+    half = sensor.transducer.length / 2
+    inside = (np.abs(x) <= half).reshape(-1, *[1] * (stress.ndim - 1))
+    smooth = CubicSpline(expansion.strip.mesh.stations, stress)
+    return phase_lead(smooth(np.clip(x, -half, half)) * inside, constant)
 
 
 def second_order_influence(sensor: Sensor, x: Array) -> Array:
@@ -89,14 +91,29 @@ def second_order_influence(sensor: Sensor, x: Array) -> Array:
     x : ndarray, shape (m,)
         Positions along it [m].
     """
-    tactels = sensor.tactels
-    places = tuple(float(x) for x in tactels.positions + tactels.placement)
-    stated = sensor.transducer.model_dump_json()
-    stations, stress = _second_order(stated, places, float(tactels.contact_width))
-    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
-    half = sensor.transducer.length / 2
-    inside = (np.abs(x) <= half)[:, None, None]
-    return phase_lead(CubicSpline(stations, stress)(np.clip(x, -half, half)) * inside, constant)
+    expansion = strip_of_tactels(sensor, COARSE).expansion
+    return _at(sensor, expansion, x, expansion.second)
+
+
+def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
+    """What the second order leaves of the phase under forces, shape (m,) [rad].
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip, its contacts of some width.
+    x : ndarray, shape (m,)
+        Positions along it [m].
+    forces : ndarray, shape (n, 2)
+        Of the tactels [N].
+
+    Raises
+    ------
+    InputError
+        If the strip has no stable state under the forces.
+    """
+    expansion = strip_of_tactels(sensor, COARSE).expansion
+    return _at(sensor, expansion, x, expansion.rest(forces))
 
 
 def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:

@@ -27,6 +27,7 @@ from fringeforce.base.storage import (
 from fringeforce.contacts.loads import finite_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.strip import Sensor
+from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
@@ -58,12 +59,15 @@ from fringeforce.models.imaging_files import (
 from fringeforce.models.presses import Presses, are_presses, press_phase
 from fringeforce.models.strip_width import light_line, strip_width
 from fringeforce.models.temperature import frame_scale
+from fringeforce.models.unlike_layers import ratio_powers, turned_phase
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import Picture, pictures
 
 Array = NDArray[np.float64]
 
+COVER_MODULUS = "transducer.compliant.youngs_modulus"
+"""Path of the value of a design that sets the ratio of the layers' moduli."""
 STRIP = "model"
 """Kind of these files."""
 
@@ -300,7 +304,11 @@ class SensorModel:
                     "A sensor as built has small strain; leave as_built out for finite strain."
                 )
             return self.as_built(as_built).expose(forces, rng, times=times, temperature=temperature)
-        phase = self.phase(forces, strain=strain)
+        ratio = Creep.of_ratio(self.sensor.transducer)
+        if times is not None and len(ratio.rates):
+            phase = self._turned_phase(forces, times, ratio)
+        else:
+            phase = self.phase(forces, strain=strain)
         loaded = self.lit_phase(phase, times, temperature)
         return self.delivered(self._with_residual(loaded), rng)
 
@@ -318,6 +326,32 @@ class SensorModel:
             raise InputError(f"times go with frames in a row, not with shape {phase.shape[:-1]}.")
         own = checked_times(times, len(phase))
         return phase + Creep.of(self.sensor.transducer).added(own, phase)
+
+    def _turned_phase(self, forces: ArrayLike | Presses, times: ArrayLike, ratio: Creep) -> Array:
+        """Phases of frames in a row, of layers that relax unlike, before they creep alike."""
+        if are_presses(forces) or self.imaging is not None:
+            raise InputError(
+                "Layers that relax unlike are simulated as drawn and with forces on tactels; give "
+                "forces of shape (F, n, 2) to the model of the drawing."
+            )
+        loads = finite_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
+        if loads.ndim != 3:
+            raise InputError(f"times go with frames in a row, not with shape {loads.shape[:-2]}.")
+        own = checked_times(times, len(loads))
+        return turned_phase(self._ratio_powers, ratio, own, loads.reshape(len(loads), -1))
+
+    @cached_property
+    def _ratio_powers(self) -> Array:
+        """Matrices of the powers of what relaxation changes in the ratio of the moduli."""
+        plain = self.sensor.model_copy(update={"tolerances": Tolerances()})
+        modulus = self.sensor.transducer.compliant.youngs_modulus
+
+        def influence(factor: float) -> Array:
+            other = self.of(with_values(plain, {COVER_MODULUS: factor * modulus}))
+            return other.pixel_influence.reshape(len(self.pixel_positions), -1)
+
+        last = float(Creep.of_ratio(self.sensor.transducer).amounts.sum())
+        return ratio_powers(influence, last)
 
     def delivered(
         self, phase: ArrayLike, rng: camera_optics.Rng = None, light: Array | None = None

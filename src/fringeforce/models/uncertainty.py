@@ -15,6 +15,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -32,8 +33,9 @@ from fringeforce.models.as_built import (
     WIDTH,
     changes_influence,
 )
+from fringeforce.models.creep import Creep
 from fringeforce.models.finite_strain import second_order_influence
-from fringeforce.models.strip import SensorModel
+from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.temperature import COEFFICIENT, REFERENCE
 from fringeforce.optics.camera import noise_variance
@@ -64,9 +66,17 @@ polynomial goes through them."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
 RELAXATION = "transducer.relaxation."
+RELAXING = (
+    RELAXATION,
+    "transducer.compliant.relaxation.",
+    "transducer.photoelastic.relaxation.",
+    "transducer.photoelastic.optical_creep.",
+)
 THERMAL = COEFFICIENT, REFERENCE
 """Begin of the paths of values that act over time, which `reading.creep` allows for."""
-DRIFTS = ("camera.drift", "offset drift")
+RATIO = "relaxation of one layer"
+"""Name of the mode of layers that relax unlike."""
+DRIFTS = ("camera.drift", "offset drift", RATIO)
 """Names of the modes that are new in every frame."""
 LARGEST = 4.0
 """Standard deviations of the light at which pixels are looked at for clipping."""
@@ -485,7 +495,7 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
-        if path in taken or found is None or path.startswith(RELAXATION) or path in THERMAL:
+        if path in taken or found is None or path.startswith(RELAXING) or path in THERMAL:
             continue
         value = found[0]
         if path == "camera.amplitude":
@@ -498,19 +508,34 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
             powers = np.linalg.pinv(np.vander(SHIFTS, len(SHIFTS), increasing=True))
             modes.append(Mode(path, std, tuple(np.tensordot(powers, far, axes=1)[1:])))
         elif changes_influence([path]):
-            ahead, here, behind = (
-                model.of(with_values(plain, {path: value + e * std})).influence(
-                    np.clip(x, -half, half)
-                )
-                for e in (1, 0, -1)
-            )
-            change = (ahead - behind) / 2, (ahead + behind) / 2 - here
-            modes.append(Mode(path, std, change))
+            modes.append(Mode(path, std, _changes(model, x, plain, path, (value, std))))
+    last = float(Creep.of_ratio(sensor.transducer).amounts.sum())
+    if last:  # loads of any age: the ratio is anywhere between those of first and last
+        value = sensor.transducer.compliant.youngs_modulus
+        spread = value * abs(last) / np.sqrt(3)
+        modes.append(Mode(RATIO, spread, _changes(model, x, plain, COVER_MODULUS, (value, spread))))
     uneven = sensor.camera.unevenness
     if uneven:
         for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH, nodes):
             modes.append(Mode("camera.unevenness", uneven, brightness=row))
     return modes
+
+
+def _changes(
+    model: SensorModel, x: Array, plain: Sensor, path: str, value: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Changes of the influence matrix with a value of the design and with its square.
+
+    In units of the standard deviation, which follows the value itself.
+    """
+    half = plain.transducer.length / 2
+    ahead, here, behind = (
+        model.of(with_values(plain, {path: value[0] + e * value[1]})).influence(
+            np.clip(x, -half, half)
+        )
+        for e in (1, 0, -1)
+    )
+    return (ahead - behind) / 2, (ahead + behind) / 2 - here
 
 
 def _drift(model: SensorModel) -> list[Mode]:

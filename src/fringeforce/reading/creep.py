@@ -22,7 +22,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import REACH, number_at, with_values
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
 from fringeforce.models.creep import Creep
-from fringeforce.models.uncertainty import RELAXATION
+from fringeforce.models.uncertainty import RELAXING
 from fringeforce.reading.batch import Batch
 from fringeforce.reading.reading import Reading, Status
 
@@ -31,10 +31,6 @@ Mask = NDArray[np.bool_]
 
 STEP = 0.1
 """Deviations by which terms are changed for slopes."""
-MISSED = 0.005
-"""What Prony terms miss of the creep in a frame, a standard deviation over that creep: where creep
-goes on evenly with the logarithm of time, one term for each decade leaves a ripple of
-sqrt(2) |Gamma(2 pi i / ln 10)| / ln 10 = 1.3 % of what a decade adds, of two or three."""
 CLEAR = 30.0
 """Deviations from none of loads that a frame has to show to tell of terms: weaker ones, whose light
 is of second order, are read too large, by 0.3 deviations at 15."""
@@ -74,7 +70,7 @@ class CreepFilter:
         self._uncertain = {
             path: (found[0], std)
             for path, std in sensor.tolerances.items()
-            if path.startswith(RELAXATION) and (found := number_at(sensor, path))
+            if path.startswith(RELAXING) and (found := number_at(sensor, path))
         }
         self._ways = self._ways_at(np.zeros(len(self._uncertain)))
         self._history = history
@@ -146,7 +142,7 @@ class CreepFilter:
         self._left = drawn.weights(interval)[0] * self._left
         modes = [(other - found[0]).reshape(1, -1) for other in found[1:]]
         before = share * float(drawn.amounts @ self._left)
-        missed = MISSED * (share * shown - found[0]) if touched else np.zeros_like(shown)
+        missed = drawn.ripple * (share * shown - found[0]) if touched else np.zeros_like(shown)
         return (
             found[0],
             share,
@@ -160,9 +156,9 @@ class CreepFilter:
         touched = found.status is not Status.NO_CONTACT
         forces, share, modes = self.next(time, found.forces, touched)
         covariance = share**2 * found.covariance + modes.T @ modes
-        status, detail = found.status, found.detail
+        status, detail, findings = found.status, found.detail, tuple[str, ...]()
         if touched and _nothing(forces, covariance):
-            status, detail = Status.NO_CONTACT, FADING
+            status, detail, findings = Status.NO_CONTACT, FADING, (FADING,)
         return Reading.of(
             forces=forces,
             chi2=found.chi2,
@@ -174,6 +170,7 @@ class CreepFilter:
             limited=found.limited,
             tracked=found.tracked,
             probability=found.probability,
+            findings=findings,
         )
 
     def smoothed(self, found: Batch, times: Array) -> None:
@@ -202,7 +199,7 @@ class CreepFilter:
             ways = self._ways_at(values[:-size], STEP)
             left, share, modes = self._unrolled(ways, when, shown, seen & ~fading)
             noise = share[:, None, None] ** 2 * spread
-            missed = MISSED * (share[:, None] * shown - left)
+            missed = ways[0].ripple * (share[:, None] * shown - left)
             noise += missed[:, :, None] * missed[:, None, :]
             left -= modes @ values  # those of the drawing, by the slope here
             precision = np.eye(modes.shape[2])

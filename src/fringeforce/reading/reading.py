@@ -117,8 +117,9 @@ class Reading:
     traction : Traction or None
         Of a skin: pressure and shear along it.
     findings : tuple of str
-        What seems to differ from the design, where no load explains the frame; found when it is
-        first asked for, which takes some tenths of a second, or seconds for a pad.
+        What seems to differ from the design, where no load explains the frame, found when it is
+        first asked for, which takes some tenths of a second, or seconds for a pad; or that nothing
+        but creep shows.
 
     Examples
     --------

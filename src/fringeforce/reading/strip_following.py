@@ -15,8 +15,15 @@ from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
+from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.strip_reader import FAINT, Before, Located, StripFrameReader
+from fringeforce.reading.strip_reader import (
+    FAINT,
+    TOLERATED,
+    Before,
+    Located,
+    StripFrameReader,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -26,7 +33,7 @@ BLOCK = 256
 INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
 ALIKE = 16
-"""Frames in a row to which the calibration's own errors do the same."""
+"""Frames in a row to which the model's own errors do the same."""
 MORE = 4
 """Frames whose mean is searched first, and how many times as many each time after: errors of the
 mean that are of second order are a quarter of those of one frame."""
@@ -99,6 +106,9 @@ class StripFollower(Follower):
         self._interval = INTERVAL
         self._left = self._count = 0
         self._held: Posterior | None = None
+        self._posterior: Posterior | None = None
+        self._shift: StrainShift | None = None
+        self._seen_with_it = 0
         self._trail: Before | None = None
         self._several: Located | None = None
         self._total = np.empty(0)
@@ -116,6 +126,8 @@ class StripFollower(Follower):
         covariance = covariance + single.calibration_covariance(loads, used)
         if (several := self._several) is not None:
             loads, covariance = loads + several.offset, covariance + several.between
+        if self._shift is not None:
+            covariance = covariance + self._shift.covariance(loads)
         limited = np.zeros(len(loads) // 2, dtype=bool)
         if single.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, single.friction)
@@ -129,7 +141,7 @@ class StripFollower(Follower):
     ) -> None:
         """Fill in the readings of the next frames, shape (k, P), which were not checked."""
         single, whole = self._single, batch.covariance is not None
-        whole = whole or single.friction is not None or single.model.imaging is not None
+        whole = whole or single.friction is not None or self._wide
         room = Followed.of(min(BLOCK, len(levels)), single.uncertain.frame.at.loads, whole)
         for first in range(0, len(levels), BLOCK):
             block, result = levels[first : first + BLOCK], batch[first : first + BLOCK]
@@ -157,6 +169,11 @@ class StripFollower(Follower):
                 progress(len(block))
 
     @property
+    def _wide(self) -> bool:
+        """Whether errors of the model widen deviations."""
+        return self._single.model.imaging is not None or self._single.higher_orders is not None
+
+    @property
     def _from_one(self) -> bool:
         """Whether the filter stays where one frame began it, off by errors of second order."""
         return self._held is not None and self._count <= MORE
@@ -175,6 +192,7 @@ class StripFollower(Follower):
         again = before is not None and before.status is reading.status
         self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
+        self._posterior, self._shift = posterior, None
         self._begin(posterior, top, weak)
         if weak and reading.status is not Status.NO_CONTACT:
             self._held, self._count, self._total = posterior, 1, levels.astype(float)
@@ -233,8 +251,12 @@ class StripFollower(Follower):
         assert own is not None
         if self._left > 0:
             levels = levels[: self._left]
+        if self._single.higher_orders is not None:
+            levels = levels[:ALIKE]
         done = self._explained(own, levels, room)
-        if done < len(levels):
+        self._seen_with_it += done
+        bent = self._single.higher_orders is not None and self._bent(own)
+        if bent or done < len(levels):
             self._filter = None
         if self._left > 0:
             self._left -= done
@@ -242,6 +264,16 @@ class StripFollower(Follower):
             self._total += np.where(used, levels[:done], 0.0).sum(axis=0)
             self._count += done
         return done
+
+    def _bent(self, own: InformationFilter) -> bool:
+        """Whether large strain asks for a model that is exact at loads nearer to the last ones."""
+        if self._posterior is None:
+            return False
+        if self._shift is None or self._seen_with_it >= BLOCK:
+            self._shift = self._single.strain_shift(self._posterior, own.unknowns)
+            self._seen_with_it = 0
+        loads = own.unknowns[: own.model.at.loads]
+        return self._shift is not None and self._shift.share(loads) > TOLERATED
 
     def _explained(self, own: InformationFilter, levels: NDArray[Any], room: Followed) -> int:
         done = 0
@@ -275,17 +307,19 @@ class StripFollower(Follower):
         return np.where(self._used, frame.astype(float), np.nan)
 
     def _widen(self, followed: Followed) -> None:
-        """Add what the calibration leaves uncertain."""
+        """Add what calibration and large strain leave uncertain."""
         for first in range(0, len(followed.loads), ALIKE):
             rows = slice(first, first + ALIKE)
             own = followed.covariances[rows]
             own += self._single.calibration_covariance(followed.loads[first], self._used)
+            if self._shift is not None:
+                own += self._shift.covariance(followed.loads[first])
             followed.std[rows] = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
 
     def _store(self, followed: Followed, batch: Batch, begun: Reading) -> None:
         """Fill in frames that were followed."""
         loads, std = followed.loads, followed.std
-        if self._single.model.imaging is not None and len(loads):
+        if self._wide and len(loads):
             self._widen(followed)
         if (several := self._several) is not None:
             loads += several.offset

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fringeforce.base.blas_threads import one_blas_thread
+from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
@@ -20,12 +21,14 @@ from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_fit import (
     Linearised,
     Prior,
+    linearise,
 )
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import MetPhases, mixture, posterior_weights
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
+from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, UNSURE, StripFrames
@@ -67,6 +70,20 @@ ALIKE = 0.1
 light of a faint touch hardly tells a phase from its mirror image, which is near."""
 WIDENED = 0.05
 """Share of a standard deviation within which stated ones hold."""
+TOLERATED = 0.5
+"""What the model leaves of large strain, over the deviations of forces by the noise, root mean
+square over them, up to which it is a part of the deviations, which grow by an eighth; beyond it the
+strip is solved anew."""
+CONVERGED = 0.1
+"""The same once it was solved, when the next solution leaves a tenth: half a percent."""
+SOLUTIONS = 8
+"""Most times that the strip is solved for one frame; three are usual at four newtons."""
+MOST_LEFT = np.pi
+"""Phase beyond the second order that is not corrected: the loads are of another fringe [rad]."""
+FOLDED = (
+    "Large strain: under these loads the phase beyond the second order is not known, for the "
+    "surface folds or no solution is near."
+)
 MOST_KNOWN = 0.9999
 """Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
 reasons that no frame shows."""
@@ -144,6 +161,12 @@ class StripFrameReader(StripFrames):
     def calibration_uncertainty(self) -> CalibrationUncertainty | None:
         """What the calibration leaves uncertain, if there was one."""
         return CalibrationUncertainty.left_in(self.model)
+
+    @cached_property
+    def higher_orders(self) -> HigherOrders | None:
+        """What the second order leaves of large strain; none of small strain."""
+        finite = len(self.uncertain.frame.curvature) > 0
+        return HigherOrders(self.model, self.uncertain) if finite else None
 
     @cached_property
     def _search(self) -> PosteriorSearch:
@@ -229,21 +252,33 @@ class StripFrameReader(StripFrames):
         lines = self._search.lines(sound)
         posterior = self._own(frame, lines, sound)
         if last is not None:
+            posterior = self._centred(posterior, last)
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
+            near = near and self._tolerated(posterior, top.unknowns)
             if near and _Met(posterior).explains(top, FITS):
                 return self._stated(_Met(posterior, [top]), tracked=True)
         silent = self._silent(posterior)
         met = self._explained(posterior, lines, silent)
-        if met is None:
+        for _ in range(SOLUTIONS if self.higher_orders else 0):
+            exact = self._centred(posterior, *met.best)
+            if exact is posterior:
+                break
+            posterior, before_it = exact, met
+            met = self._explained(posterior, lines, silent)
+            if not met.explained and met.loss >= before_it.loss:
+                break
+        if not met.explained:
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, met.tops[0]):
             met = _Met(posterior, [silent])
             return self._stated(met, Status.NO_CONTACT)
         if self.uncertain.shapes:
             loads = met.tops[0].unknowns[: posterior.model.at.loads]
-            posterior = self.posterior(frame, self._push(posterior), loads, sound)
+            shaped = self.posterior(frame, self._push(posterior), loads, sound)
+            model = shaped.model._replace(fixed=posterior.model.fixed)
+            posterior = replace(shaped, model=model, centre=posterior.centre)
             met = _Met(posterior, [posterior.settled(top.unknowns) for top in met.tops])
         return self._stated(met, before=before)
 
@@ -290,14 +325,43 @@ class StripFrameReader(StripFrames):
         at = self.uncertain.frame.at
         return silent.loss - best.loss < square_limit(at.loads, FALSE_CONTACT)
 
-    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met | None:
-        """Explanations of a frame, the best first, or None if there is none."""
+    def _centred(self, posterior: Posterior, unknowns: Array | None = None) -> Posterior:
+        """The posterior of a model that is exact at loads, where it is not as good as that."""
+        if self.higher_orders is None or unknowns is None:
+            return posterior
+        loads = unknowns[: posterior.model.at.loads]
+        left = self.higher_orders.left(loads, posterior.centre)
+        share = TOLERATED if posterior.centre is None else CONVERGED
+        if np.abs(left).max() > MOST_LEFT or self._tolerated(posterior, unknowns, share):
+            return posterior
+        try:
+            phase = self.higher_orders.phase(loads)
+        except InputError:
+            return posterior
+        model = posterior.model._replace(fixed=self.uncertain.frame.fixed + phase)
+        return replace(posterior, model=model, centre=loads)
+
+    def strain_shift(self, posterior: Posterior, unknowns: Array) -> StrainShift | None:
+        """How far large strain moves loads near those of an explanation; none if it is small."""
+        if self.higher_orders is None:
+            return None
+        about = Linearised(*linearise(posterior.model, posterior.prior, posterior.frame, unknowns))
+        return self.higher_orders.shift(about, posterior.model, unknowns, posterior.centre)
+
+    def _tolerated(self, posterior: Posterior, unknowns: Array, share: float = TOLERATED) -> bool:
+        """Whether large strain moves an explanation's loads by less than a share of the noise."""
+        shift = self.strain_shift(posterior, unknowns)
+        return shift is None or shift.share(unknowns[: posterior.model.at.loads]) < share
+
+    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met:
+        """Explanations of a frame, the best first."""
         met, tried = _Met(posterior), MetPhases(posterior.even)
         done = self._searched(posterior, lines, met, tried)
         if silent is not None:
             met.add(silent)
         if not done and not (met.tops and met.explains(met.tops[0], FITS)):
-            return None
+            return met
+        met.explained = True
         if met.rough:
             self._improved(met, met.rough[0], RIVALS, stop=False)
         met.settle()
@@ -471,6 +535,10 @@ class StripFrameReader(StripFrames):
         covariance = covariance + self.calibration_covariance(
             best.top.unknowns, seen, posterior.prior
         )
+        detail, shift = "", self.strain_shift(posterior, best.top.unknowns)
+        if shift is not None:
+            covariance = covariance + shift.covariance(best.top.unknowns[:count])
+            detail = "" if shift.share(best.top.unknowns[:count]) < TOLERATED else FOLDED
         others = [
             one.top.unknowns[:count]
             for one, is_same in zip(weighed, same, strict=True)
@@ -481,13 +549,14 @@ class StripFrameReader(StripFrames):
             if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
                 probability *= chance / (chance + MISSED)
         if status is None:
-            status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
+            sure = probability >= self.confidence and not detail
+            status = Status.OK if sure else Status.AMBIGUOUS
         limited = np.zeros(count // 2, dtype=bool)
         if self.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, self.friction)
         alternatives = np.array(others)
         reading = self.reading(
-            loads, covariance, best.top, status, probability, limited, alternatives, tracked
+            loads, covariance, best.top, status, probability, limited, alternatives, tracked, detail
         )
         return reading, located
 
@@ -530,6 +599,7 @@ class StripFrameReader(StripFrames):
         limited: Mask,
         others: Array,
         tracked: bool = False,
+        detail: str = "",
     ) -> Reading:
         """A reading of this strip from loads, shape (2n,) [N], and the rest as of `Reading`."""
         forces = loads.reshape(self.forces_shape)
@@ -539,6 +609,7 @@ class StripFrameReader(StripFrames):
             phase=partial(self.model.phase, forces),
             chi2=top.square / max(top.count - len(loads), 1.0),
             status=status,
+            detail=detail,
             probability=probability,
             alternatives=others.reshape(-1, *forces.shape),
             limited=limited,
@@ -555,6 +626,8 @@ class StripFrameReader(StripFrames):
         nothing = np.zeros(at.loads // 2, dtype=bool)
         loads = top.unknowns[: at.loads]
         covariance = covariance + self.calibration_covariance(top.unknowns, seen, posterior.prior)
+        if (shift := self.strain_shift(posterior, top.unknowns)) is not None:
+            covariance = covariance + shift.covariance(loads)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
 
 
@@ -586,14 +659,24 @@ def _alike(one: Weighed, best: Weighed, count: int) -> bool:
 class _Met:
     """Explanations of one frame that were met, the best first.
 
-    `rough` are those of the frame in bins.
+    `rough` are those of the frame in bins; `explained` is whether any of them explains it.
     """
 
     def __init__(self, posterior: Posterior, tops: list[Top] | None = None) -> None:
-        self.posterior, self.rough = posterior, list[Top]()
+        self.posterior, self.rough, self.explained = posterior, list[Top](), False
         self.tops = sorted(tops or [], key=lambda one: one.loss)
         self._chances, self._abouts = dict[int, float](), dict[int, Linearised]()
         self._nears, self._settled = dict[int, Array](), list[Top]()
+
+    @property
+    def best(self) -> list[Array]:
+        """Unknowns of the best one, whether it explains the frame or not; none if none was met."""
+        return [top.unknowns for top in (self.tops[:1] or self.rough[:1])]
+
+    @property
+    def loss(self) -> float:
+        """Loss of the best one in bins."""
+        return self.rough[0].loss if self.rough else np.inf
 
     def about(self, top: Top) -> Linearised:
         """The loss about an explanation."""

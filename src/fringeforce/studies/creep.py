@@ -54,7 +54,7 @@ def creep_study(
     if not sensor.transducer.relaxation or sensor.skin is not None:
         raise InputError(
             "This study takes tactels and layers that relax; give a design with relaxation = "
-            '[["6 %", "0.4 s"], ["4 %", "15 s"]] under [transducer].'
+            '[["6 %", "0.4 s"], ["4 %", "15 s"]] under [transducer], of both layers alike.'
         )
     report = progress or (lambda title, done, total: None)
     times, forces = _touch(sensor, load)

@@ -163,7 +163,7 @@ def _words(found: list[AtLoad], width: float, folds: bool) -> str:
         f"{width * 1e3:.3g} mm wide, large strain moves no force by more than a standard deviation "
         f"of a single frame: {', '.join(said)}, of the loads in the table.{last} Linear readings "
         'are off by the rest and do not know it; strain = "finite" in the design reads by the '
-        "second order."
+        "second order, and solves the strip anew where that is not enough."
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
 from fringeforce.design.units import READABLE
 from fringeforce.models.pad import PadModel
+from fringeforce.models.strain_error import strain_error
 from fringeforce.models.strip import SensorModel
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
@@ -25,6 +26,10 @@ NYQUIST = 0.5
 """Fringes per pixel up to which a camera resolves them."""
 LINEAR = 0.1
 """Strain of the cover up to which linear elasticity is near enough."""
+
+
+MISSED = 0.01
+"""Error of a force by large strain, over the largest, that hardly any use of a reading notices."""
 
 
 def fringe_density(model: SensorModel) -> float:
@@ -80,7 +85,7 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
             f"{density:.3g} fringes per pixel: {_judged(density, NYQUIST)} (Nyquist), reached at "
             f"{NYQUIST / density:.3g} N",
         ),
-        _strain(surface_strain(model), "pitch"),
+        _strain(model),
         ("solved by", provenance_words(model)),
     ]
 
@@ -108,7 +113,7 @@ def _pad_summary(model: PadModel) -> list[tuple[str, str]]:
             f"{normal:.3g} rad normal, {tangential:.3g} rad tangential, both passes",
         ),
         _deviations(model),
-        _strain(1.0 / tactels.side**2 / block.compliant.youngs_modulus, "tactel"),
+        _strain(model),
         ("solved by", provenance_words(model)),
     ]
 
@@ -153,11 +158,19 @@ def _constant(sensor: Sensor | Pad) -> tuple[str, str]:
     return "stress-optic constant K_t", f"{1e3 * constant:.4g} rad/(MPa mm)"
 
 
-def _strain(strain: float, area: str) -> tuple[str, str]:
-    percent = f"{1e2 * strain:.2g} % over one {area}"
-    return "strain of the cover at 1 N", (
-        f"{percent}: {_judged(strain, LINEAR, 1e2, ' %')} (linear theory), reached at "
-        f"{LINEAR / strain:.3g} N"
+def _strain(model: SensorModel | PadModel) -> tuple[str, str]:
+    sensor = model.sensor
+    if isinstance(sensor, Sensor) and not sensor.transducer.solved_in_a_plane:
+        strain = surface_strain(cast(SensorModel, model))
+        return "strain of the cover at 1 N", (
+            f"{1e2 * strain:.2g} % over one pitch: {_judged(strain, LINEAR, 1e2, ' %')} (linear "
+            f"theory), reached at {LINEAR / strain:.3g} N"
+        )
+    error = float(strain_error(sensor).max())
+    return "what linear theory misses", (
+        f"{1e2 * error:.2g} % of the largest force at 1 N, root mean square, to second order: "
+        f"{_judged(error, MISSED, 1e2, ' %')}, reached at {MISSED / error:.3g} N; strain = "
+        f'"{sensor.transducer.strain}"'
     )
 
 

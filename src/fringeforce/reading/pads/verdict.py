@@ -20,6 +20,7 @@ from fringeforce.estimation.residual_test import (
     square_limit,
 )
 from fringeforce.models.pad import PadModel
+from fringeforce.models.strain_error import strain_deviation
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.mirror_images import Verdict
 from fringeforce.reading.reading import Reading, Status
@@ -117,13 +118,20 @@ class FrameClassifier:
             forces=forces,
             chi2=self.chi2(optimum),
             status=status,
-            covariance=covariance,
+            covariance=self._widened(covariance, forces),
             phase=partial(self.model.retardance, forces),
             detail=detail,
             alternatives=others.reshape(-1, *self._shape),
             tracked=tracked,
             probability=probability,
         )
+
+    def _widened(self, covariance: Callable[[], Array], forces: Array) -> Callable[[], Array]:
+        """A covariance with what large strain changes, where the design asks for it."""
+        if self.model.sensor.transducer.strain == "linear":
+            return covariance
+        deviation = strain_deviation(self.model.sensor, forces)
+        return lambda: covariance() + np.diag(np.square(deviation).ravel())
 
     def unexplained(
         self, levels: Array, optimum: Optimum, covariance: Callable[[], Array]
