@@ -20,6 +20,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
@@ -33,7 +34,7 @@ from fringeforce.models.pad_as_built import SHAPES, spreads
 from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
-from fringeforce.optics.area_camera import Lens, Picture, pictures
+from fringeforce.optics.area_camera import Lens, Picture, along_axis, pictures
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 Array = NDArray[np.float64]
@@ -57,6 +58,9 @@ WEAK = 1e-3
 """Share of the largest force below which how a tactel's traction is spread does not show."""
 SHARPEST = 1e-2
 """Smallest point spread, in pixels, that a lens is computed for."""
+NEGLIGIBLE = 1e-7
+"""Share of the largest entry of a spline's derivative below which single precision rounds it
+away."""
 STEP = 0.1
 """Standard deviations of numerical derivatives of the lens."""
 
@@ -266,14 +270,18 @@ class PadUncertainty:
         return Retardance.at(self.model.influence, *moved.pixel_positions)
 
     @cached_property
-    def _slopes(self) -> tuple[Single, Single]:
+    def _slopes(self) -> tuple[csr_array, csr_array]:
         """From pixels to derivatives there, along x and along y [1/m].
 
         Differences of neighbours are off by several percent where tractions of the fourth order
         are seen with fifteen pixels a tactel.
         """
         x, y = self.model.sensor.pixel_positions
-        return splines.slopes(x).astype(np.float32), splines.slopes(y).astype(np.float32)
+        found = []
+        for slopes in (splines.slopes(x), splines.slopes(y)):
+            shown = np.abs(slopes) > NEGLIGIBLE * np.abs(slopes).max()
+            found.append(csr_array(np.where(shown, slopes, 0.0).astype(np.float32)))
+        return found[0], found[1]
 
     def moved(self, modes: Single, group: Group) -> Single:
         """Derivative of the retardance of the modes by an unknown of where the pixels look."""
@@ -282,11 +290,12 @@ class PadUncertainty:
         found = np.zeros_like(modes)
         for wanted, places, axis in ((along, x, 3), (across, y, 2)):
             if wanted:
-                slope = modes @ by_x.T if axis == 3 else by_y @ modes
+                slope = along_axis(by_x if axis == 3 else by_y, modes, axis)
                 if group.path == "camera.scale":
-                    slope = slope * np.expand_dims(places, 0 if axis == 3 else 1)
-                found += group.std * slope
-        return found.astype(np.float32)
+                    far = np.expand_dims(places, 0 if axis == 3 else 1).astype(np.float32)
+                    slope = slope * far
+                found += np.float32(group.std) * slope
+        return found
 
     # mechanics
 

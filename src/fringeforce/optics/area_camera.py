@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from scipy.special import ndtr
 
 from fringeforce.base.arrays import Array, Single
@@ -69,18 +70,22 @@ def mosaic(rows: int, columns: int, kinds: int) -> NDArray[np.uint8]:
     return (2 * row + column).astype(np.uint8).ravel()
 
 
+FARTHEST = 6.0
+"""Deviations of a point spread beyond which it is left out: 1e-9 of the light."""
+
+
 @dataclass(frozen=True, eq=False)
 class Lens(LinearMap):
     """Blur by a Gaussian point spread, separable; what lies beyond the pad is as its edge is.
 
     Attributes
     ----------
-    rows, columns : ndarray, shapes (rows, rows) and (columns, columns)
+    rows, columns : sparse array, shapes (rows, rows) and (columns, columns)
         What spreads along either side of an image.
     """
 
-    rows: Single
-    columns: Single
+    rows: csr_array
+    columns: csr_array
 
     @classmethod
     def of(cls, pad: Pad) -> Lens | None:
@@ -93,24 +98,32 @@ class Lens(LinearMap):
     @property
     def shapes(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Shape of an image, twice."""
-        image = len(self.rows), len(self.columns)
-        return image, image
+        rows, columns = (one.indptr.size - 1 for one in (self.rows, self.columns))
+        return (rows, columns), (rows, columns)
 
     def forward(self, values: Single) -> Single:
         """An image, shape (..., rows, columns), as the sensor sees it."""
-        return np.asarray(self.rows @ values @ self.columns.T, dtype=np.float32)
+        return along_axis(self.rows, along_axis(self.columns, values, -1), -2)
 
     def adjoint(self, values: Single) -> Single:
         """The derivative by the image, from that by what the sensor sees."""
-        return np.asarray(self.rows.T @ values @ self.columns, dtype=np.float32)
+        return along_axis(self.rows.T, along_axis(self.columns.T, values, -1), -2)
 
 
-def _spread(places: Array, deviation: float) -> Single:
+def along_axis(spread: csr_array, values: Single, axis: int) -> Single:
+    """A sparse matrix times what stands along one axis of images."""
+    turned = np.moveaxis(values, axis, 0)
+    found = spread @ np.ascontiguousarray(turned).reshape(len(turned), -1)
+    return np.asarray(np.moveaxis(found.reshape(turned.shape), 0, axis), dtype=np.float32)
+
+
+def _spread(places: Array, deviation: float) -> csr_array:
     pitch = places[1] - places[0]
     edges = np.append(places - pitch / 2, places[-1] + pitch / 2)
     edges[0], edges[-1] = -np.inf, np.inf
     shares = np.diff(ndtr((edges - places[:, None]) / deviation), axis=1)
-    return shares.astype(np.float32)
+    far = np.abs(np.subtract.outer(places, places)) > FARTHEST * deviation + pitch
+    return csr_array(np.where(far, 0.0, shares).astype(np.float32))
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
