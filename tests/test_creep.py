@@ -69,7 +69,7 @@ def test_a_lasting_load_ends_at_the_relaxed_modulus() -> None:
 def test_few_terms_miss_of_even_creep_what_their_ripple_says(apart: float) -> None:
     """Against the exponential integral, which terms of all times sum to."""
     count, time = 5, np.geomspace(1.0, apart, 400)  # from one of the middle terms to the next
-    times = apart ** (np.arange(count) - 2.0)
+    times = np.power(apart, np.arange(count) - 2.0, dtype=np.float64)
     shares = np.full(count, 1e-6)  # so few that rates are the reciprocals of times
     creep = Creep.retarding(shares, times)
     steps = (creep.amounts * -np.expm1(-np.outer(time, creep.rates))).sum(axis=1)

@@ -9,6 +9,7 @@ import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
 from fringeforce.models.finite_strain import beyond_second_order
 from fringeforce.models.imaging import Imaging
+from fringeforce.reading.strip_reader import StripFrameReader
 
 
 def _model(sensor: ff.Sensor) -> ff.SensorModel:
@@ -115,7 +116,9 @@ def test_what_is_stated_of_higher_orders_is_as_large_as_what_is_left(
     strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
 ) -> None:
     single = ff.Reader(strips[1])._single
+    assert isinstance(single, StripFrameReader)
     known = single.higher_orders
+    assert known is not None
     stated = [np.square(known.left(force.ravel(), None)).sum(axis=0).mean() for force in pressed[0]]
     left = [
         np.square(phase - single.phase(force)).mean() for force, phase in zip(*pressed, strict=True)

@@ -115,8 +115,10 @@ def test_a_residual_indentation_is_no_contact(wrong: float) -> None:
     reader, model = ff.Reader(ff.characterize(soft())), ff.characterize(soft([]))
     plain = ff.Reader(model).read_batch(frames)
     left = times > 64.2
-    # without the terms the indentation is a load
-    assert sum(status is ff.Status.OK for status in plain.status[left]) > 20
+    # without the terms the indentation is a load, in some frames for certain
+    still = np.mean([status is ff.Status.NO_CONTACT for status in plain.status[left]])
+    assert still < 0.5
+    assert any(status is ff.Status.OK for status in plain.status[left])
     readings = list(reader.stream(frames, times=times))
     after = [reading for reading, free in zip(readings, left, strict=True) if free]
     assert not any(reading.ok for reading in after)
