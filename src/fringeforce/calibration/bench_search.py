@@ -554,17 +554,17 @@ class Search:
     def _by_frame(
         self, told: list[Eliminated], covariance: Array
     ) -> tuple[dict[str, Array], dict[str, Array]]:
-        """The same by frame, with what somebody states too, and by unknown.
+        """The same summed by frame, and with what somebody states too, and by unknown.
 
         Returns
         -------
-        frames : dict of ndarray, shape (F, 3)
-            Number of what nobody states, and sums of squares and shares of all.
+        frames : dict of ndarray, shape (F, 5)
+            Squares, shares and number of what nobody states, squares and shares of all.
         unknowns : dict of ndarray, shape (2, n)
             Squares and shares of what nobody states in frames that count.
         """
         posterior = self.posterior(self.kept.astype(float), 1.0)
-        found = {name: np.zeros((len(told), 3)) for name in GROUPS}
+        found = {name: np.zeros((len(told), 5)) for name in GROUPS}
         single = {name: [np.zeros((2, 0))] for name in GROUPS}
         for f, one in enumerate(told):
             precision, variances = posterior.precision(f), one.variances(covariance)
@@ -577,7 +577,8 @@ class Search:
                 unstated = own[posterior.free(name, f)]
                 if {"place": PLACEMENT, "width": WIDTH}.get(name) in self.stated:
                     unstated = own[:0]
-                rows[f] = len(unstated), squares[own].sum(), free[own].sum()
+                rows[f, :3] = squares[unstated].sum(), free[unstated].sum(), len(unstated)
+                rows[f, 3:] = squares[own].sum(), free[own].sum()
                 if self.kept[f]:
                     single[name].append(np.stack([squares[unstated], free[unstated]]))
         return found, {name: np.concatenate(parts, axis=1) for name, parts in single.items()}
@@ -606,11 +607,11 @@ class Search:
         """
         near = np.ones(len(self.levels), dtype=bool)
         for name, rows in self.scattered.items():
-            unstated = rows[:, 0].any()
+            unstated = rows[:, 2].any()
             if self.lost[name] and unstated:
                 continue  # as good as none
-            square, free = rows[:, 1:].T
-            others = rows[self.kept, 1:].sum(axis=0) - rows[:, 1:] * self.kept[:, None]
+            square, free = rows[:, 3:].T
+            others = rows[self.kept, 3:].sum(axis=0) - rows[:, 3:] * self.kept[:, None]
             told = (free > LOST) & (others[:, 1] > LOST)
             least = np.finfo(float).tiny if unstated else 1.0  # as much as somebody states
             usual = np.maximum(others[told, 0] / others[told, 1], least)
