@@ -33,7 +33,6 @@ from fringeforce.calibration.bench_posterior import (
 )
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.columns import Columns
-from fringeforce.calibration.common_size import LOST, likeliest_size
 from fringeforce.calibration.contact_phase import contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
 from fringeforce.calibration.light.pattern import Pattern
@@ -81,6 +80,8 @@ STILL = 1e-3
 """Size of what does not scatter."""
 DELAY = 1e-3
 """Unit of a delay, over which loads are differentiated [s]."""
+LOST = 0.05
+"""Share that frames tell of what scatters below which noise hides it: it is as good as none."""
 LARGEST = 30.0
 """Times its first value that a size can be: a bench that scatters more cannot be explained."""
 STEADY = 0.05
@@ -106,14 +107,6 @@ class Check(NamedTuple):
     explained: int
     inside: int
     forces: int
-
-
-class Reached(NamedTuple):
-    """Where a descent is: the unknowns, the frames' models there, and the loss."""
-
-    state: State
-    models: FrameModels
-    loss: float
 
 
 def inverse(information: Array) -> Array:
@@ -151,6 +144,7 @@ class Search:
         self.checked = Check(0, 0, 0, 0)
         self.aside: list[tuple[float, ...]] = []
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
+        self.changes = dict.fromkeys(self.sizes, 0.0)
         self.scattered = dict[str, Array]()
         self.lost = dict.fromkeys(self.sizes, False)
         self.centre = np.zeros(len(self.mechanical))
@@ -389,35 +383,31 @@ class Search:
             shares = few * np.minimum(1.0, SUSPECT * usual / np.maximum(misfit, 1e-9))
             if np.abs(shares - before).max() < REWEIGHED:
                 break
-            self.state = self._climbed(replace(posterior, shares=shares), models)
+            self.state = self._climbed(replace(posterior, shares=shares))
             before = shares
 
-    def _climbed(self, posterior: BenchPosterior, models: FrameModels) -> State:
-        """Where the loss is smallest, from the state, whose models are given."""
-
-        def expand(place: Reached) -> Expansion[Reached]:
-            state = place.state
-            self.told = posterior.eliminated(state, place.models)
+    def _climbed(self, posterior: BenchPosterior) -> State:
+        def expand(state: State) -> Expansion[State]:
+            models = posterior.models(state.shared)
+            self.told = posterior.eliminated(state, models)
             told = self.told
             gradient, self.information = posterior.normal(state, told)
             information = self.information
 
-            def ahead(step: Array) -> tuple[Reached, float]:
+            def ahead(step: Array) -> tuple[State, float]:
                 there = posterior.models(state.shared + step)
                 reached = posterior.within(state.moved(step, told))
                 found = posterior.loss(reached, there)[0]
-                if place.loss - found < KEPT * -step @ (2 * gradient + information @ step):
+                if loss - found < KEPT * -step @ (2 * gradient + information @ step):
                     reached = posterior.settled(reached, there, SETTLING)
                     found = posterior.loss(reached, there)[0]
-                return Reached(reached, there, found), found
+                return reached, found
 
-            return Expansion(place.loss, gradient, lambda: information, ahead)
+            loss = posterior.loss(state, models)[0]
+            return Expansion(loss, gradient, lambda: information, ahead)
 
-        start = Reached(self.state, models, posterior.loss(self.state, models)[0])
-        found = minimise(start, expand, STEPS, Stop(close=CLOSE, near=NEAR))
-        if not found.step.any():
-            return posterior.settled(found.place.state, found.place.models, SETTLING)
-        moved = found.place.state.moved(found.step, self.told)
+        found = minimise(self.state, expand, STEPS, Stop(close=CLOSE, near=NEAR))
+        moved = found.place.moved(found.step, self.told)
         return posterior.settled(moved, posterior.models(moved.shared), SETTLING)
 
     def free_columns(self) -> None:
@@ -529,43 +519,34 @@ class Search:
         """The sizes under which the frames are most probable, of what nobody states."""
         covariance = inverse(self.information)
         scatter = self.scatter(self.told, covariance) | self.smooth(covariance)
-        for name, (squares, free) in scatter.items():
-            self.lost[name] = bool(free.sum() <= LOST * len(free))
-            self.sizes[name] = min(self.sizes[name] * likeliest_size(squares, free), LARGEST)
+        for name, (square, freedom, count) in scatter.items():
+            self._scale(name, square, freedom, count)
 
-    def smooth(self, covariance: Array) -> dict[str, tuple[Array, Array]]:
-        """The same as `scatter` of what is smooth along the strip, whose errors are correlated.
-
-        Their prior is the same along any axes: those along which errors are not correlated.
-        """
+    def smooth(self, covariance: Array) -> dict[str, tuple[float, float, float]]:
+        """The same as `_scatter` of what is smooth along the strip."""
         precision, at, found = self._expected().precision, self.bench.at, {}
         for name, first in SMOOTH.items():
             own = slice(at.own(name).start + first, at.own(name).stop)
-            root = np.sqrt(precision[own])
-            left, axes = np.linalg.eigh(root[:, None] * covariance[own, own] * root)
-            found[name] = np.square(axes.T @ (root * self.state.shared[own])), 1 - left
+            square = float(precision[own] @ np.square(self.state.shared[own]))
+            freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
+            found[name] = (square, freedom, float(own.stop - own.start))
         return found
 
-    def scatter(self, told: list[Eliminated], covariance: Array) -> dict[str, tuple[Array, Array]]:
-        """What scatters and nobody states: squares over its size's, and the shares frames tell."""
-        self.scattered, unknowns = self._by_frame(told, covariance)
-        return {name: (rows[0], rows[1]) for name, rows in unknowns.items()}
-
-    def _by_frame(
+    def scatter(
         self, told: list[Eliminated], covariance: Array
-    ) -> tuple[dict[str, Array], dict[str, Array]]:
-        """The same summed by frame, and with what somebody states too, and by unknown.
+    ) -> dict[str, tuple[float, float, float]]:
+        """What scatters and is stated nowhere: sum of squares, and what frames tell of how many."""
+        self.scattered = self._by_frame(told, covariance)
+        found = {}
+        for name, rows in self.scattered.items():
+            square, free, count = rows[self.kept, :3].sum(axis=0)
+            found[name] = float(square), float(free), float(count)
+        return found
 
-        Returns
-        -------
-        frames : dict of ndarray, shape (F, 5)
-            Squares, shares and number of what nobody states, squares and shares of all.
-        unknowns : dict of ndarray, shape (2, n)
-            Squares and shares of what nobody states in frames that count.
-        """
+    def _by_frame(self, told: list[Eliminated], covariance: Array) -> dict[str, Array]:
+        """The same of each frame, then both sums with what somebody states too, shape (F, 5)."""
         posterior = self.posterior(self.kept.astype(float), 1.0)
         found = {name: np.zeros((len(told), 5)) for name in GROUPS}
-        single = {name: [np.zeros((2, 0))] for name in GROUPS}
         for f, one in enumerate(told):
             precision, variances = posterior.precision(f), one.variances(covariance)
             squares = precision * np.square(
@@ -579,9 +560,18 @@ class Search:
                     unstated = own[:0]
                 rows[f, :3] = squares[unstated].sum(), free[unstated].sum(), len(unstated)
                 rows[f, 3:] = squares[own].sum(), free[own].sum()
-                if self.kept[f]:
-                    single[name].append(np.stack([squares[unstated], free[unstated]]))
-        return found, {name: np.concatenate(parts, axis=1) for name, parts in single.items()}
+        return found
+
+    def _scale(self, name: str, square: float, freedom: float, count: float) -> None:
+        """Give one size its likeliest value, unless nothing tells of it."""
+        self.lost[name] = freedom <= LOST * count
+        if freedom > 1e-6:
+            change = float(np.log(max(square, 1e-12) / freedom)) / 2
+            # what is as good as none shrinks by much the same share in every round: twice as fast
+            steady = -1 < min(change, self.changes[name]) < max(change, self.changes[name]) < 0
+            self.changes[name] = change
+            size = self.sizes[name] * float(np.exp((1 + steady) * change))
+            self.sizes[name] = min(size, LARGEST)
 
     def _leave_out(self) -> None:
         """Leave out frames and pixels that contradict the others."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
+from scipy.interpolate import CubicSpline, PPoly
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
@@ -61,9 +61,9 @@ class ContactPhases:
         Entries of the design, as in `design_entries`.
     half : float
         Half the length of the strip [m].
-    lead : BSpline
-        Cubic, along the strip [m]; values of shape (C, 2, k, 1 + 2d): of k mixtures of moments,
-        then its slopes and half curvatures by the entries [rad/N].
+    lead : CubicSpline
+        Along the strip [m]; values of shape (C, 2, k, 1 + 2d): of k mixtures of moments, then its
+        slopes and half curvatures by the entries [rad/N].
     mixing : ndarray, shape (k, K)
         The mixtures from the moments.
     table : ndarray
@@ -86,7 +86,7 @@ class ContactPhases:
 
     centre: Array
     half: float
-    lead: BSpline
+    lead: CubicSpline
     mixing: Array
     table: Array
     size: ContactSize
@@ -149,14 +149,14 @@ class ContactPhases:
         far = np.abs(design - self.origin)[~effect].max(initial=0.0)
         return bool(self.step <= step and far <= self.step)
 
-    def _lead(self, weights: Array) -> BSpline:
+    def _lead(self, weights: Array) -> PPoly:
         """Spline of the phase under weights, shape (1 + 2d,) or (1 + 2d, q), of values and slopes.
 
         Weighed before it is evaluated, since places are more than intervals.
         """
-        return BSpline.construct_fast(self.lead.t, self.lead.c @ weights, self.lead.k)
+        return PPoly.construct_fast(self.lead.c @ weights, self.lead.x)
 
-    def _along(self, lead: BSpline, x: Array) -> Array:
+    def _along(self, lead: PPoly, x: Array) -> Array:
         """Values of a spline.
 
         A tangent goes on beyond the ends, where no pixel counts: a step there would ring in the
@@ -239,7 +239,7 @@ def contact_phases(
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.concatenate([middle[None], slopes, curves])
     mixed = np.einsum("kr,ictkg->gctri", spread, parts, optimize=True)
-    lead, table = make_interp_spline(grid, mixed, k=3), moment_table(ORDER)
+    lead, table = CubicSpline(grid, mixed), moment_table(ORDER)
     return ContactPhases(centre, half, lead, mixing, table, size, fine, places, step, origin, bends)
 
 

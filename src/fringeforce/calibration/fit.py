@@ -189,7 +189,6 @@ def _result(search: Search) -> BenchFit:
     _, squares, counts = posterior.loss(search.state, models)
     covariance = inverse(information)
     scatter = search.scatter(told, covariance) | search.smooth(covariance)
-    shares = {name: free for name, (_, free) in scatter.items()}
     free = float((1 - posterior.expected.precision * np.diag(covariance)).sum())
     if search.pattern is not None:
         free += search.pattern.freedom(search.sound & search.seen)
@@ -205,7 +204,7 @@ def _result(search: Search) -> BenchFit:
         chi2,
         search.delay,
         search.checked,
-        {name: (float(s.sum()) / max(len(s), 1), len(s)) for name, s in shares.items()},
+        {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},
         search.moved(models),
         search.pattern,
         tuple(search.aside),
