@@ -189,8 +189,8 @@ def branches(
         Their sums of squared innovations, ascending; of a departure up to where it ended.
     """
     # the loop is compiled once for rows of memory, and not again for columns
-    rows = (np.ascontiguousarray(row) for row in (fold, variance, single))
-    found = _search(*rows, bias, columns, width, gate, cut)
+    fold, variance = np.ascontiguousarray(fold), np.ascontiguousarray(variance)
+    found = _search(fold, variance, np.ascontiguousarray(single), bias, columns, width, gate, cut)
     states, scores = _branched(*found, bias, columns, most)
     order = np.argsort(scores, kind="stable")
     return states[order], scores[order]
