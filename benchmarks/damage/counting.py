@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -41,7 +42,8 @@ class Count:
             else:
                 self.refused += 1
         except Exception as error:
-            self.failures.append(f"{name}: {type(error).__name__}: {error}"[-300:])
+            words = str(error).replace(sys.executable, "python")  # no path of this machine
+            self.failures.append(f"{name}: {type(error).__name__}: {words}"[-300:])
         else:
             self.taken += 1
 
