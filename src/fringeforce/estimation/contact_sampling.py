@@ -1,9 +1,9 @@
-"""Mean and covariance of the loads of weakly loaded contacts, from samples about one phase.
+"""Mean and covariance of the loads of uncertain contacts, from samples about one phase.
 
-Loads, places and widths whose influence makes the same phase are a bent valley of the posterior,
-longer than it is wide where loads are weak.  Given places and widths z, everything else is linear
-in the phase, and the frame is taken as linear in the phase about the best one, so that all but z
-is integrated out in closed form:
+Loads, places and widths whose influence makes the same phase are a bent valley of the posterior: a
+faint contact that is wider than it seems to be may carry many times its load, and its neighbours
+the less.  Given places and widths z, everything else is linear in the phase, and the frame is taken
+as linear in the phase about the best one, so that all but z is integrated out in closed form:
 
     -2 log p(z | frame) = |Psi(z)' f - t|^2 + f' P f + cone(f) + log det H(z) + z' z,
 
@@ -14,7 +14,7 @@ integral is Laplace's approximation on the side of f(z).  Fields of phase, light
 the noise: their Schur complement is taken once.
 
 Hamiltonian Monte Carlo walks along z (Neal, Handbook of Markov Chain Monte Carlo, 2011, chapter 5),
-from several starts and hot at first.  Mean and covariance of the loads are those of their
+from draws of Laplace's approximation.  Mean and covariance of the loads are those of their
 conditional distributions together (Rao-Blackwell; Gelfand and Smith, J. Am. Stat. Assoc. 85, 398,
 1990), and the covariance of few samples is shrunk (Ledoit and Wolf, J. Multivar. Anal. 88, 365,
 2004) towards Laplace's approximation.
@@ -53,20 +53,14 @@ ACTIVE = 4
 """Newton steps in which the contacts that pull are found."""
 DRAWS = 48
 """Draws from Laplace's approximation that tell how good it is."""
-CHAINS, WARM, COLD, KEPT = 4, 10, 6, 50
-"""Walks, the trajectories of each that are hot or only find the step, and those that count."""
-HOTTEST = 10.0
-"""Factor by which the first trajectory has the energy reduced: as when a top is climbed."""
-DRAWN_IN = 0.3
-"""Share of places and widths from which every other walk starts."""
+CHAINS, WARM, KEPT = 4, 6, 40
+"""Walks, the trajectories of each that only find the step, and those that count."""
 LENGTH = 1.2
 """Mean length of a trajectory, in standard deviations."""
 WORSE = 6.0
 """Mean energy over the least at which a walk is in a valley of no weight, exp(-6) = 0.002."""
 DEPENDENT = 4.0
 """Neighbouring samples that tell as much as one that is independent of others."""
-SHRINKAGE = 11.0
-"""Independent samples that Laplace's approximation counts as in the covariance."""
 SEED = 20140115
 """Seed of the random numbers, which are the same for every frame: readings can be repeated."""
 STEP = 0.2
@@ -416,7 +410,7 @@ def density(contacts, z):
 
 
 @sums_entry
-def walk(contacts, start, scale, normals, uniforms, heats, length):
+def walk(contacts, start, scale, normals, uniforms, warm, length):
     """Hamiltonian Monte Carlo along places and widths.
 
     The step is found in the first trajectories by dual averaging (Hoffman and Gelman, J. Mach.
@@ -433,8 +427,8 @@ def walk(contacts, start, scale, normals, uniforms, heats, length):
         A lower triangular root of their covariance, about.
     normals, uniforms : ndarray, shapes (w + S, k) and (w + S, 3)
         Random numbers.
-    heats : ndarray, shape (w,)
-        Factors by which the first trajectories, which are dropped, have the energy reduced.
+    warm : int
+        How many of the first trajectories, w, find the step and are dropped.
     length : float
         Of a trajectory, in standard deviations.
 
@@ -450,7 +444,6 @@ def walk(contacts, start, scale, normals, uniforms, heats, length):
         Negative logarithm of the density, less a constant.
     """
     size, count, most = len(start), len(normals), 2 * len(contacts.profiles)
-    warm = len(heats)
     loads, inverse = np.empty(most), np.empty((most, most))
     own, within = np.empty(most), np.empty((most, most))
     here, trial, gradient, slope = start.copy(), start.copy(), np.empty(size), np.empty(size)
@@ -463,9 +456,8 @@ def walk(contacts, start, scale, normals, uniforms, heats, length):
         step = np.exp(log_step) if t < warm else np.exp(averaged)
         step *= 0.2 if uniforms[t, 2] < 0.1 else 0.6 + 0.6 * uniforms[t, 2]
         steps = int(min(max(np.ceil(length * (0.5 + uniforms[t, 1]) / step), 1), MOST))
-        cold = 1 / heats[t] if t < warm else 1.0
         momentum[:] = normals[t]
-        before = cold * energy + 0.5 * (momentum * momentum).sum()
+        before = energy + 0.5 * (momentum * momentum).sum()
         trial[:] = here
         slope[:] = gradient
         reached = energy
@@ -474,7 +466,7 @@ def walk(contacts, start, scale, normals, uniforms, heats, length):
                 total = 0.0
                 for y in range(x, size):
                     total += scale[y, x] * slope[y]
-                momentum[x] -= 0.5 * step * cold * total
+                momentum[x] -= 0.5 * step * total
             for x in range(size):
                 total = 0.0
                 for y in range(x + 1):
@@ -485,10 +477,10 @@ def walk(contacts, start, scale, normals, uniforms, heats, length):
                 total = 0.0
                 for y in range(x, size):
                     total += scale[y, x] * slope[y]
-                momentum[x] -= 0.5 * step * cold * total
-            if not cold * reached < before + 1000:
+                momentum[x] -= 0.5 * step * total
+            if not reached < before + 1000:
                 break
-        chance = np.exp(min(before - cold * reached - 0.5 * (momentum * momentum).sum(), 0.0))
+        chance = np.exp(min(before - reached - 0.5 * (momentum * momentum).sum(), 0.0))
         if not chance >= 0:
             chance = 0.0
         if uniforms[t, 0] < chance:
@@ -555,15 +547,12 @@ def sampled_loads(
     covariance : ndarray, shape (2n, 2n)
         Of them [N^2].
     """
-    random = np.random.default_rng(SEED)
-    heats = np.concatenate([np.geomspace(HOTTEST, 1.0, WARM), np.ones(COLD)])
-    count = len(heats) + KEPT
-    walks = []
+    random, walks = np.random.default_rng(SEED), []
     for chain in range(CHAINS):
-        start = tops[chain // 2 % len(tops)] * (DRAWN_IN if chain % 2 else 1.0)
-        normals = random.standard_normal((count, len(start)))
-        uniforms = random.random((count, 3))
-        walks.append(walk(contacts, start, scale, normals, uniforms, heats, LENGTH))
+        start, *normals = random.standard_normal((1 + WARM + KEPT, len(scale)))
+        uniforms = random.random((WARM + KEPT, 3))
+        start = tops[chain % len(tops)] + scale @ start
+        walks.append(walk(contacts, start, scale, np.array(normals), uniforms, WARM, LENGTH))
     energies = np.array([own.mean() for *_, own in walks])
     walks = [
         own for own, energy in zip(walks, energies, strict=True) if energy <= energies.min() + WORSE
@@ -571,6 +560,8 @@ def sampled_loads(
     loads = np.concatenate([given for _, given, _, _ in walks])
     within = np.mean([own for _, _, own, _ in walks], axis=0)
     independent = len(loads) / DEPENDENT
-    covariance = independent * (within + np.cov(loads.T)) + SHRINKAGE * laplace
-    covariance *= (1 + 1 / independent) / (independent + SHRINKAGE)
+    # few samples leave some directions too narrow: Laplace's counts as many as there are loads
+    known = len(laplace)
+    covariance = independent * (within + np.cov(loads.T)) + known * laplace
+    covariance *= (1 + 1 / independent) / (independent + known)
     return loads.mean(axis=0), covariance

@@ -62,9 +62,8 @@ WAVES = 60
 clear layer is thick they pass as noise, and no load makes them."""
 RANK = 1e-5
 """Share of the largest information below which a wave is absorbed by the unknowns."""
-LINEAR, WEAK = 1.0, 2 * np.pi
-"""Largest phase of a frame from which it is linear in the phase about its best one, and up to which
-loads are weak: beyond it fringes tell places and widths apart from forces [rad]."""
+LINEAR = 1.0
+"""Largest phase of a frame from which it is linear in the phase about its best one [rad]."""
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
 ROUNDS, STEPS, SETTLING = 6, 4, 16
@@ -364,11 +363,10 @@ class Posterior:
         Returns
         -------
         tuple of ndarray, or None
-            If that approximation is good, or loads are strong, or so faint that the frame is not
-            linear in the phase.
+            If that approximation is good, or the phase so faint that the frame is not linear in it.
         """
         at, model = self.model.at, self.model
-        if at.fields == at.place or not LINEAR <= np.abs(self.phase(tops[0])).max() < WEAK:
+        if at.fields == at.place or np.abs(self.phase(tops[0])).max() < LINEAR:
             return None
         cross = shared_information(model, about, np.eye(len(model.fixed)))
         unknowns = tops[0].unknowns
