@@ -48,9 +48,9 @@ FAR = 2.5
 LEAST = 0.03
 """Growth of the loss by all that loads of their size before the frame can change a coordinate of
 the phase, below which it is left out."""
-FIRST_FALL, NEXT_FALL = 4.0, 2.0
-"""How many times the fall that the first unheated round promises, and a later one, a climb may fall
-in all: of 210 climbs after heated rounds two fell by more than four times."""
+FALL = 10.0
+"""How many times the fall that an unheated round promises a climb may fall in all: of 210 climbs
+after heated rounds two fell by more than four times, and long bends are climbed in small steps."""
 GUARDED = 5
 """Rounds in which the phase is held back until the loss falls."""
 
@@ -490,8 +490,8 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
     tolerance : float
         Fall of the loss below which it is at its smallest.
     bound : float
-        Loss above which a top is of no use: rounds end where `FIRST_FALL` or `NEXT_FALL` times the
-        fall that one promises does not lead below.
+        Loss above which a top is of no use: rounds end where `FALL` times the fall that one
+        promises does not lead below.
 
     Returns
     -------
@@ -516,8 +516,7 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
             trial, hoped = _fitted(
                 contacts, prior, out, held, before, unknowns, heat, steps, 0.3 * tolerance
             )
-            promised = FIRST_FALL if turn == len(heats) else NEXT_FALL
-            if turn >= len(heats) and loss - promised * hoped > bound:
+            if held == 0 and turn >= len(heats) and loss - FALL * hoped > bound:
                 break
             _state(contacts, trial, after)
             fill_exposure(model, after, there)
