@@ -15,6 +15,7 @@ from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.posterior import Posterior
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
@@ -28,7 +29,14 @@ from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, climbed
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
-from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, StripFrames
+from fringeforce.reading.strip_frames import (
+    CLOSE,
+    FITS,
+    HOPELESS,
+    SAME,
+    StripFrames,
+    doubted,
+)
 
 PLAIN, UNSURE = 0.02, 2e-3
 """Chances of noise below which the search goes on, and below which the best that it finds may not
@@ -46,8 +54,6 @@ FAINT = 3.0
 """Deviations of a contact's force below which a frame is explained without it."""
 BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
-CLOSE = 16.0
-"""Fall of the logarithm of the probability, doubled, at which an explanation has no weight."""
 OFF = 64.0
 """Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
 JUMPED = 2.0
@@ -299,30 +305,21 @@ class SkinReader(StripFrames):
         self, met: list[Explanation], silent: Explanation | None
     ) -> tuple[Reading, Explanation]:
         """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
-        logs = np.array([one.evidence for one in met])
-        kept = logs > logs.max() - CLOSE / 2
-        met = [one for one, own in zip(met, kept, strict=True) if own]
-        logs = logs[kept]
-        best = met[int(logs.argmax())]
-        weights = np.exp(logs - logs.max())
-        # the same top met twice counts once
-        seen, others = list[Explanation](), list[Explanation]()
-        mine, total = 0.0, 0.0
-        for one, weight in sorted(zip(met, weights, strict=True), key=lambda pair: -pair[1]):
-            if any(_same(one, known) for known in seen):
-                continue
-            seen.append(one)
-            total += weight
-            if np.abs(one.phase - best.phase).max() < SAME:
-                mine += weight
-            else:
-                others.append(one)
-        probability = mine / total
+        distinct = list[Explanation]()
+        for one in sorted(met, key=lambda own: -own.evidence):
+            far = bool(distinct) and one.evidence <= distinct[0].evidence - CLOSE / 2
+            if not far and not any(_same(one, known) for known in distinct):
+                distinct.append(one)
+        best = distinct[0]
+        weights = posterior_weights(np.array([one.evidence for one in distinct]))
+        mine = np.array([np.abs(one.phase - best.phase).max() < SAME for one in distinct])
+        others = [one for one, own in zip(distinct, mine, strict=True) if not own]
+        probability = float(weights[mine].sum())
         if best.chance < UNSURE:
-            probability *= best.chance / (best.chance + MISSED)
+            probability = doubted(probability, best.chance)
         none = best is silent and probability >= self.confidence
         status = Status.NO_CONTACT if none else None
-        return self.stated(best, float(probability), status, others=others), best
+        return self.stated(best, probability, status, others=others), best
 
     def stated(
         self,

@@ -27,12 +27,22 @@ HOPELESS = 4.0
 """Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
 MISSED = 0.02
 """Share of frames whose best explanation the search misses, measured under many tolerances."""
+CLOSE = 16.0
+"""Loss beyond the best at which an explanation has no weight, exp(-8) = 0.0003."""
 SAME = 0.3
 """Phases nowhere farther apart are one explanation of a frame [rad]."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
 DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
+
+
+def doubted(probability: float, chance: float) -> float:
+    """Probability of an explanation that leaves what noise leaves with so small a chance.
+
+    A right one leaves as much by chance, and a wrong one, where the right one was missed, often.
+    """
+    return probability * chance / (chance + MISSED)
 
 
 @dataclass(frozen=True, eq=False)

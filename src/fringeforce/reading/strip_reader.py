@@ -31,7 +31,15 @@ from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.strip_frames import FITS, HOPELESS, MISSED, SAME, UNSURE, StripFrames
+from fringeforce.reading.strip_frames import (
+    CLOSE,
+    FITS,
+    HOPELESS,
+    SAME,
+    UNSURE,
+    StripFrames,
+    doubted,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -55,8 +63,6 @@ MENDED, RIVALLED = 6, 3
 """Rounds of mirror images, each from the best explanation so far, for the one and for the other."""
 LIST = 7.0
 """Squared deviations of the search behind its best at which what fits is not looked for further."""
-CLOSE = 16.0
-"""Loss beyond the best at which an explanation has no weight, exp(-8) = 0.0003."""
 SEARCHES = 4
 """Searches after which an explanation that fits, though not plainly, is taken."""
 FOLLOWED = 12
@@ -546,8 +552,8 @@ class StripFrameReader(StripFrames):
         ]
         if status is None and not tracked and posterior.model.at.size > count:
             chance = met.chance(near[0])
-            if chance < UNSURE:  # a right explanation leaves as much by chance, a wrong one often
-                probability *= chance / (chance + MISSED)
+            if chance < UNSURE:
+                probability = doubted(probability, chance)
         if status is None:
             sure = probability >= self.confidence and not detail
             status = Status.OK if sure else Status.AMBIGUOUS
