@@ -290,22 +290,26 @@ def _substitute(lower, right, out):
 
 @sums
 def _inverse(lower, out):
-    """Inverse of the matrix whose factor is given."""
+    """Inverse of the matrix whose factor is given, by sums of rows."""
     size = len(lower)
     root = np.zeros((size, size))
-    for j in range(size):
-        root[j, j] = 1 / lower[j, j]
-        for i in range(j + 1, size):
-            total = 0.0
-            for k in range(j, i):
-                total -= lower[i, k] * root[j, k]
-            root[j, i] = total / lower[i, i]
+    out[:] = 0.0
     for i in range(size):
+        own = root[i]
+        for k in range(i):
+            factor, other = lower[i, k], root[k]
+            for j in range(k + 1):
+                own[j] -= factor * other[j]
+        own[i] = 1.0
         for j in range(i + 1):
-            total = 0.0
-            for k in range(i, size):
-                total += root[i, k] * root[j, k]
-            out[i, j] = out[j, i] = total
+            own[j] /= lower[i, i]
+        for k in range(i + 1):
+            factor, row = own[k], out[k]
+            for j in range(k + 1):
+                row[j] += factor * own[j]
+    for i in range(size):
+        for j in range(i):
+            out[j, i] = out[i, j]
 
 
 @sums
