@@ -521,7 +521,7 @@ class StripFrameReader(StripFrames):
         if before is not None:
             weighed = self._after(weighed, posterior.model, before)
         best, count = weighed[0], posterior.model.at.loads
-        same = [_alike(one, best, count) for one in weighed]
+        same = [_alike(one, best, self._hidden) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         near = [one.top for one in own]
@@ -647,14 +647,16 @@ def _limit(phase: Array) -> float:
     return min(SAME, ALIKE * float(np.abs(phase).max()))
 
 
-def _alike(one: Weighed, best: Weighed, count: int) -> bool:
+def _alike(one: Weighed, best: Weighed, hidden: float) -> bool:
     """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
 
-    The deviations are those that are stated, of both as a mixture: their loads differ by one of
-    them root mean square at most, and the mixture has at most twice the variance of the best alone.
+    Phases are one where noise hides their difference.  The deviations are those that are stated, of
+    both as a mixture: their loads differ by one of them root mean square at most, and the mixture
+    has at most twice the variance of the best alone.
     """
-    if _same(one.phase, best.phase):
+    if np.abs(one.phase - best.phase).max() < min(_limit(best.phase), hidden):
         return True
+    count = len(best.covariance)
     apart = one.top.unknowns[:count] - best.top.unknowns[:count]
     square = float(apart @ np.linalg.solve(best.covariance, apart))
     share = one.weight / (one.weight + best.weight)
