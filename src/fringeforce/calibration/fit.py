@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -20,13 +21,11 @@ from fringeforce.calibration.bench_search import (
     REFITS,
     ROUNDS,
     STAGES,
+    BenchSearch,
     Check,
-    Search,
     inverse,
 )
 from fringeforce.calibration.light.pattern import Pattern
-from fringeforce.calibration.timed_loads import TimedLoads
-from fringeforce.design.strip import Sensor
 
 FREED = 2
 """Rounds of the last stage before errors of columns enter: design and camera come first."""
@@ -43,7 +42,7 @@ class BenchFit:
 
     Attributes
     ----------
-    sensor : Sensor
+    sensor : Sensor or Pad
         The drawing.
     paths : tuple of str
         Values of the design that were unknown.
@@ -73,9 +72,11 @@ class BenchFit:
         What single pixels add to the smooth light.
     aside : tuple
         Forces of frames put aside: frame, component, error and its deviation, as in `BenchRecord`.
+    rough : callable
+        Usual misfit of some frames with other loads, after the first stages of a new search.
     """
 
-    sensor: Sensor
+    sensor: Any
     paths: tuple[str, ...]
     posterior: BenchPosterior
     state: State
@@ -89,6 +90,7 @@ class BenchFit:
     moved: Array
     pattern: Pattern | None = None
     aside: tuple[tuple[float, ...], ...] = ()
+    rough: Callable[[Array, BenchLoads], float] = field(default=lambda levels, loads: np.nan)
 
     def shown(self, name: str) -> bool:
         """Whether frames show that something scatters or varies, or it is lost in their noise."""
@@ -107,46 +109,31 @@ class BenchFit:
 
 
 def fitted(
-    sensor: Sensor,
-    levels: Array,
-    loads: BenchLoads | TimedLoads,
-    paths: tuple[str, ...],
-    report: Progress,
-    references: Mapping[str, Array] | None = None,
-    aside: int = 0,
-    columns: bool = False,
-    load_cell: tuple[float, float] = (0.0, 0.0),
+    search: BenchSearch, report: Progress, aside: int = 0, columns: bool = False
 ) -> BenchFit:
     """Fit all that is unknown of a bench.
 
     Parameters
     ----------
-    sensor : Sensor
-        The drawing.
-    levels : ndarray, shape (F, P)
-        Grey levels.
-    loads : BenchLoads or TimedLoads
-        What is written down for each frame, or by time.
-    paths : tuple of str
-        Values of the design to estimate.
+    search : BenchSearch
+        Before its first step.
     report : callable
         Told what is done.
-    references : mapping, optional
-        Frames that show the light alone, by kind, as checked.
     aside : int
         Every so many frames one is put aside at first and checked; none if zero.
     columns : bool
         Whether columns of tactels may differ from those of any design.
-    load_cell : tuple of float
-        Standard deviations of the gain of the load cell, relative, and of its zero [N].
     """
-    search = Search(sensor, levels, loads, paths, references or {}, load_cell)
     search.put_aside(aside)
     total = len(STAGES) + ROUNDS + 2
-    report("Finding the strip", 0, total)
-    search.find_shift()
+    report("Finding the sensor", 0, total)
+    search.begin()
+    before = np.zeros(len(search.kept), dtype=bool)
     for number, limit in enumerate(STAGES):
         few = search.calm(limit)
+        if np.array_equal(few, before):
+            continue
+        before = few
         report(f"Fitting {few.sum()} frames", 1 + number, total)
         for heat in HEATS if number == 0 else HEATS[-1:]:
             search.descend(few, heat)
@@ -167,12 +154,9 @@ def fitted(
     return _result(search)
 
 
-def roughly_fitted(
-    sensor: Sensor, levels: Array, loads: BenchLoads, paths: tuple[str, ...]
-) -> float:
-    """Usual misfit per pixel of a few frames after the first stages; parameters as of `fitted`."""
-    search = Search(sensor, levels, loads, paths, {})
-    search.find_shift()
+def roughly_fitted(search: BenchSearch) -> float:
+    """Usual misfit per pixel of a few frames after the first stages of a new search."""
+    search.begin()
     for heat in HEATS[:-1]:
         search.descend(search.calm(STAGES[0]), heat)
     for heat in HEATS[-2:]:
@@ -180,7 +164,7 @@ def roughly_fitted(
     return search.misfit()
 
 
-def _result(search: Search) -> BenchFit:
+def _result(search: BenchSearch) -> BenchFit:
     """The fit that a search has come to."""
     posterior = search.posterior(search.kept.astype(float), 1.0)
     models = posterior.models(search.state.shared)
@@ -208,4 +192,5 @@ def _result(search: Search) -> BenchFit:
         search.moved(models),
         search.pattern,
         tuple(search.aside),
+        lambda levels, loads: roughly_fitted(search.again(levels, loads)),
     )

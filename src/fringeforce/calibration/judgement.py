@@ -10,7 +10,7 @@ from scipy.stats import binom
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.fit import BenchFit, roughly_fitted
+from fringeforce.calibration.fit import BenchFit
 
 EXPLAINED = 1.3
 """Reduced chi-square up to which frames count as explained."""
@@ -84,34 +84,26 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     loaded = np.flatnonzero(loads.present.any(axis=1))
     some = loaded[:: max(len(loaded) // FEW, 1)][:FEW]
     chosen, own = levels[some], loads.rows(some)
-    usual = roughly_fitted(fit.sensor, chosen, own, fit.paths)
+    usual = fit.rough(chosen, own)
     limit = 1 + EXPLAINS * (usual - 1)
+    on_pad = loads.forces.shape[2] == 3
     tried = {
-        "The places seem to be written down with the other sign: mirror x.": (
-            _turned(own, places=-1)
-        ),
-        "Places and tangential forces seem to be written down with the other sign: the strip, or "
-        "the camera, is turned round.": _turned(own, places=-1, shear=-1),
-        "The tangential forces seem to be written down with the other sign.": (
-            _turned(own, shear=-1)
-        ),
         "The frames seem to belong to the loads of the next row: rows are off by one.": (
             loads.rows((some + 1) % len(loads))
         ),
         "The frames seem to belong to the loads of the row before: rows are off by one.": (
             loads.rows(some - 1)
         ),
+        **(_turned_on_pad(own) if on_pad else _turned_on_strip(own)),
     }
     misfits = {
-        words: roughly_fitted(fit.sensor, chosen, other, fit.paths)
-        for words, other in tried.items()
-        if other.present.any()
+        words: fit.rough(chosen, other) for words, other in tried.items() if other.present.any()
     }
     words = min(misfits, key=lambda each: misfits[each])
     if misfits[words] < limit:
         return words
     free = replace(own, force_std=np.full(own.forces.shape, np.nanmax(loads.magnitude)))
-    if roughly_fitted(fit.sensor, chosen, free, fit.paths) < limit:
+    if fit.rough(chosen, free) < limit:
         return (
             "Other forces at these places explain the frames: the loads may be those of another "
             "day, in another unit, or of a load cell that was not zeroed."
@@ -122,6 +114,45 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     )
 
 
-def _turned(loads: BenchLoads, places: float = 1.0, shear: float = 1.0) -> BenchLoads:
-    forces = loads.forces * [1.0, shear]
+def _turned_on_strip(loads: BenchLoads) -> dict[str, BenchLoads]:
+    return {
+        "The places seem to be written down with the other sign: mirror x.": (
+            _turned(loads, places=-1)
+        ),
+        "Places and tangential forces seem to be written down with the other sign: the strip, or "
+        "the camera, is turned round.": _turned(loads, places=-1, shear=-1),
+        "The tangential forces seem to be written down with the other sign.": (
+            _turned(loads, shear=-1)
+        ),
+    }
+
+
+def _turned_on_pad(loads: BenchLoads) -> dict[str, BenchLoads]:
+    along, across = np.array([-1.0, 1.0]), np.array([1.0, -1.0])
+    return {
+        "The places seem to be written down with the other sign of x: mirror x.": (
+            _turned(loads, places=along)
+        ),
+        "The places seem to be written down with the other sign of y: mirror y.": (
+            _turned(loads, places=across)
+        ),
+        "x seems to be written down with the other sign, in places and forces.": (
+            _turned(loads, places=along, shear=along)
+        ),
+        "y seems to be written down with the other sign, in places and forces.": (
+            _turned(loads, places=across, shear=across)
+        ),
+        "Places and tangential forces seem to be written down with the other sign: the pad, or the "
+        "camera, is turned by 180 degrees.": _turned(loads, places=-1, shear=-1),
+        "The tangential forces seem to be written down with the other sign.": (
+            _turned(loads, shear=-1)
+        ),
+    }
+
+
+def _turned(
+    loads: BenchLoads, places: Array | float = 1.0, shear: Array | float = 1.0
+) -> BenchLoads:
+    forces = loads.forces.copy()
+    forces[..., 1:] *= shear
     return replace(loads, places=places * loads.places, forces=forces, tactels=None)

@@ -155,6 +155,15 @@ class PadUncertainty:
             lasts[group.place] = group.path not in (DRIFTS[0], PLACEMENT)
         return lasts
 
+    @cached_property
+    def expected(self) -> tuple[Array, Array]:
+        """Mean, shape (size,), and precision, (size, size), of the unknowns before any frame."""
+        known = self.model.known
+        if known is None:
+            return np.zeros(self.size), np.eye(self.size)
+        places = {group.path: (group.place, group.std) for group in self.groups}
+        return known.expected(places, self.size)
+
     def group(self, path: str) -> Group | None:
         """The unknowns of a value; those of contacts are at the path of their placement."""
         return next((group for group in self.groups if group.path == path), None)

@@ -123,9 +123,9 @@ class Prior:
     precision: Array
 
     @classmethod
-    def stated(cls, size: int) -> Prior:
-        """By the tolerances alone."""
-        return cls(np.zeros(size), np.eye(size))
+    def stated(cls, uncertain: PadUncertainty) -> Prior:
+        """By the tolerances, and by what is known of them together."""
+        return cls(*uncertain.expected)
 
     def slope(self, extra: Array) -> Array:
         """Half the derivative of the loss, shape (q,)."""
@@ -211,7 +211,7 @@ class Fit:
     @property
     def _prior(self) -> Prior:
         assert self.uncertain is not None
-        return self.prior or Prior.stated(self.uncertain.size)
+        return self.prior or Prior.stated(self.uncertain)
 
     def at(self, forces: Array, extra: Array | None = None) -> Place:
         """Evaluate at forces, shape (3 n,), and unknowns (q,), at their means if not given."""
@@ -330,7 +330,7 @@ class Fit:
             total[np.ix_(held, held)] += scale * few
         ridge = RIDGE if self.used is None else MASKED
         own = np.diag_indices(loads)
-        total[own] += ridge * total[own].mean()
+        total[own] += ridge * total[own].sum() / max(loads, 1)
         return total
 
     def climb(

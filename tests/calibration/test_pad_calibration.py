@@ -1,0 +1,195 @@
+"""Pads calibrated on frames of presses anywhere, made by the exact series at finer depths."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
+from fringeforce.contacts.press import Press
+from fringeforce.design.pad import Pad
+from fringeforce.mechanics.solid.block import Patches
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_contacts import Contact, ContactSeries
+from fringeforce.models.pad_influence import Retardance
+from fringeforce.models.pad_knowledge import PadKnowledge
+from fringeforce.models.pad_presses import press_slices
+from fringeforce.models.pad_slices import block_of, slice_retardance
+
+COVER = "transducer.compliant.thickness"
+EFFECT = "transducer.photoelastic.strain_optic_coefficient"
+DARK = 2
+WRONG, DEAD = 5, (7, 900, 1311)
+
+
+def drawing() -> Pad:
+    return ff.load_sensor("pad").replace(
+        **{
+            "transducer.length": "7 mm",
+            "transducer.width": "7 mm",
+            "tactels.count": [2, 2],
+            "camera.pixels": [48, 48],
+            "camera.amplitude": 235.0,
+        }
+    )
+
+
+def built() -> PadModel:
+    """The pad that was made."""
+    made = drawing().replace(
+        **{COVER: 0.54e-3, EFFECT: 0.053, "camera.shift_x": 0.15e-3, "camera.amplitude": 228.0}
+    )
+    return characterize_pad(made, None, 48, 8)
+
+
+def measured(count: int = 16, mirrored: bool = False) -> tuple[np.ndarray, BenchLoads]:
+    """Frames of single presses, 0.05 mm rms beside what is written down; one is wrong."""
+    rng, model, presses = np.random.default_rng(11), built(), []
+    for _ in range(count):
+        x, y = rng.uniform(-1.5e-3, 1.5e-3, 2)
+        normal, angle = rng.uniform(0.8, 2.5), rng.uniform(0, 2 * np.pi)
+        shear = 0.3 * normal * np.array([np.cos(angle), np.sin(angle)])
+        width = rng.uniform(1.4e-3, 2.2e-3)
+        presses.append(Press(x=x, y=y, normal=normal, tangential=(shear[0], shear[1]), width=width))
+    silent = model.expose(np.zeros((DARK, 4, 3)), rng)
+    pressed = model.expose([[one] for one in presses], rng)
+    frames = np.concatenate([silent, pressed]).reshape(DARK + count, -1)
+    frames[:, DEAD] = 0
+    places = np.array([[one.x, one.y] for one in presses])
+    places += 0.05e-3 * rng.standard_normal(places.shape)
+    forces = np.array([[one.normal, *one.shear] for one in presses])
+    forces[WRONG - DARK] *= 1.4
+    if mirrored:
+        places[:, 0] *= -1
+    loads = bench_loads(places, forces, np.arange(DARK, DARK + count), DARK + count)
+    return frames.reshape(-1, 48, 48), loads
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> PadModel:
+    return ff.calibrate(drawing(), *measured())
+
+
+def test_contacts_anywhere_are_those_of_the_exact_series():
+    pad = drawing()
+    model = characterize_pad(pad)
+    weights = block_of(pad).depths(8)[1]
+    series = ContactSeries(pad, model.influence, weights, (), 0.1)
+    force = np.array([1.5, 0.4, -0.3])
+    press = Press(x=0.6e-3, y=-0.4e-3, normal=1.5, tangential=(0.4, -0.3), width=1.6e-3)
+    round_ = Contact(np.array([0.6e-3, -0.4e-3]), force, 1.6e-3, 0.0, False)
+    square = Contact(np.array([0.6e-3, -0.4e-3]), force, 2e-3, 0.0, True)
+    patches = Patches(np.array([[0.6e-3, -0.4e-3]]), 2e-3)
+    x, y = pad.pixel_positions
+    for contact, wanted in (
+        (round_, press_slices(pad, [press], x, y)),
+        (square, slice_retardance(pad, [(patches, force[None])], x, y, 24)),
+    ):
+        influence = series.changes([contact]).influence
+        modes = Retardance.at(influence, x, y).spread(influence.forward(force))
+        found = 2 * np.einsum("sk,fkrc->frc", influence.profile, modes)
+        whole = 2 * wanted.sum(axis=0)
+        assert np.abs(found - whole).max() < 2e-3 * np.abs(whole).max()
+
+
+def test_derivatives_of_contacts_are_those_of_differences():
+    pad = drawing()
+    model = characterize_pad(pad, None, 48, 8)
+    weights = block_of(pad).depths(8)[1]
+    series = ContactSeries(pad, model.influence, weights, (COVER,), 0.05)
+    force = np.array([1.5, 0.4, -0.3])
+    contact = Contact(np.array([0.6e-3, -0.4e-3]), force, 1.6e-3, 0.5, False)
+    found = series.changes([contact])
+    steps = {
+        0: {"place": contact.place + np.array([1e-5, 0])},
+        1: {"place": contact.place + np.array([0, 1e-5])},
+        2: {"width": contact.width + 1e-5},
+        3: {"profile": contact.profile + 0.1},
+    }
+    before = found.influence.forward(force)
+    for number, change in steps.items():
+        after = series.changes([contact._replace(**change)]).influence.forward(force)
+        slope = found.shapes[number].forward(force) * (0.1 if number == 3 else 1e-5)
+        assert np.abs(after - before - slope).max() < 0.03 * np.abs(slope).max()
+    thick = replace(series, pad=pad.replace(**{COVER: 0.5e-3 * np.exp(0.04)}))
+    after = thick.changes([contact]).influence.forward(force)
+    first, second = (part.forward(force) for part in found.layers[0])
+    off = after - before - 0.04 * first - 0.04**2 * second
+    assert np.abs(off).max() < 0.01 * np.abs(after - before).max()
+
+
+@pytest.mark.slow
+def test_the_pad_is_found_within_its_deviations(calibrated):
+    found = calibrated.calibration
+    assert found.usable, found.findings
+    true = {COVER: 0.54e-3, EFFECT: 0.053, "camera.shift_x": 0.15e-3, "camera.amplitude": 228.0}
+    for name, value in true.items():
+        place = found.names.index(name)
+        assert abs(found.values[place] - value) < 4 * found.std[place], name
+        assert found.std[place] < 0.1 * abs(value)
+
+
+@pytest.mark.slow
+def test_a_wrong_press_and_dead_pixels_are_named(calibrated):
+    found = calibrated.calibration
+    assert WRONG in found.outliers
+    assert set(DEAD) <= set(found.dead)
+    assert any(f"Frame {WRONG}" in words for words in found.findings)
+
+
+@pytest.mark.slow
+def test_readings_with_a_calibrated_pad_hold_their_intervals(calibrated):
+    rng, true = np.random.default_rng(3), built()
+    forces = np.zeros((6, 4, 3))
+    forces[:, :, 0] = rng.uniform(0.5, 1.5, (6, 4))
+    forces[:, :, 1:] = rng.uniform(-0.3, 0.3, (6, 4, 2))
+    reader = ff.Reader(calibrated)
+    readings = [reader.search(frame) for frame in true.expose(forces, rng)]
+    assert all(reading.status is ff.Status.OK for reading in readings)
+    off = np.array([r.forces - f for r, f in zip(readings, forces, strict=True)])
+    std = np.array([reading.std for reading in readings])
+    assert (np.abs(off) < 5 * std).all()
+
+
+@pytest.mark.slow
+def test_a_calibrated_pad_is_saved_with_all_that_it_knows(calibrated, tmp_path):
+    calibrated.save(tmp_path / "pad.h5")
+    again = ff.load_model(tmp_path / "pad.h5")
+    assert again.calibration.findings == calibrated.calibration.findings
+    np.testing.assert_array_equal(again.known.covariance, calibrated.known.covariance)
+    np.testing.assert_array_equal(again.usable, calibrated.usable)
+    frame = built().expose(np.full((4, 3), [1.0, 0.1, 0.2]), 0)
+    readings = [ff.Reader(model).search(frame) for model in (calibrated, again)]
+    np.testing.assert_allclose(readings[0].std, readings[1].std, rtol=1e-6)
+
+
+def test_what_is_stated_anew_takes_the_place_of_what_is_known_together():
+    known = PadKnowledge(
+        {"a": 0.1, "b": 2.0}, {"a": 1, "b": 2}, np.array([0.5, 0.0, 1.0]), 0.1 + 0.2 * np.eye(3)
+    )
+    mean, precision = known.expected({"b": (slice(0, 2), 2.0), "a": (slice(3, 4), 0.1)}, 4)
+    np.testing.assert_array_equal(mean, [0.0, 1.0, 0.0, 0.5])
+    np.testing.assert_allclose(np.linalg.inv(precision)[0], [0.3, 0.1, 0.0, 0.1])
+    mean, precision = known.expected({"b": (slice(0, 2), 1.0), "a": (slice(3, 4), 0.1)}, 4)
+    np.testing.assert_array_equal(mean, [0.0, 0.0, 0.0, 0.5])
+    np.testing.assert_allclose(np.diag(precision), [1.0, 1.0, 1.0, 1 / 0.3])
+
+
+@pytest.mark.slow
+def test_mirrored_places_must_not_be_used():
+    model = ff.calibrate(drawing(), *measured(mirrored=True))
+    assert not model.calibration.usable
+    assert model.calibration.findings[0].startswith("Do not use this model")
+    assert "mirror x" in model.calibration.findings[0]
+
+
+def test_what_is_for_strips_is_refused_with_a_remedy():
+    frames, loads = np.zeros((6, 48, 48)), bench_loads([[0, 0]], [[1, 0, 0]], count=6)
+    with pytest.raises(InputError, match="for strips"):
+        ff.calibrate(drawing(), frames, loads, columns=True)
+    with pytest.raises(InputError, match="at least 4"):
+        ff.calibrate(drawing(), frames, loads)
+    with pytest.raises(InputError, match="do not fit this pad"):
+        ff.calibrate(drawing(), np.zeros((6, 32, 48)), loads)
