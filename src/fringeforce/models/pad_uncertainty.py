@@ -266,17 +266,19 @@ class PadUncertainty:
         """Unknowns of where the pixels look."""
         return tuple(group for group in self.groups if group.path in REGISTRATION)
 
+    def looking(self, extra: Array) -> Pad:
+        """The design with its camera where it is under unknowns."""
+        values = {
+            group.path: _value(self.model.sensor, group.path) + group.std * float(extra[group.begin])
+            for group in self.registration
+        }
+        return with_values(self.model.sensor, values)
+
     def retarding(self, extra: Array) -> Retardance:
         """From spline coefficients to the pixels, where they look under unknowns."""
         if not self.registration or not any(extra[group.begin] for group in self.registration):
             return self.model.retarding
-        pad = self.model.sensor
-        values = {
-            group.path: _value(pad, group.path) + group.std * float(extra[group.begin])
-            for group in self.registration
-        }
-        moved = with_values(pad, values)
-        return Retardance.at(self.model.influence, *moved.pixel_positions)
+        return Retardance.at(self.model.influence, *self.looking(extra).pixel_positions)
 
     @cached_property
     def _slopes(self) -> tuple[csr_array, csr_array]:

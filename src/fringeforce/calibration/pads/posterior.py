@@ -93,6 +93,11 @@ class PadBench:
         """Largest force of a contact [N]."""
         return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
 
+    @cached_property
+    def contacts_of(self) -> list[Index]:
+        """Which of the k contacts each frame has."""
+        return [np.flatnonzero(row >= 0) for row in self.which]
+
     def expanded(self, series: ContactSeries, state: State | None) -> PadBench:
         """The same with all contacts expanded where they are in a state, or as written down."""
         square = np.zeros(self.which.shape, bool)
@@ -262,6 +267,10 @@ class PadPosterior(BenchPosterior):
         fit, found = self._evaluated(f, own, shared)
         k, size = 3 * len(self._contacts(f)), len(shared)
         gradient = fit.gradient(found.place, found.left)
+        known = self._known(f)
+        # a shift of the camera is all but one of the contacts, unless both are taken where it looks
+        model = replace(known.model, sensor=known.looking(found.place.extra))
+        fit = replace(fit, sampling=lattice(model, SIDE, known))
         information = fit.information(found.place)
         off = own - self.mean(f, shared)
         gradient[:k] += self.precision(f)[:k] * off[:k]
