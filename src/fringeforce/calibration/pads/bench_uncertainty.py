@@ -13,7 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.optimize import brentq
+from scipy.sparse import csr_array, eye_array
+from scipy.special import ndtr
 
 from fringeforce.calibration.bench_expectation import BLUR as POINT_SPREAD
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS, LAMP
@@ -32,7 +34,7 @@ from fringeforce.models.pad_uncertainty import (
     Group,
     PadUncertainty,
 )
-from fringeforce.optics.area_camera import Lens
+from fringeforce.optics.area_camera import FARTHEST, Lens
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -43,6 +45,8 @@ SHAPES = 4
 """Unknowns of a contact besides its forces."""
 KEPT = 8
 """Lenses that are kept: one, and those a little sharper and less sharp."""
+STEP = 3e-3
+"""Step of derivatives of the lens: some hundredths of a pixel, squared."""
 OWN = PLACEMENT, SIZE
 """Tolerances of contacts, which are new in every frame."""
 
@@ -197,44 +201,53 @@ class BenchUncertainty(PadUncertainty):
     def _slopes(self) -> tuple[csr_array, csr_array]:
         return super()._slopes if self.shared is None else self.shared._slopes
 
-    # of the blur its square enters, which is how it acts
-
-    @property
-    def _sharpest(self) -> float:
-        group = self.group(BLUR)
-        assert group is not None
-        pad = self.model.sensor
-        pixel = float(np.diff(pad.pixel_positions[0][:2])[0])
-        blur = pad.camera.blur or 0.0
-        return ((SHARPEST * pixel) ** 2 - blur**2) / self._blur_unit
+    # of the blur the second moment of what it spreads enters, which is how it acts
 
     @cached_property
-    def _blur_unit(self) -> float:
-        """Standard deviation of the square of the blur [m^2]."""
+    def _drawn_moment(self) -> tuple[float, float]:
+        """Second moment of the lens as drawn, and its standard deviation [pixels^2]."""
         group = self.group(BLUR)
         assert group is not None
-        return 2 * (self.model.sensor.camera.blur or 0.0) * group.std + group.std**2
+        drawn = (self.model.sensor.camera.blur or 0.0) / self._pixel
+        first = _moment(drawn)
+        return first, _moment(drawn + group.std / self._pixel) - first
 
-    def blur(self, extra: Array) -> tuple[float, float]:
-        """Blur under unknowns, and its derivative by its own [m]."""
-        group, drawn = self.group(BLUR), self.model.sensor.camera.blur or 0.0
+    @property
+    def _pixel(self) -> float:
+        return float(np.diff(self.model.sensor.pixel_positions[0][:2])[0])
+
+    def blur(self, extra: Array, std: float) -> tuple[float, float]:
+        """Blur under unknowns, and its mean slope over deviations of its own [m]."""
+        group = self.group(BLUR)
         assert group is not None
-        unknown = max(float(extra[group.begin]), self._sharpest)
-        blur = float(np.sqrt(drawn**2 + self._blur_unit * unknown))
-        return blur, self._blur_unit / (2 * blur)
+        first, unit = self._drawn_moment
+        unknown = float(extra[group.begin])
+        low, here, high = (
+            self._pixel * _of_moment(first + unit * (unknown + way * std)) for way in (-1, 0, 1)
+        )
+        return here, (high - low) / (2 * std)
+
+    def lens_change(self, extra: Array) -> tuple[Lens, Lens, float]:
+        """Lenses a little sharper and a little less sharp, and how far apart the unknowns are."""
+        group = self.group(BLUR)
+        assert group is not None
+        here = float(extra[group.begin])
+        return self._lens(here - STEP), self._lens(here + STEP), 2 * STEP
 
     def _lens(self, unknown: float) -> Lens:
+        """The lens under an unknown; what would be less than no blur sharpens as much."""
         if self.shared is not None:
             return self.shared._lens(unknown)
         if unknown not in self._lenses:
             if len(self._lenses) > KEPT:
                 self._lenses.clear()
-            pad = self.model.sensor
-            blur = np.sqrt(
-                (pad.camera.blur or 0.0) ** 2 + self._blur_unit * max(unknown, self._sharpest)
-            )
-            lens = Lens.of(with_values(pad, {BLUR: float(blur)}))
+            first, unit = self._drawn_moment
+            moment = first + unit * unknown
+            blur = self._pixel * max(_of_moment(abs(moment)), SHARPEST)
+            lens = Lens.of(with_values(self.model.sensor, {BLUR: float(blur)}))
             assert lens is not None
+            if moment < 0:
+                lens = Lens(*(csr_array(2 * eye_array(one.shape[0]) - one) for one in (lens.rows, lens.columns)))
             self._lenses[unknown] = lens
         return self._lenses[unknown]
 
@@ -263,6 +276,25 @@ def _scaled(influence: ContactInfluence, share: float) -> ContactInfluence:
     return replace(
         influence, directions=share * (np.eye(influence.shapes[0][0]) if loads is None else loads)
     )
+
+
+def _moment(blur: float) -> float:
+    """Second moment of what a Gaussian spreads over pixels [pixels^2].
+
+    Of its values k at the pixels, which have the shares of the Gaussian between k - 1/2 and k + 1/2.
+    """
+    if blur < SHARPEST:
+        return 0.0
+    k = np.arange(int(FARTHEST * blur) + 2)
+    return float(2 * ((2 * k + 1) * ndtr(-(k + 0.5) / blur)).sum())
+
+
+def _of_moment(moment: float) -> float:
+    """Standard deviation of the Gaussian with a second moment [pixels]; none below zero."""
+    if moment <= 0.0:
+        return 0.0
+    most = 1.0 + np.sqrt(moment)
+    return float(brentq(lambda blur: _moment(blur) - moment, 0.0, most))
 
 
 def bench_uncertainty(model: PadModel, paths: tuple[str, ...]) -> BenchUncertainty:

@@ -44,12 +44,13 @@ def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: Bench
     """
     known, pad, shared = search.known, search.sensor, fit.state.shared
     lasting = [group for group in known.groups if group.path not in (*DRIFTS, PLACEMENT)]
-    values, units = _values(known, search.layers(shared), shared)
+    spread = max(fit.chi2, 1.0) * fit.covariance
+    values, units = _values(known, search.layers(shared), shared, np.sqrt(np.diag(spread)))
     unit = np.ones(len(shared))
     for group in lasting:
         if group.path != RESIDUAL:
             unit[group.begin] = units[group.path]
-    covariance = max(fit.chi2, 1.0) * fit.covariance * np.outer(unit, unit)
+    covariance = spread * np.outer(unit, unit)
     singles = np.array([group.begin for group in lasting if group.path != RESIDUAL])
     paths = tuple(group.path for group in lasting if group.path != RESIDUAL)
     stds = dict(zip(paths, np.sqrt(np.diag(covariance)[singles]).tolist(), strict=True))
@@ -110,7 +111,7 @@ def _drawn(known: BenchUncertainty, path: str) -> float:
 
 
 def _values(
-    known: BenchUncertainty, layers: dict[str, float], shared: Array
+    known: BenchUncertainty, layers: dict[str, float], shared: Array, stds: Array
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Values that were found, and their derivatives by their unknowns."""
     values, units = {}, {}
@@ -122,9 +123,7 @@ def _values(
             values[path] = layers[path]
             units[path] = layers[path] * known.logarithmic(group)
         elif path == BLUR:
-            values[path], units[path] = known.blur(shared)
-            # where there is hardly any, only its square is known
-            units[path] = min(units[path], group.std)
+            values[path], units[path] = known.blur(shared, stds[group.begin])
         else:
             values[path] = _drawn(known, path) + group.std * float(shared[group.begin])
             units[path] = group.std
