@@ -28,7 +28,7 @@ from pad_departures import drawing
 
 import fringeforce as ff
 from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
-from fringeforce.contacts.press import Press
+from fringeforce.contacts.press import Press, Profile
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.mechanics.solid.block import Patches
@@ -48,11 +48,14 @@ FRAMES, SEED, TACTELS = 40, 1, 5
 PRESSES, DARK = 64, 2
 """Frames with a press, and without any."""
 SLICES, FINER = 16, 2
+AVERAGED = 0.27
+"""Blur in pixels that spreads light as the mean of four points of a pixel does."""
 FAR, INTERVAL = 6.0, 1.959964
 LARGEST = 3.0
 """Retardance over both passes up to which forces are drawn [rad], with the drawing."""
 BESIDE = 0.1e-3
 """Standard deviation of held-out contacts beside their tactels [m]."""
+PROFILES: tuple[Profile, ...] = "hertz", "flat", "punch"
 STATED = {
     "tactels.placement": "0 +/- 0.1 mm",
     "tactels.size": "2 +/- 0.2 mm",
@@ -137,7 +140,8 @@ class Truth:
             seen = seen if lens is None else lens.forward(seen.astype(np.float32))
             rows, columns = seen.shape
             found.append(seen.reshape(rows // FINER, FINER, columns // FINER, FINER).mean((1, 3)))
-        kinds = mosaic(*found[0].shape, len(found))
+        across, along = found[0].shape
+        kinds = mosaic(across, along, len(found))
         return np.take_along_axis(np.array(found).reshape(len(found), -1), kinds[None], 0)[
             0
         ].reshape(found[0].shape)
@@ -146,7 +150,8 @@ class Truth:
         """A frame."""
         camera = self.pad.camera
         dim = camera.model_copy(update={"amplitude": camera.amplitude * lamp})
-        return camera_optics.expose(dim, self.light(presses), rng, frame_axes=2)
+        levels = camera_optics.expose(dim, self.light(presses), rng, frame_axes=2)
+        return np.asarray(levels, dtype=float)
 
 
 def made(pad: Pad, bench: Bench, rng: np.random.Generator) -> Truth:
@@ -171,7 +176,7 @@ def press(pad: Pad, rng: np.random.Generator) -> Press:
         normal=normal,
         tangential=(ratio * normal * np.cos(angle), ratio * normal * np.sin(angle)),
         width=rng.uniform(1.2e-3, 2.4e-3),
-        profile=["hertz", "flat", "punch"][rng.integers(3)],
+        profile=PROFILES[rng.integers(3)],
     )
 
 
@@ -264,6 +269,8 @@ def off(model: PadModel, truth: Truth) -> tuple[float, str]:
     light = {
         "camera.amplitude": camera.amplitude * seen,
         "camera.offset": camera.offset + camera.amplitude * (1 - seen) / 2,
+        "camera.blur": camera.blur
+        or AVERAGED * float(np.diff(truth.pad.pixel_positions[0][:2])[0]),
     }
     for name, value, std in zip(found.names, found.values, found.std, strict=True):
         part: Any = truth.pad
@@ -294,6 +301,7 @@ def main() -> None:
         model = ff.calibrate(pad, levels, loads)
         spent = f"{perf_counter() - begun:.0f}, {process_time() - busy:.0f}"
         found = model.calibration
+        assert found is not None
         verdict = "use" if found.usable else "do not use"
         if not found.usable:
             print(f"{name:<34} {verdict}: {found.findings[0]} {spent}", flush=True)
@@ -302,7 +310,7 @@ def main() -> None:
         best = known_sensor(truth, pad)
         readings = [[ff.Reader(m).search(one) for one in images] for m in (model, best)]
         fine = [[r.status is ff.Status.OK for r in each] for each in readings]
-        both = np.logical_and(*fine)
+        both = np.all(fine, axis=0)
         errors = [
             np.array([r.forces - f for r, f in zip(each, forces, strict=True)])[both]
             for each in readings

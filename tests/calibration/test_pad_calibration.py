@@ -7,7 +7,11 @@ import pytest
 
 import fringeforce as ff
 from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
+from fringeforce.calibration.checks import FEWEST
+from fringeforce.calibration.pads.bench_uncertainty import SHIFT
+from fringeforce.calibration.pads.search import PadSearch
 from fringeforce.contacts.press import Press
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
@@ -72,26 +76,31 @@ def calibrated() -> PadModel:
     return ff.calibrate(drawing(), *measured())
 
 
-def test_contacts_anywhere_are_those_of_the_exact_series():
+@pytest.mark.parametrize(
+    ("profile", "exponent"), [("hertz", 0.5), ("flat", 0.0), ("punch", -0.5), ("tactel", 0.0)]
+)
+def test_contacts_anywhere_are_those_of_the_exact_series(profile, exponent):
     pad = drawing()
     model = characterize_pad(pad)
-    weights = block_of(pad).depths(8)[1]
-    series = ContactSeries(pad, model.influence, weights, (), 0.1)
-    force = np.array([1.5, 0.4, -0.3])
-    press = Press(x=0.6e-3, y=-0.4e-3, normal=1.5, tangential=(0.4, -0.3), width=1.6e-3)
-    round_ = Contact(np.array([0.6e-3, -0.4e-3]), force, 1.6e-3, 0.0, False)
-    square = Contact(np.array([0.6e-3, -0.4e-3]), force, 2e-3, 0.0, True)
-    patches = Patches(np.array([[0.6e-3, -0.4e-3]]), 2e-3)
+    series = ContactSeries(pad, model.influence, block_of(pad).depths(8)[1], (), 0.1)
+    place, force = np.array([0.6e-3, -0.4e-3]), np.array([1.5, 0.4, -0.3])
     x, y = pad.pixel_positions
-    for contact, wanted in (
-        (round_, press_slices(pad, [press], x, y)),
-        (square, slice_retardance(pad, [(patches, force[None])], x, y, 24)),
-    ):
-        influence = series.changes([contact]).influence
-        modes = Retardance.at(influence, x, y).spread(influence.forward(force))
-        found = 2 * np.einsum("sk,fkrc->frc", influence.profile, modes)
-        whole = 2 * wanted.sum(axis=0)
-        assert np.abs(found - whole).max() < 2e-3 * np.abs(whole).max()
+    square = profile == "tactel"
+    if square:
+        contact = Contact(place, force, 2e-3, 0.0, True)
+        wanted = slice_retardance(pad, [(Patches(place[None], 2e-3), force[None])], x, y, 24)
+    else:
+        contact = Contact(place, force, 1.6e-3, exponent, False)
+        shear = (force[1], force[2])
+        press = Press(
+            x=place[0], y=place[1], normal=force[0], tangential=shear, width=1.6e-3, profile=profile
+        )
+        wanted = press_slices(pad, [press], x, y)
+    influence = series.changes([contact]).influence
+    modes = Retardance.at(influence, x, y).spread(influence.forward(force))
+    found = 2 * np.einsum("sk,fkrc->frc", influence.profile, modes)
+    whole = 2 * wanted.sum(axis=0)
+    assert np.abs(found - whole).max() < 2e-3 * np.abs(whole).max()
 
 
 def test_derivatives_of_contacts_are_those_of_differences():
@@ -106,18 +115,45 @@ def test_derivatives_of_contacts_are_those_of_differences():
         0: {"place": contact.place + np.array([1e-5, 0])},
         1: {"place": contact.place + np.array([0, 1e-5])},
         2: {"width": contact.width + 1e-5},
-        3: {"profile": contact.profile + 0.1},
+        3: {"exponent": contact.exponent + 0.02},
     }
     before = found.influence.forward(force)
     for number, change in steps.items():
         after = series.changes([contact._replace(**change)]).influence.forward(force)
-        slope = found.shapes[number].forward(force) * (0.1 if number == 3 else 1e-5)
+        slope = found.shapes[number].forward(force) * (0.02 if number == 3 else 1e-5)
         assert np.abs(after - before - slope).max() < 0.03 * np.abs(slope).max()
     thick = replace(series, pad=pad.replace(**{COVER: 0.5e-3 * np.exp(0.04)}))
     after = thick.changes([contact]).influence.forward(force)
     first, second = (part.forward(force) for part in found.layers[0])
     off = after - before - 0.04 * first - 0.04**2 * second
     assert np.abs(off).max() < 0.01 * np.abs(after - before).max()
+
+
+def test_a_shift_of_the_camera_and_of_contacts_is_told_as_differences_tell_it():
+    frames, loads = measured(FEWEST)
+    levels = frames.reshape(len(frames), -1).astype(float)
+    search = PadSearch(drawing(), levels, loads, (COVER,))
+    posterior, f = search.posterior(np.ones(len(levels)), 1.0), DARK
+    shared, own = search.state.shared.copy(), search.state.own[f]
+    for path, value in {"camera.shift_x": 0.15, "camera.scale": 0.2, "camera.blur": 0.05}.items():
+        shared[search.known.group(path).begin] = value
+    gradient, information = posterior._half(f, own, shared)
+    size = len(own)
+    paths = "camera.shift_x", "camera.scale", "camera.blur", COVER
+    chosen = [size - 4, *(size + search.known.group(path).begin for path in paths)]
+    ways = 1e-3 * np.eye(len(gradient))[chosen]
+    # the camera and the contact together, which changes little
+    ways = np.concatenate([ways, [ways[1] + SHIFT / DOUBT["place"] * ways[0]]])
+    prior = np.concatenate([posterior.precision(f), np.zeros(len(shared))])
+    slopes, squares = [], []
+    for way in ways:
+        ends = [(own + sign * way[:size], shared + sign * way[size:]) for sign in (-1, 1)]
+        low, high = (posterior._evaluated(f, *end)[1] for end in ends)
+        slopes.append((high.loss - low.loss) / 4)
+        change = (high.place.level - low.place.level)[search.bench.used] / 2
+        squares.append(change @ change / search.bench.response.variance + prior @ way**2)
+    np.testing.assert_allclose(ways @ gradient, slopes, atol=0.02 * np.abs(slopes).max())
+    np.testing.assert_allclose(np.diag(ways @ information @ ways.T), squares, rtol=0.2)
 
 
 @pytest.mark.slow

@@ -185,7 +185,7 @@ class BenchSearch(ABC):
     def check(self) -> None:
         """Compare what frames that were put aside tell of their forces with what is written.
 
-        Their contacts are found with forces that nobody states; then they are taken in.
+        Their contacts are found with forces that nobody states; those explained are then taken in.
         """
         aside = np.flatnonzero(~self.wanted)
         free = self.unstated()
@@ -198,10 +198,11 @@ class BenchSearch(ABC):
         told = dict(zip(rows, free.terms(state, models, rows), strict=True))
         inside = total = explained = 0
         for f in rows:
-            if squares[f] > square_limit(counts[f]) * self._usual:
+            if squares[f] > square_limit(counts[f]):
                 self.aside.append((f, 0, np.nan, np.nan))
                 continue
             explained += 1
+            self.kept[f] = True
             components = self.loads.forces.shape[2]
             count = components * int((self.which[f] >= 0).sum())
             off = (state.own[f] - plain.mean(f, state.shared))[:count]
@@ -213,7 +214,6 @@ class BenchSearch(ABC):
             self.aside += [(f, j % components, off[j], stds[j]) for j in range(count)]
         self.checked = Check(len(aside), explained, inside, total)
         self.wanted[:] = True
-        self.kept[aside] = True
 
     def unstated(self) -> BenchPosterior:
         """The posterior if nobody stated the forces."""
@@ -271,10 +271,11 @@ class BenchSearch(ABC):
             return Expansion(loss, gradient, lambda: information, ahead)
 
         found = minimise(self.state, expand, self.steps, Stop(close=CLOSE, near=NEAR))
-        moved = found.place.moved(found.step, self.told)
-        if not self.settling:
-            return posterior.within(moved)
-        return posterior.settled(moved, posterior.models(moved.shared), self.settling)
+        moved = posterior.within(found.place.moved(found.step, self.told))
+        models = posterior.models(moved.shared)
+        # no step was held back by what frames of less weight lose
+        rows = None if self.settling else np.flatnonzero(posterior.shares < 1).tolist()
+        return posterior.settled(moved, models, SETTLING, rows)
 
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""
@@ -359,7 +360,6 @@ class BenchSearch(ABC):
         excess = squares - counts
         spread = np.abs(excess) / np.sqrt(2 * counts)
         usual = max(float(np.median(spread[self.wanted])), 1.0)
-        self._usual = max(float(np.median(squares[self.kept] / counts[self.kept])), 1.0)
         limits = np.array([square_limit(count) for count in counts])
         self.kept = self.wanted & (excess <= (limits - counts) * usual) & self._near()
         left = self.residuals(models)[self.kept]

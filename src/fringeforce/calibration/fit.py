@@ -26,6 +26,8 @@ from fringeforce.calibration.bench_search import (
     inverse,
 )
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.shared_fit import excess_scatter
 
 FREED = 2
 """Rounds of the last stage before errors of columns enter: design and camera come first."""
@@ -58,6 +60,10 @@ class BenchFit:
         Frames that do not contradict the others.
     chi2 : float
         Reduced chi-square of these.
+    explained : ndarray of bool, shape (F,)
+        Frames of these whose residuals are those of noise, by `square_limit`.
+    excess : ndarray, shape (S,)
+        Variance of what frames tell of each shared unknown, over that of their noise.
     delay : float
         By which the log of the loads is behind the frames, if there is one [s].
     checked : Check
@@ -84,6 +90,8 @@ class BenchFit:
     sound: Mask
     kept: Mask
     chi2: float
+    explained: Mask
+    excess: Array
     delay: float
     checked: Check
     told: Mapping[str, tuple[float, float]]
@@ -177,6 +185,7 @@ def _result(search: BenchSearch) -> BenchFit:
     if search.pattern is not None:
         free += search.pattern.freedom(search.sound & search.seen)
     chi2 = float(squares[search.kept].sum() / (counts[search.kept].sum() - free))
+    limits = np.array([square_limit(count) for count in counts])
     return BenchFit(
         search.sensor,
         search.paths,
@@ -186,6 +195,8 @@ def _result(search: BenchSearch) -> BenchFit:
         search.sound,
         search.kept,
         chi2,
+        search.kept & (squares <= limits),
+        excess_scatter(told, posterior.shares, covariance),
         search.delay,
         search.checked,
         {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},

@@ -12,10 +12,9 @@ from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.fit import BenchFit
 
-EXPLAINED = 1.3
-"""Reduced chi-square up to which frames count as explained."""
 LEFT_OUT = 0.2
-"""Share of frames that may contradict the others: one press in five is not an accident."""
+"""Share of frames that may contradict the others, or that the model need not explain: one press in
+five is not an accident."""
 CHANCE = 1e-4
 """Chance of a coverage as low as that of the frames that were put aside below which intervals do
 not hold."""
@@ -62,8 +61,12 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
 def _wrong(fit: BenchFit, frames: int) -> str:
     """What is wrong with a fit, if anything."""
     left, checked = int((~fit.kept[:frames]).sum()), fit.checked
-    if fit.chi2 > EXPLAINED:
-        return f"its frames are not explained (reduced chi-square {fit.chi2:.3g} instead of 1)."
+    unexplained = int((fit.kept & ~fit.explained)[:frames].sum())
+    if unexplained > LEFT_OUT * frames:
+        return (
+            f"{unexplained} of its {frames} frames are not explained (reduced chi-square "
+            f"{fit.chi2:.3g} instead of 1)."
+        )
     if left > LEFT_OUT * frames:
         return f"{left} of {frames} frames contradict the others."
     if checked.frames - checked.explained > LEFT_OUT * checked.frames:

@@ -264,8 +264,9 @@ class StripSearch(BenchSearch):
         """Let the columns of tactels differ from those of the design."""
         made = characterize(varied(self.sensor, self.mechanical, self.centre))
         columns, before = Columns.of(made), self.bench.at
-        lengths = np.diff(before).tolist()
-        at = parts(lengths[0], columns.count, *lengths[4:7], lengths[9])
+        lengths: list[int] = np.diff(before).tolist()
+        residual, bright, dark = lengths[4:7]
+        at = parts(lengths[0], columns.count, residual, bright, dark, lengths[9])
         self.bench = replace(self.bench, columns=columns, at=at)
         added = np.arange(at.height, at.residual)
         kept = np.delete(np.arange(at.size), added)

@@ -1,10 +1,11 @@
 """Retardance of a few contacts anywhere on a pad, and what places, widths and layers change of it.
 
-The traction under an indenter is Hertz's hemisphere on a disc of diameter w, with a share of the
-difference to a uniform one on a disc of the same second moments; a punch has about 2.4 of it, by
-its fourth moments.  Under a tactel it is uniform on the square of side w.  Of each the series of
-`mechanics.solid.fourier` needs the Fourier transform alone, at the wave number q: with t = q w / 2
-it is 3 j_1(t) / t, on a disc of radius a 2 J_1(q a) / (q a), and on a square a product of two j_0.
+The pressure under an indenter is proportional to (1 - r^2 / a^2)^m on a disc of diameter w = 2 a:
+m = 1/2 is Hertz's, 0 a uniform one and -1/2 that of a rigid flat punch (Johnson, Contact Mechanics,
+1985, section 3.4).  Under a tactel it is uniform on the square of side w.  Of each the series of
+`mechanics.solid.fourier` needs the Fourier transform alone, at the wave number q: with t = q a and
+n = m + 1 it is Gamma(n + 1) (2 / t)^n J_n(t) on a disc, by Sonine's first integral (NIST Handbook,
+10.22.19), and on a square a product of two j_0.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import jv, spherical_jn
+from scipy.special import gamma, jv, spherical_jn
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
@@ -33,11 +34,12 @@ Single = NDArray[np.float32]
 DIGITS = 5.0
 """The series ends where the cover has damped its harmonics by ten to this power: the retardance of
 a contact is then right to single precision's ten times rounding."""
-ALIKE = float(np.sqrt(0.8))
-"""Radius of a uniform pressure over that of Hertz's with the same second moments, a^2 / 4 and
-a^2 / 5."""
 NARROWEST = 1e-2
 """Smallest width of a contact over the cover's thickness: narrower ones look the same."""
+LEAST = 1e-6
+"""Wave number times radius that stands for none."""
+STEP = 0.01
+"""Step of the exponent of a pressure for its derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +91,8 @@ class Contact(NamedTuple):
         N, T_x, T_y [N]; what is not force changes the light in proportion to it.
     width : float
         Of the disc, or side of the square [m].
-    profile : float
-        Share of the difference between a uniform pressure and Hertz's; none on a square.
+    exponent : float
+        Of the pressure, m; none on a square.
     square : bool
         Whether it is that of a tactel.
     """
@@ -98,7 +100,7 @@ class Contact(NamedTuple):
     place: Array
     force: Array
     width: float
-    profile: float
+    exponent: float
     square: bool
 
 
@@ -110,7 +112,7 @@ class ContactChanges(NamedTuple):
     influence : ContactInfluence
         Retardance per force.
     shapes : tuple of ContactInfluence, length 4
-        Its derivatives by places along x and y, and widths [1/m], and by profiles.
+        Its derivatives by places along x and y, and widths [1/m], and by exponents.
     layers : tuple of pair of ContactInfluence
         First and half the second derivative by the logarithm of every value of the layers.
     """
@@ -231,13 +233,13 @@ class ContactSeries:
         along, across = np.stack([cos_x, sin_x, cos_x]), np.stack([cos_y, cos_y, sin_y])
         by_x = np.stack([-alpha * sin_x, alpha * cos_x, -alpha * sin_x])
         by_y = np.stack([-beta * sin_y, -beta * sin_y, beta * cos_y])
-        spread, by_width, by_profile = _spread(alpha, beta, contact)
+        spread, by_width, by_exponent = _spread(alpha, beta, contact)
         parts = (
             (along, across, spread),
             (by_x, across, spread),
             (along, by_y, spread),
             (along, across, by_width),
-            (along, across, by_profile),
+            (along, across, by_exponent),
         )
         return [x[:, :, None] * y[:, None] * shape for x, y, shape in parts]
 
@@ -281,7 +283,7 @@ def _sum(waves: Single, load: Single, force: Single) -> Single:
 
 
 def _spread(alpha: Array, beta: Array, contact: Contact) -> tuple[Array, Array, Array]:
-    """Fourier transform of a unit traction, (m, n), and its derivatives by width and profile."""
+    """Fourier transform of a unit traction, (m, n), and its derivatives by width and exponent."""
     half = contact.width / 2
     if contact.square:
         x, y = (spherical_jn(0, wave * half) for wave in (alpha, beta))
@@ -289,14 +291,13 @@ def _spread(alpha: Array, beta: Array, contact: Contact) -> tuple[Array, Array, 
         by_x, by_y = (-wave / 2 * spherical_jn(1, wave * half) for wave in (alpha, beta))
         whole = np.outer(x, y)
         return whole, np.outer(by_x, y) + np.outer(x, by_y), np.zeros_like(whole)
-    t = np.maximum(np.hypot(alpha[:, None], beta) * half, 1e-6)
-    s = ALIKE * t
-    # those of j_1(t) / t and of J_1(s) / s are -j_2(t) / t and -J_2(s) / s
-    hertz, by_hertz = 3 * spherical_jn(1, t) / t, -3 * spherical_jn(2, t) / contact.width
-    even, by_even = 2 * jv(1, s) / s, -2 * jv(2, s) / contact.width
-    share = contact.profile
-    return (
-        (1 - share) * hertz + share * even,
-        (1 - share) * by_hertz + share * by_even,
-        even - hertz,
-    )
+    t = np.maximum(np.hypot(alpha[:, None], beta) * half, LEAST)
+    order = contact.exponent + 1
+    # the derivative of t^-n J_n is -t^-n J_n+1 (NIST Handbook, 10.6.6)
+    by_width = -gamma(order + 1) * (2 / t) ** order * jv(order + 1, t) * t / contact.width
+    low, whole, high = (_disc(order + way * STEP, t) for way in (-1, 0, 1))
+    return whole, by_width, (high - low) / (2 * STEP)
+
+
+def _disc(order: float, t: Array) -> Array:
+    return np.asarray(gamma(order + 1) * (2 / t) ** order * jv(order, t))

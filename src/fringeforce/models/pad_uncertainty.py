@@ -177,7 +177,8 @@ class PadUncertainty:
         pad, square = self.model.sensor, 0.0
         for group in self.groups:
             if group.path == RESIDUAL:
-                square += group.std**2
+                covariance = np.linalg.inv(self.expected[1])
+                square += self.residual_square(np.asarray(np.diag(covariance)[group.place], float))
             elif group.path in ("camera.amplitude", "polariscope.visibility"):
                 square += (group.std / (2 * _value(pad, group.path))) ** 2
             elif group.path == "camera.offset":
@@ -268,11 +269,12 @@ class PadUncertainty:
 
     def looking(self, extra: Array) -> Pad:
         """The design with its camera where it is under unknowns."""
+        pad = self.model.sensor
         values = {
-            group.path: _value(self.model.sensor, group.path) + group.std * float(extra[group.begin])
+            group.path: _value(pad, group.path) + group.std * float(extra[group.begin])
             for group in self.registration
         }
-        return with_values(self.model.sensor, values)
+        return with_values(pad, values)
 
     def retarding(self, extra: Array) -> Retardance:
         """From spline coefficients to the pixels, where they look under unknowns."""
@@ -460,6 +462,21 @@ class PadUncertainty:
             shares = group.std * across @ fields @ along.T
             by_extra[group.place] = shares[:, chosen[:, 0], chosen[:, 1]].ravel()
         return by_forces, by_extra
+
+    def residual_square(self, squares: Array) -> float:
+        """Mean square of the residual over the pad, from those of its unknowns [rad^2]."""
+        base = self.model.influence
+        fields, _ = self.residual_at(base.x[::4], base.y[::4])
+        shares = np.square(fields).mean(axis=1)
+        return float(shares @ squares.reshape(2, -1).sum(axis=0) / 2)
+
+    @cached_property
+    def still(self) -> Single | None:
+        """Spline coefficients of the residual that is expected, if any is [rad]."""
+        group, mean = self.group(RESIDUAL), self.expected[0]
+        if group is None or not mean[group.place].any():
+            return None
+        return self._residual(group, mean)
 
     def residual_at(self, x: Array, y: Array) -> tuple[Single, Single]:
         """Modes of one part of the residual, and depth profiles.

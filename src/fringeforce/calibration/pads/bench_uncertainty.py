@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,7 +174,7 @@ class BenchUncertainty(PadUncertainty):
 
     @cached_property
     def contacts(self) -> tuple[tuple[float, slice, PadInfluence], ...]:
-        """Unit, unknowns and influence of places along x and along y, widths, and profiles."""
+        """Unit, unknowns and influence of places along x and along y, widths, and exponents."""
         if self.changes is None or not self.count:
             return ()
         begin = self.groups[-1].begin
@@ -247,7 +248,11 @@ class BenchUncertainty(PadUncertainty):
             lens = Lens.of(with_values(self.model.sensor, {BLUR: float(blur)}))
             assert lens is not None
             if moment < 0:
-                lens = Lens(*(csr_array(2 * eye_array(one.shape[0]) - one) for one in (lens.rows, lens.columns)))
+                rows, columns = (
+                    csr_array(2 * eye_array(spread.shape[0]) - spread)
+                    for spread in (lens.rows.toarray(), lens.columns.toarray())
+                )
+                lens = Lens(rows, columns)
             self._lenses[unknown] = lens
         return self._lenses[unknown]
 
@@ -281,7 +286,7 @@ def _scaled(influence: ContactInfluence, share: float) -> ContactInfluence:
 def _moment(blur: float) -> float:
     """Second moment of what a Gaussian spreads over pixels [pixels^2].
 
-    Of its values k at the pixels, which have the shares of the Gaussian between k - 1/2 and k + 1/2.
+    Of its values k at the pixels, with the shares of the Gaussian from k - 1/2 to k + 1/2.
     """
     if blur < SHARPEST:
         return 0.0
@@ -294,7 +299,8 @@ def _of_moment(moment: float) -> float:
     if moment <= 0.0:
         return 0.0
     most = 1.0 + np.sqrt(moment)
-    return float(brentq(lambda blur: _moment(blur) - moment, 0.0, most))
+    root = brentq(lambda blur: _moment(blur) - moment, 0.0, most)
+    return float(cast(float, root))
 
 
 def bench_uncertainty(model: PadModel, paths: tuple[str, ...]) -> BenchUncertainty:

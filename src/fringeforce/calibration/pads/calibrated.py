@@ -44,7 +44,9 @@ def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: Bench
     """
     known, pad, shared = search.known, search.sensor, fit.state.shared
     lasting = [group for group in known.groups if group.path not in (*DRIFTS, PLACEMENT)]
-    spread = max(fit.chi2, 1.0) * fit.covariance
+    # small errors of contacts' tractions are another in every frame
+    more = np.sqrt(np.maximum(fit.excess, max(fit.chi2, 1.0)))
+    spread = fit.covariance * np.outer(more, more)
     values, units = _values(known, search.layers(shared), shared, np.sqrt(np.diag(spread)))
     unit = np.ones(len(shared))
     for group in lasting:
@@ -59,7 +61,8 @@ def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: Bench
     assert rough is not None
     mean = np.zeros(len(shared))
     mean[rough.place] = shared[rough.place]
-    stds[RESIDUAL] = max(_spread(known, mean, fit), LEAST)
+    squares = np.square(mean) + np.diag(fit.covariance)
+    stds[RESIDUAL] = max(float(np.sqrt(known.residual_square(squares[rough.place]))), LEAST)
     scale = np.ones(len(shared))
     for group in lasting:
         size = stds[group.path] / (group.std if group.path == RESIDUAL else 1.0)
@@ -142,17 +145,6 @@ def _within(
         values[path] = value = float(np.clip(value, allowed.low, allowed.high))
         stds[path] = min(stds[path], min(value - allowed.above, allowed.below - value) / WITHIN)
     return values, stds
-
-
-def _spread(known: BenchUncertainty, mean: Array, fit: BenchFit) -> float:
-    """Root mean square of the residual, what is uncertain of it included [rad]."""
-    group, base = known.group(RESIDUAL), known.model.influence
-    assert group is not None
-    fields, _ = known.residual_at(base.x[::4], base.y[::4])
-    half = len(fields)
-    squares = np.square(mean[group.place]) + np.diag(fit.covariance)[group.place]
-    shares = np.square(fields).mean(axis=1)
-    return float(np.sqrt((squares[:half] + squares[half:]) @ shares / 2))
 
 
 def _findings(outliers: tuple[int, ...], loads: BenchLoads) -> list[str]:

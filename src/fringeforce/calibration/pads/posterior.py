@@ -1,7 +1,7 @@
 """The posterior of a bench of a pad: every frame as readings of pads evaluate it, see `Fit`.
 
 The own unknowns of a frame are the forces of its contacts, the gain of its light, and the places
-along x, the places along y, the widths and the profiles of the contacts, from those about which
+along x, the places along y, the widths and the exponents of the contacts, from those about which
 their influence was expanded.
 """
 
@@ -27,13 +27,14 @@ from fringeforce.reading.pads.sampling import Sampling, lattice
 
 SIDE = 32
 """Rows and columns of pixels of the matrix of a frame, as of followed frames."""
-PROFILE, PROFILES = (1.0, 1.0), (-1.0, 3.0)
-"""Profile that is expected of a contact, 0 of a sphere and 2.4 of a punch, and its deviation; and
-the ends of what profiles can be."""
+EXPONENT, EXPONENTS = (0.0, 0.5), (-0.8, 2.0)
+"""Exponent that is expected of a contact's pressure, 1/2 under a sphere and -1/2 under a punch, and
+its deviation; and the ends of what exponents can be."""
 MOST = 8
 """Contacts in a frame at most: of each some ten influences are held."""
 REACH = 0.5
-"""Thicknesses of the cover that a contact may be from where it was expanded."""
+"""Thicknesses of the cover that a contact may be from where it was expanded, and how far its
+exponent may be."""
 
 
 class Parts(NamedTuple):
@@ -61,8 +62,8 @@ class PadBench:
         Not negative where there is a contact.
     loads : BenchLoads
         As written down; widths are known or expected.
-    centres, sizes, profiles : ndarray, shapes (F, k, 2), (F, k) and (F, k)
-        Places and widths [m], and profiles, about which contacts are expanded.
+    centres, sizes, exponents : ndarray, shapes (F, k, 2), (F, k) and (F, k)
+        Places and widths [m], and exponents, about which contacts are expanded.
     known : BenchUncertainty
         What is uncertain about the pad.
     response : Response
@@ -81,7 +82,7 @@ class PadBench:
     loads: BenchLoads
     centres: Array
     sizes: Array
-    profiles: Array
+    exponents: Array
     known: BenchUncertainty
     response: Response
     centre: Array
@@ -104,8 +105,8 @@ class PadBench:
         if self.loads.tactels is not None:
             square = self.loads.tactels >= 0
         cover = series.pad.transducer.compliant.thickness
-        centres, sizes, profiles = (
-            values.copy() for values in (self.centres, self.sizes, self.profiles)
+        centres, sizes, exponents = (
+            values.copy() for values in (self.centres, self.sizes, self.exponents)
         )
         samplings = []
         for f, row in enumerate(self.which):
@@ -117,14 +118,14 @@ class PadBench:
                 moved = state.own[f][3 * k + 1 :].reshape(SHAPES, k)
                 centres[f, own] += self.known.units[0] * moved[:2].T
                 sizes[f, own] += self.known.units[1] * moved[2]
-                profiles[f, own] += moved[3]
+                exponents[f, own] += moved[3]
             sizes[f, own] = np.maximum(sizes[f, own], NARROWEST * cover)
             contacts = [
                 Contact(
                     centres[f, j],
                     force,
                     float(sizes[f, j]),
-                    float(profiles[f, j]),
+                    float(exponents[f, j]),
                     bool(square[f, j]),
                 )
                 for j, force in zip(own, forces, strict=True)
@@ -132,7 +133,7 @@ class PadBench:
             known = self.known.of_frame(series.changes(contacts))
             samplings.append(lattice(known.model, SIDE, known))
         return replace(
-            self, centres=centres, sizes=sizes, profiles=profiles, samplings=tuple(samplings)
+            self, centres=centres, sizes=sizes, exponents=exponents, samplings=tuple(samplings)
         )
 
 
@@ -164,8 +165,8 @@ class PadPosterior(BenchPosterior):
             beside = (bench.loads.places[f, own] - bench.centres[f, own]) / place
             widths = (bench.loads.widths[f, own] - bench.sizes[f, own]) / width
             forces = bench.loads.forces[f, own].ravel()
-            profiles = PROFILE[0] - bench.profiles[f, own]
-            found.append(np.concatenate([forces, [0.0], beside.T.ravel(), widths, profiles]))
+            exponents = EXPONENT[0] - bench.exponents[f, own]
+            found.append(np.concatenate([forces, [0.0], beside.T.ravel(), widths, exponents]))
         return found
 
     @cached_property
@@ -180,7 +181,7 @@ class PadPosterior(BenchPosterior):
                 [sizes["gain"]],
                 np.tile(stated_or(loads.place_std[f, own] / place, sizes["place"]), 2),
                 stated_or(loads.width_std[f, own] / width, sizes["width"]),
-                np.full(len(own), PROFILE[1]),
+                np.full(len(own), EXPONENT[1]),
             ]
             found.append(1 / np.square(np.concatenate(deviations)))
         return found
@@ -196,6 +197,7 @@ class PadPosterior(BenchPosterior):
             "gain": np.array([3 * k]),
             "place": np.arange(after, after + 2 * k),
             "width": np.arange(after + 2 * k, after + 3 * k),
+            "exponent": np.arange(after + 3 * k, after + 4 * k),
         }.get(name, forces[:0])
 
     def free(self, name: str, f: int) -> Mask:
@@ -236,7 +238,18 @@ class PadPosterior(BenchPosterior):
     def _known(self, f: int) -> BenchUncertainty:
         return cast(BenchUncertainty, self.bench.samplings[f].uncertain)
 
+    @cached_property
+    def _last(self) -> dict[int, tuple[Array, Array, Fit, Evaluated]]:
+        """Where every frame was evaluated last: steps are taken from there."""
+        return {}
+
     def _evaluated(self, f: int, own: Array, shared: Array) -> tuple[Fit, Evaluated]:
+        last = self._last.get(f)
+        if last is None or last[0] is not own or last[1] is not shared:
+            last = self._last[f] = own, shared, *self._anew(f, own, shared)
+        return last[2:]
+
+    def _anew(self, f: int, own: Array, shared: Array) -> tuple[Fit, Evaluated]:
         fit, bench = self._fit(f), self.bench
         k = 3 * len(self._contacts(f))
         extra = np.concatenate([shared - bench.centre, own[k:]])
@@ -337,7 +350,8 @@ class PadPosterior(BenchPosterior):
         sizes = bench.sizes[f, self._contacts(f)]
         lowest = np.maximum(-REACH * cover, NARROWEST * cover - sizes) / width
         moved[2 * k : 3 * k] = np.clip(moved[2 * k : 3 * k], lowest, REACH * cover / width)
-        # no pressure is less even than Hertz's by as much, nor that of a punch more
-        sharpest, bluntest = (end - bench.profiles[f, self._contacts(f)] for end in PROFILES)
-        moved[3 * k :] = np.clip(moved[3 * k :], sharpest, bluntest)
+        lowest, highest = (end - bench.exponents[f, self._contacts(f)] for end in EXPONENTS)
+        moved[3 * k :] = np.clip(
+            moved[3 * k :], np.maximum(lowest, -REACH), np.minimum(highest, REACH)
+        )
         return kept

@@ -12,7 +12,7 @@ from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import Expected
 from fringeforce.calibration.bench_search import NEAR_DESIGN, SETTLED, BenchSearch, inverse
 from fringeforce.calibration.pads.bench_uncertainty import bench_uncertainty, is_layer
-from fringeforce.calibration.pads.posterior import PROFILE, PadBench, PadPosterior, Parts
+from fringeforce.calibration.pads.posterior import EXPONENT, PadBench, PadPosterior, Parts
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.mechanics.solid.surface import contact_modulus
@@ -76,7 +76,7 @@ class PadSearch(BenchSearch):
             self.loads,
             self.loads.places.copy(),
             self.loads.widths.copy(),
-            np.full(self.which.shape, PROFILE[0]),
+            np.full(self.which.shape, EXPONENT[0]),
             self.known,
             camera_response(self.sensor.camera),
             np.zeros(size),
@@ -146,7 +146,7 @@ class PadSearch(BenchSearch):
         super().descend(few, heat)
 
     def relinearised(self) -> bool:
-        """Expand about the layers, places and widths that were found, if they are another ones."""
+        """Expand about the layers and contacts that were found, if these are other ones."""
         bench, shared = self.bench, self.state.shared
         layers = np.zeros(len(shared), bool)
         for group in self.known.groups:
@@ -161,7 +161,7 @@ class PadSearch(BenchSearch):
         moved = [
             float(np.abs(own[posterior.group(name, f)]).max(initial=0.0))
             for f, own in enumerate(self.state.own)
-            for name in ("place", "width")
+            for name in ("place", "width", "exponent")
             if self.kept[f]
         ]
         still = (np.abs(off[layers]) <= NEAR_DESIGN).all()

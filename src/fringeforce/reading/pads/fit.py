@@ -188,6 +188,8 @@ class Fit:
     reference : ndarray, shape (3 n,), optional
         Forces that the spread of tractions is relative to; those that are fitted if not given,
         which makes large ones likelier, for their tractions need less of a spread.
+    still : ndarray, optional
+        Spline coefficients of the retardance without forces, where nothing is uncertain [rad].
     """
 
     model: PadModel
@@ -197,6 +199,7 @@ class Fit:
     used: Mask | None = None
     prior: Prior | None = None
     reference: Array | None = None
+    still: Single | None = None
 
     @property
     def uncertain(self) -> PadUncertainty | None:
@@ -206,7 +209,8 @@ class Fit:
     @property
     def as_drawn(self) -> Fit:
         """The likelihood of the same frame where all unknowns of tolerances are at their means."""
-        return replace(self, sampling=replace(self.sampling, uncertain=None))
+        still = None if self.uncertain is None else self.uncertain.still
+        return replace(self, sampling=replace(self.sampling, uncertain=None), still=still)
 
     @property
     def _prior(self) -> Prior:
@@ -216,7 +220,10 @@ class Fit:
     def at(self, forces: Array, extra: Array | None = None) -> Place:
         """Evaluate at forces, shape (3 n,), and unknowns (q,), at their means if not given."""
         if self.uncertain is None:
-            return self.place(Start(forces, self.model.modes(forces.reshape(-1, 3))))
+            grid = self.model.influence.forward(forces)
+            if self.still is not None:
+                grid += self.still
+            return self.place(Start(forces, self.model.retarding.spread(grid)))
         other = self._prior.mean if extra is None else extra
         grid = self.uncertain.coefficients(forces, other, self.reference)
         modes = self.uncertain.retarding(other).spread(grid)

@@ -91,7 +91,8 @@ class PadFrameReader(PadFrames):
     @cached_property
     def _search(self) -> Search:
         self.check_signed()
-        return Search(self._fitted, self.response, self._looseness)
+        still = None if self.uncertain is None else self.uncertain.still
+        return Search(self._fitted, self.response, self._looseness, still)
 
     @cached_property
     def _looseness(self) -> float:
