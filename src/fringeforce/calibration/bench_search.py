@@ -273,9 +273,17 @@ class BenchSearch(ABC):
         found = minimise(self.state, expand, self.steps, Stop(close=CLOSE, near=NEAR))
         moved = posterior.within(found.place.moved(found.step, self.told))
         models = posterior.models(moved.shared)
-        # no step was held back by what frames of less weight lose
-        rows = None if self.settling else np.flatnonzero(posterior.shares < 1).tolist()
-        return posterior.settled(moved, models, SETTLING, rows)
+        if self.settling:
+            return posterior.settled(moved, models, self.settling)
+        # frames of less weight did not hold a step back that moved them to somewhere worse
+        few = posterior.shares < 1
+        stayed = posterior.within(replace(moved, own=self.state.own))
+        (_, ours, _), (_, theirs, _) = (posterior.loss(one, models) for one in (moved, stayed))
+        back = few & (theirs < ours)
+        own = [(stayed if back[f] else moved).own[f] for f in range(len(back))]
+        return posterior.settled(
+            replace(moved, own=own), models, SETTLING, np.flatnonzero(few).tolist()
+        )
 
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""

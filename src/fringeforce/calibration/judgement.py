@@ -10,7 +10,7 @@ from scipy.stats import binom
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.fit import BenchFit
+from fringeforce.calibration.fit import HOPELESS, BenchFit
 
 LEFT_OUT = 0.2
 """Share of frames that may contradict the others, or that the model need not explain: one press in
@@ -20,8 +20,8 @@ CHANCE = 1e-4
 not hold."""
 EXPLAINS = 0.5
 """Share of what the misfit has beyond noise that a cause must leave at most to be named."""
-FEW = 12
-"""Frames on which causes are tried."""
+FEW = 12, 6
+"""Frames on which causes are tried: of strips, and of pads, which have many times the pixels."""
 
 
 class Judgement(NamedTuple):
@@ -85,11 +85,12 @@ def _wrong(fit: BenchFit, frames: int) -> str:
 def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     """The likeliest cause, by what explains some of the frames better."""
     loaded = np.flatnonzero(loads.present.any(axis=1))
-    some = loaded[:: max(len(loaded) // FEW, 1)][:FEW]
+    on_pad = loads.forces.shape[2] == 3
+    few = FEW[on_pad]
+    some = loaded[:: max(len(loaded) // few, 1)][:few]
     chosen, own = levels[some], loads.rows(some)
     usual = fit.rough(chosen, own)
     limit = 1 + EXPLAINS * (usual - 1)
-    on_pad = loads.forces.shape[2] == 3
     tried = {
         "The frames seem to belong to the loads of the next row: rows are off by one.": (
             loads.rows((some + 1) % len(loads))
@@ -99,9 +100,12 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
         ),
         **(_turned_on_pad(own) if on_pad else _turned_on_strip(own)),
     }
-    misfits = {
-        words: fit.rough(chosen, other) for words, other in tried.items() if other.present.any()
-    }
+    misfits = dict[str, float]()
+    for words, other in tried.items():
+        if other.present.any():
+            misfits[words] = fit.rough(chosen, other)
+            if misfits[words] < HOPELESS < limit:
+                break
     words = min(misfits, key=lambda each: misfits[each])
     if misfits[words] < limit:
         return words
