@@ -46,6 +46,8 @@ SHAPES = 4
 """Unknowns of a contact besides its forces."""
 KEPT = 8
 """Lenses that are kept: one, and those a little sharper and less sharp."""
+FAR = 3.0
+"""Deviations of the blur's unknown over which it is not linear."""
 STEP = 3e-3
 """Step of derivatives of the lens: some hundredths of a pixel, squared."""
 OWN = PLACEMENT, SIZE
@@ -218,15 +220,19 @@ class BenchUncertainty(PadUncertainty):
         return float(np.diff(self.model.sensor.pixel_positions[0][:2])[0])
 
     def blur(self, extra: Array, std: float) -> tuple[float, float]:
-        """Blur under unknowns, and its mean slope over deviations of its own [m]."""
+        """Blur under unknowns, and what it changes at most over FAR deviations of its own [m].
+
+        A little spread is that of no blur or of a fifth of a pixel: the slope there says nothing.
+        """
         group = self.group(BLUR)
         assert group is not None
         first, unit = self._drawn_moment
         unknown = float(extra[group.begin])
         low, here, high = (
-            self._pixel * _of_moment(first + unit * (unknown + way * std)) for way in (-1, 0, 1)
+            self._pixel * _of_moment(first + unit * (unknown + way * FAR * std))
+            for way in (-1, 0, 1)
         )
-        return here, (high - low) / (2 * std)
+        return here, max(high - here, here - low) / (FAR * std)
 
     def lens_change(self, extra: Array) -> tuple[Lens, Lens, float]:
         """Lenses a little sharper and a little less sharp, and how far apart the unknowns are."""
