@@ -1,6 +1,7 @@
 """Pads calibrated on frames of presses anywhere, made by the exact series at finer depths."""
 
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
 from fringeforce.calibration.bench_search import Check
+from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.pads.bench_uncertainty import SHIFT
 from fringeforce.calibration.pads.search import PadSearch
-from fringeforce.contacts.press import Press
+from fringeforce.contacts.press import Press, Profile
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models.pad import PadModel, characterize_pad
@@ -27,6 +29,7 @@ COVER = "transducer.compliant.thickness"
 EFFECT = "transducer.photoelastic.strain_optic_coefficient"
 TRUE = {COVER: 0.54e-3, EFFECT: 0.053, "camera.shift_x": 0.15e-3, "camera.amplitude": 228.0}
 DARK, PRESSES, PIXELS = 2, 10, 40
+PROFILES: tuple[Profile, ...] = "hertz", "flat", "punch"
 WRONG, DEAD = 5, (7, 900, 1311)
 
 
@@ -55,7 +58,7 @@ def measured(mirrored: bool = False) -> tuple[np.ndarray, BenchLoads]:
         x, y = rng.uniform(-1.5e-3, 1.5e-3, 2)
         normal, angle = rng.uniform(0.8, 2.5), rng.uniform(0, 2 * np.pi)
         shear = 0.3 * normal * np.array([np.cos(angle), np.sin(angle)])
-        width, profile = rng.uniform(1.4e-3, 2.2e-3), ("hertz", "flat", "punch")[number % 3]
+        width, profile = rng.uniform(1.4e-3, 2.2e-3), PROFILES[number % 3]
         tangential = shear[0], shear[1]
         presses.append(
             Press(x=x, y=y, normal=normal, tangential=tangential, width=width, profile=profile)
@@ -133,6 +136,12 @@ def test_derivatives_of_contacts_are_those_of_differences():
     assert np.abs(off).max() < 0.01 * np.abs(after - before).max()
 
 
+def begin(search: PadSearch, path: str) -> int:
+    group = search.known.group(path)
+    assert group is not None
+    return group.begin
+
+
 def test_a_shift_of_the_camera_and_of_contacts_is_told_as_differences_tell_it():
     frames, loads = measured()
     levels = frames.reshape(len(frames), -1).astype(float)
@@ -140,11 +149,11 @@ def test_a_shift_of_the_camera_and_of_contacts_is_told_as_differences_tell_it():
     posterior, f = search.posterior(np.ones(len(levels)), 1.0), DARK
     shared, own = search.state.shared.copy(), search.state.own[f]
     for path, value in {"camera.shift_x": 0.15, "camera.scale": 0.2, "camera.blur": 0.05}.items():
-        shared[search.known.group(path).begin] = value
+        shared[begin(search, path)] = value
     gradient, information = posterior._half(f, own, shared)
     size = len(own)
     paths = "camera.shift_x", "camera.scale", "camera.blur", COVER
-    chosen = [size - 4, *(size + search.known.group(path).begin for path in paths)]
+    chosen = [size - 4, *(size + begin(search, path) for path in paths)]
     ways = 1e-3 * np.eye(len(gradient))[chosen]
     # the camera and the contact together, which changes little
     ways = np.concatenate([ways, [ways[1] + SHIFT / DOUBT["place"] * ways[0]]])
@@ -258,18 +267,19 @@ def test_frames_that_are_not_explained_must_not_be_used(change, words):
             (places * change.get("places", 1.0), forces * change.get("forces", 1.0)),
         )
     )
-    levels = np.broadcast_to(TAGS[:, None], (count, 4))
-    found = judgement(Fitted(TAGS % 2 > 0, right), levels, written)
+    levels = np.tile(TAGS[:, None], 4).astype(float)
+    odd, loaded = (cast(BenchFit, Fitted(some, right)) for some in (TAGS % 2 > 0, TAGS >= DARK))
+    found = judgement(odd, levels, written)
     assert not found.usable
     assert found.words[0].startswith("Do not use this model: 6 of its 12 frames are not explained")
     assert words in found.words[0]
-    assert judgement(Fitted(TAGS >= DARK, right), levels, written).usable
+    assert judgement(loaded, levels, written).usable
 
 
 def test_what_is_for_strips_is_refused_with_a_remedy():
     frames, loads = np.zeros((6, PIXELS, PIXELS)), bench_loads([[0, 0]], [[1, 0, 0]], count=6)
     with pytest.raises(InputError, match="for strips"):
-        ff.calibrate(drawing(), frames, loads, columns=True)
+        ff.calibrate(drawing(), frames, loads, columns=True)  # type: ignore[call-overload]
     with pytest.raises(InputError, match="at least 4"):
         ff.calibrate(drawing(), frames, loads)
     with pytest.raises(InputError, match="do not fit this pad"):

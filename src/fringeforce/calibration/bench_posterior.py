@@ -78,8 +78,25 @@ def parts(design: int, columns: int, fields: int, bright: int, dark: int, writte
     return Parts(*accumulate([0, design, 2, columns, columns, fields, bright, dark, 1, 1, written]))
 
 
+class Contacts:
+    """Contacts of the frames of a bench."""
+
+    loads: BenchLoads
+    which: Index
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest force of a contact [N]."""
+        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
+
+    @cached_property
+    def contacts_of(self) -> list[Index]:
+        """Which of the k contacts each frame has."""
+        return [np.flatnonzero(row >= 0) for row in self.which]
+
+
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Bench(Contacts):
     """What was measured and how it is modelled; F frames of at most k contacts, P pixels, m nodes.
 
     Attributes
@@ -126,16 +143,6 @@ class Bench:
     turned: Array
     moves: tuple[Array, ...]
     columns: Columns | None = None
-
-    @cached_property
-    def largest(self) -> float:
-        """Largest force of a contact [N]."""
-        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
-
-    @cached_property
-    def contacts_of(self) -> list[Index]:
-        """Which of the k contacts each frame has."""
-        return [np.flatnonzero(row >= 0) for row in self.which]
 
     @cached_property
     def layouts(self) -> list[Layout]:

@@ -16,8 +16,8 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import BenchPosterior, State, stated_or
-from fringeforce.calibration.pads.bench_uncertainty import SHAPES, BenchUncertainty
+from fringeforce.calibration.bench_posterior import BenchPosterior, Contacts, State, stated_or
+from fringeforce.calibration.pads.bench_uncertainty import SHAPES, BenchUncertainty, is_layer
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.estimation.shared_fit import FrameTerms
@@ -30,6 +30,9 @@ SIDE = 32
 EXPONENT, EXPONENTS = (0.0, 0.5), (-0.8, 2.0)
 """Exponent that is expected of a contact's pressure, 1/2 under a sphere and -1/2 under a punch, and
 its deviation; and the ends of what exponents can be."""
+FURTHER, FURTHEST = 0.5, float(np.log(4.0))
+"""Logarithm by which a layer's value may differ from that about which contacts are expanded, and
+from that of the drawing: what is four times as thick is another sensor."""
 MOST = 8
 """Contacts in a frame at most: of each some ten influences are held."""
 REACH = 0.5
@@ -49,7 +52,7 @@ class Parts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PadBench:
+class PadBench(Contacts):
     """What was measured and how it is modelled; F frames of at most k contacts, P pixels.
 
     Attributes
@@ -88,16 +91,6 @@ class PadBench:
     centre: Array
     at: Parts
     samplings: tuple[Sampling, ...] = ()
-
-    @cached_property
-    def largest(self) -> float:
-        """Largest force of a contact [N]."""
-        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
-
-    @cached_property
-    def contacts_of(self) -> list[Index]:
-        """Which of the k contacts each frame has."""
-        return [np.flatnonzero(row >= 0) for row in self.which]
 
     def expanded(self, series: ContactSeries, state: State | None) -> PadBench:
         """The same with all contacts expanded where they are in a state, or as written down."""
@@ -336,6 +329,17 @@ class PadPosterior(BenchPosterior):
 
         best = minimise(self._within(f, first, shared), expand, steps, Stop(close=0.1, near=1.0))
         return self._within(f, best.place + best.step, shared)
+
+    def within(self, state: State) -> State:
+        """A state whose layers and contacts are no farther than they are expanded."""
+        known, centre, shared = self.bench.known, self.bench.centre, state.shared.copy()
+        for group in known.groups:
+            if is_layer(group.path):
+                unit, here = known.logarithmic(group), centre[group.place]
+                low = np.maximum(here - FURTHER / unit, -FURTHEST / unit)
+                high = np.minimum(here + FURTHER / unit, FURTHEST / unit)
+                shared[group.place] = np.clip(shared[group.place], low, high)
+        return super().within(replace(state, shared=shared))
 
     def _within(self, f: int, own: Array, shared: Array) -> Array:
         """The own unknowns of a frame, with contacts no farther than they are expanded."""
