@@ -237,6 +237,7 @@ class Fitted:
     kept: np.ndarray = field(default_factory=lambda: np.ones(DARK + PRESSES, dtype=bool))
     checked: Check = NONE
     chi2: float = 50.0
+    beyond: tuple[str, ...] = ()
 
     def rough(self, levels: np.ndarray, loads: BenchLoads) -> float:
         right = self.right.rows(np.flatnonzero(np.isin(TAGS, levels[:, 0])))
@@ -274,6 +275,14 @@ def test_frames_that_are_not_explained_must_not_be_used(change, words):
     assert found.words[0].startswith("Do not use this model: 6 of its 12 frames are not explained")
     assert words in found.words[0]
     assert judgement(loaded, levels, written).usable
+
+
+def test_forces_that_scatter_as_those_of_no_load_cell_are_not_believed():
+    loads = bench_loads(np.zeros((1, 2)), np.ones((1, 3)), np.array([2]), DARK + PRESSES)
+    fit = cast(BenchFit, Fitted(TAGS >= 0, loads, beyond=("normal",)))
+    found = judgement(fit, np.zeros((DARK + PRESSES, 4)), loads)
+    assert not found.usable
+    assert "another day" in found.words[0]
 
 
 def test_what_is_for_strips_is_refused_with_a_remedy():

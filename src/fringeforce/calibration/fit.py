@@ -12,12 +12,14 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import (
+    GROUPS,
     BenchPosterior,
     FrameModels,
     State,
 )
 from fringeforce.calibration.bench_search import (
     HEATS,
+    LARGEST,
     REFITS,
     ROUNDS,
     STAGES,
@@ -78,6 +80,8 @@ class BenchFit:
         What single pixels add to the smooth light.
     aside : tuple
         Forces of frames put aside: frame, component, error and its deviation, as in `BenchRecord`.
+    beyond : tuple of str
+        Of GROUPS, what scatters more than any bench that can be explained.
     rough : callable
         Usual misfit of some frames with other loads, after the first stages of a new search.
     """
@@ -98,6 +102,7 @@ class BenchFit:
     moved: Array
     pattern: Pattern | None = None
     aside: tuple[tuple[float, ...], ...] = ()
+    beyond: tuple[str, ...] = ()
     rough: Callable[[Array, BenchLoads], float] = field(default=lambda levels, loads: np.nan)
 
     def shown(self, name: str) -> bool:
@@ -203,5 +208,6 @@ def _result(search: BenchSearch) -> BenchFit:
         search.moved(models),
         search.pattern,
         tuple(search.aside),
+        tuple(name for name in GROUPS if search.sizes[name] >= LARGEST and not search.lost[name]),
         lambda levels, loads: roughly_fitted(search.again(levels, loads)),
     )

@@ -20,6 +20,10 @@ CHANCE = 1e-4
 not hold."""
 EXPLAINS = 0.5
 """Share of what the misfit has beyond noise that a cause must leave at most to be named."""
+OTHER = (
+    "Other forces at these places explain the frames: the loads may be those of another day, in "
+    "another unit, or of a load cell that was not zeroed."
+)
 FEW = 12, 6
 """Frames on which causes are tried: of strips, and of pads, which have many times the pixels."""
 
@@ -53,8 +57,11 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
             "intervals."
         )
     if not wrong:
-        return Judgement(True, tuple(words))
-    cause = _cause(fit, levels, loads)
+        if not {"normal", "tangential"}.intersection(fit.beyond):
+            return Judgement(True, tuple(words))
+        wrong, cause = "no load cell scatters as its forces do about those written down.", OTHER
+    else:
+        cause = _cause(fit, levels, loads)
     return Judgement(False, (f"Do not use this model: {wrong} {cause}", *words))
 
 
@@ -111,10 +118,7 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
         return words
     free = replace(own, force_std=np.full(own.forces.shape, np.nanmax(loads.magnitude)))
     if fit.rough(chosen, free) < limit:
-        return (
-            "Other forces at these places explain the frames: the loads may be those of another "
-            "day, in another unit, or of a load cell that was not zeroed."
-        )
+        return OTHER
     return (
         "No forces at these places explain the frames: the sensor is not the one of the design, or "
         "the loads are those of other frames. Compare a frame with `fringeforce show`."
