@@ -9,8 +9,8 @@ import fringeforce as ff
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS
 from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.bench_posterior import State
-from fringeforce.calibration.bench_search import Search
 from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.estimation.bounds import covariance
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.models.as_built import BuiltSensor
@@ -58,7 +58,7 @@ class Simulation:
     def added(self, loads: np.ndarray, repeats: int = REPEATS, seed: int = 6) -> np.ndarray:
         """Squared share of error that each of so many calibrations adds."""
         rng, listed = np.random.default_rng(seed), loads_on_tactels(loads, self._places)
-        search = Search(self.model.sensor, self._frames(loads, rng), listed, ENTRIES, {})
+        search = StripSearch(self.model.sensor, self._frames(loads, rng), listed, ENTRIES, {})
         start, reader = search.state, self._reader()
         found = []
         for _ in range(repeats):
@@ -78,7 +78,7 @@ class Simulation:
         """What reads typical loads with the sensor that a fit found, and says how far it errs."""
         loads = self.typical.reshape(len(self.typical), -1, 2) + 1e-9  # all tactels are read
         listed = loads_on_tactels(loads, self._places)
-        search = Search(self.model.sensor, self.levels, listed, ENTRIES, {})
+        search = StripSearch(self.model.sensor, self.levels, listed, ENTRIES, {})
         plain, used = search.posterior(np.ones(len(loads)), 1.0), slice(2, -2)
 
         def share(state: State) -> float:

@@ -196,5 +196,5 @@ def test_loads_by_time_need_the_times_of_the_frames(bench) -> None:
 def test_a_contact_beside_the_strip_is_named(bench) -> None:
     sensor, _, _, frames, _ = bench
     loads = bench_loads(np.full(40, 20e-3), np.ones((40, 2)))
-    with pytest.raises(ff.FringeforceError, match=r"Contact 1 of frame 0 lies at 0\.02 m"):
+    with pytest.raises(ff.FringeforceError, match=r"Contact 1 of frame 0 lies at x = 0\.02 m"):
         ff.calibrate(sensor, frames, loads)

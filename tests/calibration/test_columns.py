@@ -10,8 +10,8 @@ from scipy.stats import chi2 as chi_square
 import fringeforce as ff
 from fringeforce.calibration import fitted_model
 from fringeforce.calibration.bench_loads import loads_on_tactels
-from fringeforce.calibration.bench_search import Search
 from fringeforce.calibration.design_entries import STRAIN_OPTIC
+from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.reading.strip_reader import StripFrameReader
 
@@ -190,7 +190,7 @@ def test_the_gradient_with_columns_is_that_of_the_loss(small, made) -> None:
     forces = known_loads(rng, 8)
     loads = loads_on_tactels(forces, small.tactels.positions[:, None])
     frames = made.expose(forces, rng=rng).astype(float)
-    search = Search(small, frames, loads, (STRAIN_OPTIC,), {})
+    search = StripSearch(small, frames, loads, (STRAIN_OPTIC,), {})
     search.free_columns()
     posterior, state = search.posterior(np.ones(len(frames)), 1.0), search.state
     expected = 1 / np.sqrt(posterior.expected.precision)

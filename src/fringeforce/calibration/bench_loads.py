@@ -253,12 +253,15 @@ def loads_on_tactels(forces: ArrayLike, places: Array) -> BenchLoads:
 
 
 def presses_as_loads(presses: Sequence[Sequence[Press]]) -> BenchLoads:
-    """Loads from the presses of every frame on a strip."""
+    """Loads from the presses of every frame on a strip, or on a pad where they have a y."""
     flat = [(frame, press) for frame, own in enumerate(presses) for press in own]
     width = [press.width if isinstance(press.width, int | float) else np.nan for _, press in flat]
+    on_pad = any(press.y is not None for _, press in flat)
+    places = [(press.x, press.y or 0.0) if on_pad else press.x for _, press in flat]
+    forces = [(press.normal, *press.shear[: 2 if on_pad else 1]) for _, press in flat]
     return bench_loads(
-        np.array([press.x for _, press in flat]),
-        np.array([(press.normal, press.shear[0]) for _, press in flat]).reshape(-1, 2),
+        np.array(places),
+        np.array(forces).reshape(len(flat), 3 if on_pad else 2),
         np.array([frame for frame, _ in flat], dtype=int),
         len(presses),
         widths=np.array(width),

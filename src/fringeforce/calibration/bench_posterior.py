@@ -12,7 +12,7 @@ where nobody states it: the sizes under which they are most probable (MacKay, Ne
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
@@ -78,8 +78,25 @@ def parts(design: int, columns: int, fields: int, bright: int, dark: int, writte
     return Parts(*accumulate([0, design, 2, columns, columns, fields, bright, dark, 1, 1, written]))
 
 
+class Contacts:
+    """Contacts of the frames of a bench."""
+
+    loads: BenchLoads
+    which: Index
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest force of a contact [N]."""
+        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
+
+    @cached_property
+    def contacts_of(self) -> list[Index]:
+        """Which of the k contacts each frame has."""
+        return [np.flatnonzero(row >= 0) for row in self.which]
+
+
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Bench(Contacts):
     """What was measured and how it is modelled; F frames of at most k contacts, P pixels, m nodes.
 
     Attributes
@@ -126,16 +143,6 @@ class Bench:
     turned: Array
     moves: tuple[Array, ...]
     columns: Columns | None = None
-
-    @cached_property
-    def largest(self) -> float:
-        """Largest force of a contact [N]."""
-        return float(np.nanmax(np.linalg.norm(self.loads.forces, axis=-1), initial=1e-3))
-
-    @cached_property
-    def contacts_of(self) -> list[Index]:
-        """Which of the k contacts each frame has."""
-        return [np.flatnonzero(row >= 0) for row in self.which]
 
     @cached_property
     def layouts(self) -> list[Layout]:
@@ -262,9 +269,9 @@ class BenchPosterior:
             forces = np.stack([sizes["normal"] * unit, sizes["tangential"] * unit], axis=1)
             places, widths = loads.place_std[f, own], loads.width_std[f, own]
             deviations = [
-                _stated(loads.force_std[f, own], forces).ravel(),
-                _stated(places / size.place, sizes["place"]),
-                _stated(widths / size.width_std, sizes["width"]),
+                stated_or(loads.force_std[f, own], forces).ravel(),
+                stated_or(places / size.place, sizes["place"]),
+                stated_or(widths / size.width_std, sizes["width"]),
                 [sizes["gain"], sizes["offset"]],
             ]
             found.append(1 / np.square(np.concatenate(deviations)))
@@ -348,10 +355,17 @@ class BenchPosterior:
             1e6,
         )
 
-    def settled(self, state: State, models: FrameModels, steps: int) -> State:
-        """The own unknowns of all frames at their best."""
-        found = []
-        for f, own in enumerate(state.own):
+    def settled(
+        self,
+        state: State,
+        models: FrameModels,
+        steps: int,
+        rows: Sequence[int] | None = None,
+    ) -> State:
+        """The own unknowns of all frames, or some, at their best."""
+        found = list(state.own)
+        for f in range(len(found)) if rows is None else rows:
+            own = found[f]
             best = climb(
                 models.of_frame(f),
                 self._prior(f, state.shared, free=False),
@@ -361,7 +375,7 @@ class BenchPosterior:
                 steps,
                 0.1,
             )[0]
-            found.append(self._within(f, models.own(f, best), state.shared))
+            found[f] = self._within(f, models.own(f, best), state.shared)
         return replace(state, own=found)
 
     def within(self, state: State) -> State:
@@ -381,10 +395,13 @@ class BenchPosterior:
         kept[3 * k : 4 * k] = (widths - size.width) / size.width_std
         return kept
 
-    def terms(self, state: State, models: FrameModels) -> Iterator[FrameTerms]:
-        """Half the loss of every frame to second order."""
+    def terms(
+        self, state: State, models: FrameModels, which: Sequence[int] | None = None
+    ) -> Iterator[FrameTerms]:
+        """Half the loss of every frame, or of some, to second order."""
         slopes, rows = models.slopes(), models.column_rows()
-        for f, own in enumerate(state.own):
+        for f in range(len(state.own)) if which is None else which:
+            own = state.own[f]
             unknowns = models.unknowns(f, own, state.shared)
             waves = models.waves(f, unknowns, slopes)
             columns = models.columns(f)
@@ -556,6 +573,6 @@ class FrameModels:
         return np.asarray(node_phase(model, unknowns)).reshape(changes, nodes)
 
 
-def _stated(std: Array, else_: Array | float) -> Array:
+def stated_or(std: Array, else_: Array | float) -> Array:
     """What is stated, and something else where nothing is."""
     return np.where(np.isfinite(std), np.maximum(std, EXACT), else_)

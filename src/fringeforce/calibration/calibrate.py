@@ -7,6 +7,7 @@ place and the lighting, all together.  Phases are never recovered, so small load
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,8 +21,15 @@ from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.fitted_model import calibrated_model
 from fringeforce.calibration.light.references import References
 from fringeforce.calibration.load_log import LoadLog
+from fringeforce.calibration.pads.bench_uncertainty import is_layer
+from fringeforce.calibration.pads.calibrated import calibrated_pad
+from fringeforce.calibration.pads.posterior import MOST
+from fringeforce.calibration.pads.search import PadSearch
+from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
+from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses
 from fringeforce.models.strip import SensorModel
 
@@ -33,12 +41,13 @@ PARAMETERS = (
 """Design values that drawings know worst."""
 
 
-def usual_parameters(sensor: Sensor) -> tuple[str, ...]:
+def usual_parameters(sensor: Sensor | Pad) -> tuple[str, ...]:
     """Design values that a drawing knows worst, the photoelastic effect as it states it."""
     effect = sensor.transducer.photoelastic.effect
     return tuple(path.replace("strain_optic_coefficient", effect) for path in PARAMETERS)
 
 
+@overload
 def calibrate(
     sensor: Sensor,
     frames: ArrayLike,
@@ -51,7 +60,34 @@ def calibrate(
     times: ArrayLike | None = None,
     aside: int = 5,
     load_cell: tuple[float, float] = (0.0, 0.0),
-) -> SensorModel:
+) -> SensorModel: ...
+
+
+@overload
+def calibrate(
+    sensor: Pad,
+    frames: ArrayLike,
+    forces: ArrayLike | BenchLoads | LoadLog | Presses,
+    parameters: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    *,
+    aside: int = 5,
+) -> PadModel: ...
+
+
+def calibrate(
+    sensor: Sensor | Pad,
+    frames: ArrayLike,
+    forces: ArrayLike | BenchLoads | LoadLog | Presses,
+    parameters: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    references: References | None = None,
+    columns: bool = False,
+    *,
+    times: ArrayLike | None = None,
+    aside: int = 5,
+    load_cell: tuple[float, float] = (0.0, 0.0),
+) -> SensorModel | PadModel:
     """Make the model agree with the sensor on the bench.
 
     Estimated together, as the most probable of all (maximum a posteriori): the chosen design
@@ -64,11 +100,13 @@ def calibrate(
 
     Parameters
     ----------
-    sensor : Sensor
-        The drawing; its camera's noise is taken as known.
-    frames : array_like, shape (F, n_pixels)
+    sensor : Sensor or Pad
+        The drawing; its camera's noise is taken as known.  Of a pad light, residual and camera are
+        those of its tolerances (one amplitude, no gamma), and references, columns, logs by time
+        and a load cell's tolerances are not taken.
+    frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels; unloaded frames have zero forces and determine the offset.
-    forces : array_like, shape (F, n, 2), BenchLoads, LoadLog, or sequences of Press
+    forces : array_like, shape (F, n, components), BenchLoads, LoadLog, or sequences of Press
         Known normal and tangential forces of tactels [N]; or contacts at any place, for every
         frame; or a log of them by time, whose constant delay is found.
     parameters : sequence of str, optional
@@ -98,8 +136,8 @@ def calibrate(
 
     Returns
     -------
-    SensorModel
-        With `imaging` and `calibration`.
+    SensorModel or PadModel
+        With `imaging`, of a pad `known`, and `calibration`.
 
     Raises
     ------
@@ -117,6 +155,13 @@ def calibrate(
     0.054
     """
     report = progress or (lambda title, done, expected: None)
+    if isinstance(sensor, Pad):
+        if references is not None or columns or any(load_cell) or isinstance(forces, LoadLog):
+            raise InputError(
+                "references, columns, logs by time and tolerances of a load cell are for strips; "
+                "calibrate a pad by frames and a table of presses without them."
+            )
+        return _calibrated_pad(sensor, frames, forces, parameters, report, aside)
     levels, known = checks.checked_bench(sensor, frames, forces, times)
     if columns and (isinstance(known, TimedLoads) or known.tactels is None):
         raise InputError("columns=True corrects the columns of tactels; give loads of tactels.")
@@ -128,5 +173,35 @@ def calibrate(
             "negative."
         )
     checks.check_changes(levels, sensor)
-    fit = fitted(sensor, levels, known, paths, report, lights, aside, columns, load_cell)
+    search = StripSearch(sensor, levels, known, paths, lights, load_cell)
+    fit = fitted(search, report, aside, columns)
     return calibrated_model(fit, levels, known)
+
+
+def _calibrated_pad(
+    pad: Pad,
+    frames: ArrayLike,
+    forces: ArrayLike | BenchLoads | Presses,
+    parameters: Sequence[str] | None,
+    report: Progress,
+    aside: int,
+) -> PadModel:
+    """`calibrate` for a pad."""
+    levels, known = checks.checked_bench(pad, frames, forces, None)
+    assert isinstance(known, BenchLoads)
+    paths = checked_paths(pad, tuple(parameters or usual_parameters(pad)))
+    for path in paths:
+        if not is_layer(path):
+            raise InputError(
+                f"{path!r} is not calibrated on a pad: camera, light and residual are found in any "
+                "case; take values of transducer.compliant and transducer.photoelastic."
+            )
+    pressed = known.present.sum(axis=1)
+    if pressed.max() > MOST:
+        raise InputError(
+            f"Frame {int(pressed.argmax())} has {int(pressed.max())} contacts; a calibration of a "
+            f"pad takes at most {MOST} in a frame. Press with fewer at a time."
+        )
+    checks.check_changes(levels, pad)
+    search = PadSearch(pad, levels, known, paths)
+    return calibrated_pad(search, fitted(search, report, aside), levels, known)

@@ -15,6 +15,7 @@ from fringeforce.calibration.delay import coarse_delay
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import outlying, stuck_pixels
 from fringeforce.estimation.residual_test import group_sums, square_limit
@@ -32,9 +33,9 @@ MOST_STUCK = 0.5
 
 
 def checked_measurements(
-    sensor: Sensor, frames: ArrayLike, forces: ArrayLike
+    sensor: Sensor | Pad, frames: ArrayLike, forces: ArrayLike
 ) -> tuple[Array, Array]:
-    """Grey levels (F, P) and loads (F, 2n) of measurements, as floats.
+    """Grey levels (F, P) and loads (F, components n) of measurements, as floats.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def checked_measurements(
         The drawing.
     frames : array_like, shape (F, P)
         Grey levels.
-    forces : array_like, shape (F, n, 2)
+    forces : array_like, shape (F, n, components)
         Known forces [N].
 
     Raises
@@ -50,17 +51,18 @@ def checked_measurements(
     InputError
         If they do not fit each other or the sensor; rows are named, counted from 0.
     """
-    levels, tactels = _levels(sensor, frames), sensor.tactels.count
+    levels, tactels = _levels(sensor, frames), sensor.tactels.total
     if sensor.skin is not None:
         raise InputError(
             "A skin has no tactels to press on; say where each contact is: a list of presses for "
             "every frame, or a table with x_mm."
         )
-    loads = checked_loads(forces, tactels)
-    if loads.shape != (len(levels), tactels, 2):
+    expected = len(levels), tactels, len(sensor.components)
+    loads = checked_loads(forces, tactels, expected[2])
+    if loads.shape != expected:
         raise InputError(
             f"Forces of shape {loads.shape} do not fit {len(levels)} frames of {tactels} tactels; "
-            f"give ({len(levels)}, {tactels}, 2), one entry for every frame."
+            f"give {expected}, one entry for every frame."
         )
     if bad := _rows(~np.isfinite(loads).all(axis=(1, 2))):
         raise InputError(f"Forces of frames {bad} are not finite; give numbers or drop the rows.")
@@ -69,7 +71,7 @@ def checked_measurements(
 
 
 def checked_bench(
-    sensor: Sensor, frames: ArrayLike, loads: Any, times: ArrayLike | None
+    sensor: Sensor | Pad, frames: ArrayLike, loads: Any, times: ArrayLike | None
 ) -> tuple[Array, BenchLoads | TimedLoads]:
     """Grey levels (F, P) and contacts of a bench.
 
@@ -105,8 +107,8 @@ def checked_bench(
         loads = presses_as_loads(loads)
     if not isinstance(loads, BenchLoads):
         levels, flat = checked_measurements(sensor, frames, loads)
-        forces = flat.reshape(len(levels), -1, 2)
-        return levels, loads_on_tactels(forces, sensor.tactels.positions[:, None])
+        forces = flat.reshape(len(levels), -1, len(sensor.components))
+        return levels, loads_on_tactels(forces, sensor.tactels.places)
     levels = _levels(sensor, frames)
     if len(loads) != len(levels):
         raise InputError(
@@ -117,8 +119,18 @@ def checked_bench(
     return levels, loads
 
 
-def _levels(sensor: Sensor, frames: ArrayLike) -> Array:
+def _levels(sensor: Sensor | Pad, frames: ArrayLike) -> Array:
     levels, camera = numbers(frames, "Grey levels"), sensor.camera
+    if isinstance(sensor, Pad):
+        channels = len(sensor.polariscope.pictures)
+        shape = (*((channels,) if channels > 1 else ()), *sensor.camera.pixels[::-1])
+        if levels.shape[1:] != shape:
+            raise InputError(
+                f"Frames of shape {levels.shape} do not fit this pad; give "
+                f"(frames, {', '.join(map(str, shape))})."
+            )
+        levels = levels.reshape(len(levels), -1)
+        return _in_range(levels, camera.full_scale, camera.bits)
     if sensor.polariscope.channels or sensor.polariscope.plates:
         raise InputError(
             "Known loads are compared in one dark field with perfect plates; give a design without "
@@ -129,34 +141,42 @@ def _levels(sensor: Sensor, frames: ArrayLike) -> Array:
             f"Frames of shape {levels.shape} do not fit this sensor; give "
             f"(frames, {camera.pixels})."
         )
-    seen = np.isfinite(levels) & (levels >= 0) & (levels <= camera.full_scale)
+    return _in_range(levels, camera.full_scale, camera.bits)
+
+
+def _in_range(levels: Array, full_scale: int, bits: int) -> Array:
+    seen = np.isfinite(levels) & (levels >= 0) & (levels <= full_scale)
     if bad := _rows(~seen.all(axis=1)):
         raise InputError(
-            f"Frames {bad} hold grey levels that are not from 0 to {camera.full_scale}; check the "
-            f"camera's bits ({camera.bits} in the design) or drop the rows."
+            f"Frames {bad} hold grey levels that are not from 0 to {full_scale}; check the "
+            f"camera's bits ({bits} in the design) or drop the rows."
         )
     return levels
 
 
-def _check_contacts(sensor: Sensor, loads: BenchLoads, levels: Array) -> None:
-    """Raise if contacts lie beside the strip, or forces make no sense."""
-    half = sensor.transducer.length / 2
-    if loads.forces.shape[2] != 2:
+def _check_contacts(sensor: Sensor | Pad, loads: BenchLoads, levels: Array) -> None:
+    """Raise if contacts lie beside the sensor, or forces make no sense."""
+    sides = [sensor.transducer.length, sensor.transducer.width]
+    if loads.forces.shape[2] != len(sensor.components):
         raise InputError(
-            f"Forces with {loads.forces.shape[2]} components are those of a pad; those of a strip "
-            "have two, normal and tangential."
+            f"Forces have {loads.forces.shape[2]} components; those of a {sensor.kind} are "
+            f"{', '.join(sensor.components)}."
         )
-    beside = loads.present & ~(np.abs(np.nan_to_num(loads.places, nan=np.inf)) <= half)
-    if beside.any():
-        frame, contact = np.argwhere(beside)[0]
-        raise InputError(
-            f"Contact {contact + 1} of frame {frame} lies at {loads.places[frame, contact]:g} m, "
-            f"beside the strip, which ends at +-{half:g} m; places are in metres from its middle."
-        )
+    places = loads.places.reshape(*loads.present.shape, -1)
+    for axis, side, where in zip("xy", sides, np.moveaxis(places, -1, 0), strict=False):
+        half = side / 2
+        beside = loads.present & ~(np.abs(np.nan_to_num(where, nan=np.inf)) <= half)
+        if beside.any():
+            frame, contact = np.argwhere(beside)[0]
+            raise InputError(
+                f"Contact {contact + 1} of frame {frame} lies at {axis} = "
+                f"{where[frame, contact]:g} m, beside the {sensor.kind}, which ends at +-{half:g} "
+                "m; places are in metres from its middle."
+            )
     _check_loads(loads.magnitude, np.nanmax(loads.magnitude, initial=0.0), levels, sensor)
 
 
-def check_changes(levels: Array, sensor: Sensor) -> None:
+def check_changes(levels: Array, sensor: Sensor | Pad) -> None:
     """Raise for frames most of whose pixels do not change, as those of another camera."""
     camera = sensor.camera
     stuck = stuck_pixels(levels, camera.noise).mean()
@@ -168,7 +188,7 @@ def check_changes(levels: Array, sensor: Sensor) -> None:
         )
 
 
-def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor) -> None:
+def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor | Pad) -> None:
     """Raise if too few frames are loaded, forces are in another unit, or frames are saturated."""
     camera, loaded = sensor.camera, sizes > 0
     if loaded.sum() < FEWEST:

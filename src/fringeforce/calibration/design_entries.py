@@ -13,6 +13,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 
 STRAIN_OPTIC = "transducer.photoelastic.strain_optic_coefficient"
@@ -26,7 +27,7 @@ INCOMPRESSIBLE, RANGE = 0.5, 0.75
 """Upper bound of Poisson's ratio, and half the width of its range."""
 
 
-def design_value(sensor: Sensor, path: str) -> float:
+def design_value(sensor: Sensor | Pad, path: str) -> float:
     """Value of a design at a dotted path.
 
     Raises
@@ -45,7 +46,7 @@ def design_value(sensor: Sensor, path: str) -> float:
     return float(value)
 
 
-def checked_paths(sensor: Sensor, paths: tuple[str, ...]) -> tuple[str, ...]:
+def checked_paths(sensor: Sensor | Pad, paths: tuple[str, ...]) -> tuple[str, ...]:
     """The paths of what is to be calibrated.
 
     Raises
@@ -68,7 +69,8 @@ def checked_paths(sensor: Sensor, paths: tuple[str, ...]) -> tuple[str, ...]:
             )
     if len(set(paths)) < len(paths):
         raise InputError(f"{', '.join(paths)} name a value twice; name each once.")
-    if "tactels.pitch" in paths and (POSITIONS in paths or sensor.tactels.placed is not None):
+    placed = isinstance(sensor, Sensor) and sensor.tactels.placed is not None
+    if "tactels.pitch" in paths and (POSITIONS in paths or placed):
         raise InputError(
             "'tactels.pitch' says nothing where every tactel has a place; take "
             f"{POSITIONS!r} alone."

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -11,22 +12,24 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import (
+    GROUPS,
     BenchPosterior,
     FrameModels,
     State,
 )
 from fringeforce.calibration.bench_search import (
     HEATS,
+    LARGEST,
     REFITS,
     ROUNDS,
     STAGES,
+    BenchSearch,
     Check,
-    Search,
     inverse,
 )
 from fringeforce.calibration.light.pattern import Pattern
-from fringeforce.calibration.timed_loads import TimedLoads
-from fringeforce.design.strip import Sensor
+from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.shared_fit import excess_scatter
 
 FREED = 2
 """Rounds of the last stage before errors of columns enter: design and camera come first."""
@@ -43,7 +46,7 @@ class BenchFit:
 
     Attributes
     ----------
-    sensor : Sensor
+    sensor : Sensor or Pad
         The drawing.
     paths : tuple of str
         Values of the design that were unknown.
@@ -59,6 +62,10 @@ class BenchFit:
         Frames that do not contradict the others.
     chi2 : float
         Reduced chi-square of these.
+    explained : ndarray of bool, shape (F,)
+        Frames of these whose residuals are those of noise, by `square_limit`.
+    excess : ndarray, shape (S,)
+        Variance of what frames tell of each shared unknown, over that of their noise.
     delay : float
         By which the log of the loads is behind the frames, if there is one [s].
     checked : Check
@@ -73,9 +80,13 @@ class BenchFit:
         What single pixels add to the smooth light.
     aside : tuple
         Forces of frames put aside: frame, component, error and its deviation, as in `BenchRecord`.
+    beyond : tuple of str
+        Of GROUPS, what scatters more than any bench that can be explained.
+    rough : callable
+        Usual misfit of some frames with other loads, after the first stages of a new search.
     """
 
-    sensor: Sensor
+    sensor: Any
     paths: tuple[str, ...]
     posterior: BenchPosterior
     state: State
@@ -83,12 +94,16 @@ class BenchFit:
     sound: Mask
     kept: Mask
     chi2: float
+    explained: Mask
+    excess: Array
     delay: float
     checked: Check
     told: Mapping[str, tuple[float, float]]
     moved: Array
     pattern: Pattern | None = None
     aside: tuple[tuple[float, ...], ...] = ()
+    beyond: tuple[str, ...] = ()
+    rough: Callable[[Array, BenchLoads], float] = field(default=lambda levels, loads: np.nan)
 
     def shown(self, name: str) -> bool:
         """Whether frames show that something scatters or varies, or it is lost in their noise."""
@@ -107,46 +122,31 @@ class BenchFit:
 
 
 def fitted(
-    sensor: Sensor,
-    levels: Array,
-    loads: BenchLoads | TimedLoads,
-    paths: tuple[str, ...],
-    report: Progress,
-    references: Mapping[str, Array] | None = None,
-    aside: int = 0,
-    columns: bool = False,
-    load_cell: tuple[float, float] = (0.0, 0.0),
+    search: BenchSearch, report: Progress, aside: int = 0, columns: bool = False
 ) -> BenchFit:
     """Fit all that is unknown of a bench.
 
     Parameters
     ----------
-    sensor : Sensor
-        The drawing.
-    levels : ndarray, shape (F, P)
-        Grey levels.
-    loads : BenchLoads or TimedLoads
-        What is written down for each frame, or by time.
-    paths : tuple of str
-        Values of the design to estimate.
+    search : BenchSearch
+        Before its first step.
     report : callable
         Told what is done.
-    references : mapping, optional
-        Frames that show the light alone, by kind, as checked.
     aside : int
         Every so many frames one is put aside at first and checked; none if zero.
     columns : bool
         Whether columns of tactels may differ from those of any design.
-    load_cell : tuple of float
-        Standard deviations of the gain of the load cell, relative, and of its zero [N].
     """
-    search = Search(sensor, levels, loads, paths, references or {}, load_cell)
     search.put_aside(aside)
     total = len(STAGES) + ROUNDS + 2
-    report("Finding the strip", 0, total)
-    search.find_shift()
+    report("Finding the sensor", 0, total)
+    search.begin()
+    before = np.zeros(len(search.kept), dtype=bool)
     for number, limit in enumerate(STAGES):
         few = search.calm(limit)
+        if np.array_equal(few, before):
+            continue
+        before = few
         report(f"Fitting {few.sum()} frames", 1 + number, total)
         for heat in HEATS if number == 0 else HEATS[-1:]:
             search.descend(few, heat)
@@ -167,12 +167,9 @@ def fitted(
     return _result(search)
 
 
-def roughly_fitted(
-    sensor: Sensor, levels: Array, loads: BenchLoads, paths: tuple[str, ...]
-) -> float:
-    """Usual misfit per pixel of a few frames after the first stages; parameters as of `fitted`."""
-    search = Search(sensor, levels, loads, paths, {})
-    search.find_shift()
+def roughly_fitted(search: BenchSearch) -> float:
+    """Usual misfit per pixel of a few frames after the first stages of a new search."""
+    search.begin()
     for heat in HEATS[:-1]:
         search.descend(search.calm(STAGES[0]), heat)
     for heat in HEATS[-2:]:
@@ -180,7 +177,7 @@ def roughly_fitted(
     return search.misfit()
 
 
-def _result(search: Search) -> BenchFit:
+def _result(search: BenchSearch) -> BenchFit:
     """The fit that a search has come to."""
     posterior = search.posterior(search.kept.astype(float), 1.0)
     models = posterior.models(search.state.shared)
@@ -193,6 +190,7 @@ def _result(search: Search) -> BenchFit:
     if search.pattern is not None:
         free += search.pattern.freedom(search.sound & search.seen)
     chi2 = float(squares[search.kept].sum() / (counts[search.kept].sum() - free))
+    limits = np.array([square_limit(count) for count in counts])
     return BenchFit(
         search.sensor,
         search.paths,
@@ -202,10 +200,14 @@ def _result(search: Search) -> BenchFit:
         search.sound,
         search.kept,
         chi2,
+        search.kept & (squares <= limits),
+        excess_scatter(told, posterior.shares, covariance),
         search.delay,
         search.checked,
         {name: (told / max(n, 1.0), n) for name, (_, told, n) in scatter.items()},
         search.moved(models),
         search.pattern,
         tuple(search.aside),
+        tuple(name for name in GROUPS if search.sizes[name] >= LARGEST and not search.lost[name]),
+        lambda levels, loads: roughly_fitted(search.again(levels, loads)),
     )

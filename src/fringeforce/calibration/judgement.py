@@ -10,19 +10,22 @@ from scipy.stats import binom
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.fit import BenchFit, roughly_fitted
+from fringeforce.calibration.fit import HOPELESS, BenchFit
 
-EXPLAINED = 1.3
-"""Reduced chi-square up to which frames count as explained."""
 LEFT_OUT = 0.2
-"""Share of frames that may contradict the others: one press in five is not an accident."""
+"""Share of frames that may contradict the others, or that the model need not explain: one press in
+five is not an accident."""
 CHANCE = 1e-4
 """Chance of a coverage as low as that of the frames that were put aside below which intervals do
 not hold."""
 EXPLAINS = 0.5
 """Share of what the misfit has beyond noise that a cause must leave at most to be named."""
-FEW = 12
-"""Frames on which causes are tried."""
+OTHER = (
+    "Other forces at these places explain the frames: the loads may be those of another day, in "
+    "another unit, or of a load cell that was not zeroed."
+)
+FEW = 12, 6
+"""Frames on which causes are tried: of strips, and of pads, which have many times the pixels."""
 
 
 class Judgement(NamedTuple):
@@ -54,16 +57,23 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
             "intervals."
         )
     if not wrong:
-        return Judgement(True, tuple(words))
-    cause = _cause(fit, levels, loads)
+        if not {"normal", "tangential"}.intersection(fit.beyond):
+            return Judgement(True, tuple(words))
+        wrong, cause = "no load cell scatters as its forces do about those written down.", OTHER
+    else:
+        cause = _cause(fit, levels, loads)
     return Judgement(False, (f"Do not use this model: {wrong} {cause}", *words))
 
 
 def _wrong(fit: BenchFit, frames: int) -> str:
     """What is wrong with a fit, if anything."""
     left, checked = int((~fit.kept[:frames]).sum()), fit.checked
-    if fit.chi2 > EXPLAINED:
-        return f"its frames are not explained (reduced chi-square {fit.chi2:.3g} instead of 1)."
+    unexplained = int((fit.kept & ~fit.explained)[:frames].sum())
+    if unexplained > LEFT_OUT * frames:
+        return (
+            f"{unexplained} of its {frames} frames are not explained (reduced chi-square "
+            f"{fit.chi2:.3g} instead of 1)."
+        )
     if left > LEFT_OUT * frames:
         return f"{left} of {frames} frames contradict the others."
     if checked.frames - checked.explained > LEFT_OUT * checked.frames:
@@ -82,46 +92,78 @@ def _wrong(fit: BenchFit, frames: int) -> str:
 def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     """The likeliest cause, by what explains some of the frames better."""
     loaded = np.flatnonzero(loads.present.any(axis=1))
-    some = loaded[:: max(len(loaded) // FEW, 1)][:FEW]
+    on_pad = loads.forces.shape[2] == 3
+    few = FEW[on_pad]
+    some = loaded[:: max(len(loaded) // few, 1)][:few]
     chosen, own = levels[some], loads.rows(some)
-    usual = roughly_fitted(fit.sensor, chosen, own, fit.paths)
+    usual = fit.rough(chosen, own)
     limit = 1 + EXPLAINS * (usual - 1)
     tried = {
-        "The places seem to be written down with the other sign: mirror x.": (
-            _turned(own, places=-1)
-        ),
-        "Places and tangential forces seem to be written down with the other sign: the strip, or "
-        "the camera, is turned round.": _turned(own, places=-1, shear=-1),
-        "The tangential forces seem to be written down with the other sign.": (
-            _turned(own, shear=-1)
-        ),
         "The frames seem to belong to the loads of the next row: rows are off by one.": (
             loads.rows((some + 1) % len(loads))
         ),
         "The frames seem to belong to the loads of the row before: rows are off by one.": (
             loads.rows(some - 1)
         ),
+        **(_turned_on_pad(own) if on_pad else _turned_on_strip(own)),
     }
-    misfits = {
-        words: roughly_fitted(fit.sensor, chosen, other, fit.paths)
-        for words, other in tried.items()
-        if other.present.any()
-    }
+    misfits = dict[str, float]()
+    for words, other in tried.items():
+        if other.present.any():
+            misfits[words] = fit.rough(chosen, other)
+            if misfits[words] < HOPELESS < limit:
+                break
     words = min(misfits, key=lambda each: misfits[each])
     if misfits[words] < limit:
         return words
     free = replace(own, force_std=np.full(own.forces.shape, np.nanmax(loads.magnitude)))
-    if roughly_fitted(fit.sensor, chosen, free, fit.paths) < limit:
-        return (
-            "Other forces at these places explain the frames: the loads may be those of another "
-            "day, in another unit, or of a load cell that was not zeroed."
-        )
+    if fit.rough(chosen, free) < limit:
+        return OTHER
     return (
         "No forces at these places explain the frames: the sensor is not the one of the design, or "
         "the loads are those of other frames. Compare a frame with `fringeforce show`."
     )
 
 
-def _turned(loads: BenchLoads, places: float = 1.0, shear: float = 1.0) -> BenchLoads:
-    forces = loads.forces * [1.0, shear]
+def _turned_on_strip(loads: BenchLoads) -> dict[str, BenchLoads]:
+    return {
+        "The places seem to be written down with the other sign: mirror x.": (
+            _turned(loads, places=-1)
+        ),
+        "Places and tangential forces seem to be written down with the other sign: the strip, or "
+        "the camera, is turned round.": _turned(loads, places=-1, shear=-1),
+        "The tangential forces seem to be written down with the other sign.": (
+            _turned(loads, shear=-1)
+        ),
+    }
+
+
+def _turned_on_pad(loads: BenchLoads) -> dict[str, BenchLoads]:
+    along, across = np.array([-1.0, 1.0]), np.array([1.0, -1.0])
+    return {
+        "The places seem to be written down with the other sign of x: mirror x.": (
+            _turned(loads, places=along)
+        ),
+        "The places seem to be written down with the other sign of y: mirror y.": (
+            _turned(loads, places=across)
+        ),
+        "x seems to be written down with the other sign, in places and forces.": (
+            _turned(loads, places=along, shear=along)
+        ),
+        "y seems to be written down with the other sign, in places and forces.": (
+            _turned(loads, places=across, shear=across)
+        ),
+        "Places and tangential forces seem to be written down with the other sign: the pad, or the "
+        "camera, is turned by 180 degrees.": _turned(loads, places=-1, shear=-1),
+        "The tangential forces seem to be written down with the other sign.": (
+            _turned(loads, shear=-1)
+        ),
+    }
+
+
+def _turned(
+    loads: BenchLoads, places: Array | float = 1.0, shear: Array | float = 1.0
+) -> BenchLoads:
+    forces = loads.forces.copy()
+    forces[..., 1:] *= shear
     return replace(loads, places=places * loads.places, forces=forces, tactels=None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -130,15 +130,27 @@ def calibrate(
     from fringeforce.calibration.light.references import References
     from fringeforce.calibration.load_log import LoadLog
     from fringeforce.calibration.planning.plan import next_presses
-    from fringeforce.design.files import load_strip
+    from fringeforce.design.files import load_sensor
+    from fringeforce.design.pad import Pad
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.plotting.calibration_report import calibration_report
     from fringeforce.plotting.figures import draw_residuals
-    from fringeforce.studies.summary import calibration_summary
 
-    sensor = load_strip(design)
+    sensor = load_sensor(design)
     images, times = frames_and_times(frames, sensor, region)
     known = load_bench_loads(loads, sensor, len(images))
+    if isinstance(sensor, Pad):
+        if any((dark, unloaded, bright, columns, cell_gain, cell_zero, report)):
+            raise InputError(
+                "--dark, --unloaded, --bright, --columns, --cell-gain, --cell-zero and --report "
+                "are for strips; calibrate a pad without them."
+            )
+        with progress_bar("Calibrating") as advance:
+            pad = calibrated(sensor, images, known, parameter, advance, aside=aside)
+        _told(pad, output, len(images))
+        if pad.calibration is not None and not pad.calibration.usable:
+            raise typer.Exit(1)
+        return
     by_time = isinstance(known, LoadLog)
     if not by_time:
         times = None
@@ -169,9 +181,7 @@ def calibrate(
             aside=aside,
             load_cell=(cell_gain, zero),
         )
-    model.save(output)
-    print(f"{output}: calibrated on {len(images)} frames")
-    print("\n".join(calibration_summary(model)))
+    _told(model, output, len(images))
     if forces is not None:
         print(next_presses(model, forces))
     if plot and forces is not None:
@@ -185,6 +195,15 @@ def calibrate(
         print(f"{report}: the calibration in pictures")
     if model.calibration is not None and not model.calibration.usable:
         raise typer.Exit(1)
+
+
+def _told(model: Any, output: Path, frames: int) -> None:
+    """Save a calibrated model, and say what was found."""
+    from fringeforce.studies.summary import calibration_summary
+
+    model.save(output)
+    print(f"{output}: calibrated on {frames} frames")
+    print("\n".join(calibration_summary(model)))
 
 
 def check(

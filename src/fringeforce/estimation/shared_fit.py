@@ -11,6 +11,7 @@ adjustment, a modern synthesis, Vision Algorithms, 298-372, 2000, section 6).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -93,3 +94,29 @@ class Eliminated:
         shared = covariance[np.ix_(self.which, self.which)]
         moved = (self.response @ shared * self.response).sum(axis=1)
         return np.diag(self.spread) + moved
+
+
+def excess_scatter(told: Sequence[Eliminated], shares: Array, covariance: Array) -> Array:
+    """Variance of what frames tell of each shared unknown, over that of their noise, shape (S,).
+
+    By noise alone the gradient of a frame, at the best of all, has the covariance
+    H_f - H_f C H_f; small errors of the model, anew in every frame, add to it (White,
+    Econometrica 50, 1-25, 1982, equation 3.2; Huber, Proc. Fifth Berkeley Symp. 1, 221-233, 1967).
+
+    Parameters
+    ----------
+    told : sequence of Eliminated, length F
+        At the best of all.
+    shares : ndarray, shape (F,)
+        Weights of the frames.
+    covariance : ndarray, shape (S, S)
+        Of the shared unknowns.
+    """
+    found, expected = np.zeros((2, len(covariance)))
+    for share, one in zip(shares, told, strict=True):
+        moved = covariance[:, one.which]
+        found += np.square(share * moved @ one.gradient)
+        left = share * one.information
+        left = left - left @ covariance[np.ix_(one.which, one.which)] @ left
+        expected += ((moved @ left) * moved).sum(axis=1)
+    return found / np.maximum(expected, np.finfo(float).tiny)

@@ -40,7 +40,7 @@ def load_strip_model(path: PathLike) -> SensorModel:
     if _is_pad(path):
         raise FileFormatError(
             f"{path} is the model of a planar pad, and this works on strips only; pads go with "
-            "simulate, read, live, show, explore and, in Python, Reader."
+            "simulate, calibrate, read, live, show, explore and, in Python, Reader."
         )
     return SensorModel.load(path)
 

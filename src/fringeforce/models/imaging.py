@@ -124,12 +124,13 @@ class Calibration:
     Attributes
     ----------
     names : tuple of str
-        Unknowns: dotted paths of the design or "tactel 1 position" [m] and so on, then "camera
-        shift" [m] and "camera scale" [1].
+        Unknowns: dotted paths of the design or "tactel 1 position" [m] and so on, then, of a strip,
+        "camera shift" [m] and "camera scale" [1].
     drawing, values : ndarray, shape (d,)
         Before and after.
     covariance : ndarray, shape (d, d)
-        Covariance of the logarithms of the design's values, places [m], shift [m] and scale.
+        Covariance of the logarithms of the design's values, but of places [m], and of values of the
+        camera in their units.
     unidentified : tuple of str
         Combinations that the frames say nothing of; along them the drawing was kept.
     outliers : tuple of int
@@ -177,7 +178,7 @@ class Calibration:
     @property
     def std(self) -> Array:
         """Standard deviations of the values, shape (d,), in their own units."""
-        relative = np.array([not name.startswith(("camera s", "tactel ")) for name in self.names])
+        relative = np.array([not name.startswith(("camera", "tactel ")) for name in self.names])
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
 
 

@@ -22,8 +22,11 @@ from fringeforce.mechanics.solid.block import Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.models.as_built import changes_influence, drawn, loosened
+from fringeforce.models.imaging import Calibration
+from fringeforce.models.imaging_files import read_calibration, write_calibration
 from fringeforce.models.pad_as_built import BuiltPad, built_pad
 from fringeforce.models.pad_influence import PadInfluence, Retardance, compressed
+from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
@@ -63,11 +66,17 @@ class PadModel:
         Retardance per force.
     provenance : mapping
         How it came about, in words and numbers.
+    calibration : Calibration, optional
+        What a calibration found.
+    known : PadKnowledge, optional
+        What is known together of the tolerances that last; each by itself if not given.
     """
 
     sensor: Pad
     influence: PadInfluence
     provenance: Mapping[str, str | float] = field(default_factory=dict)
+    calibration: Calibration | None = None
+    known: PadKnowledge | None = None
 
     def __repr__(self) -> str:
         """One line."""
@@ -83,6 +92,14 @@ class PadModel:
     def _image(self) -> tuple[int, int]:
         columns, rows = self.sensor.camera.pixels
         return rows, columns
+
+    @cached_property
+    def usable(self) -> NDArray[np.bool_]:
+        """Pixels that see the pad, those that a calibration found dead excepted, in one row."""
+        usable = np.tile(seen_pixels(self.sensor), len(self.pictures))
+        if self.calibration is not None:
+            usable[list(self.calibration.dead)] = False
+        return usable
 
     @property
     def pixel_positions(self) -> tuple[Array, Array]:
@@ -358,6 +375,10 @@ class PadModel:
                 file.create_dataset(name, data=quarter)
                 file[name].attrs["long_name"] = "spline coefficients of retardance per load"
                 file[name].attrs["units"] = "rad/N"
+            if self.calibration is not None:
+                write_calibration(file, self.calibration)
+            if self.known is not None:
+                self.known.write(file)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PadModel:
@@ -373,6 +394,7 @@ class PadModel:
             provenance = json.loads(text(file, "provenance"))
             x, y, profile = (read(file, name) for name in ("x", "y", "profile"))
             quarters = tuple(read(file, label.format("influence")) for label in LABELS)
+            calibration, known = read_calibration(file), PadKnowledge.read(file)
         rows = 2 * profile.shape[1] * (len(x) // 2) * (len(y) // 2)
         expected = (
             [(rows, len(load_basis(pad.tactels.count, parity))) for parity in PARITIES]
@@ -383,7 +405,15 @@ class PadModel:
             raise FileFormatError(
                 f"{path} is damaged: its influence does not fit its design. Characterise it again."
             )
-        return cls(pad, PadInfluence(pad.tactels.count, x, y, profile, quarters), provenance)
+        influence = PadInfluence(pad.tactels.count, x, y, profile, quarters)
+        return cls(pad, influence, provenance, calibration, known)
+
+
+def seen_pixels(pad: Pad) -> NDArray[np.bool_]:
+    """Pixels of a picture that see the pad, in one row, shape (rows * columns,)."""
+    ends = pad.transducer.length / 2, pad.transducer.width / 2
+    x, y = (np.abs(looks) <= end for looks, end in zip(pad.pixel_positions, ends, strict=True))
+    return np.asarray(np.outer(y, x).ravel(), dtype=bool)
 
 
 def characterize_pad(

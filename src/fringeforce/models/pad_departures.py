@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fringeforce.design.tolerances import Tolerances, number_at
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
@@ -89,4 +89,4 @@ def departing(model: PadModel, departures: tuple[PadDeparture, ...]) -> PadModel
     stated = dict(model.sensor.tolerances)
     wide = {one.path: one.std(stated.get(one.path, 0.0)) for one in departures}
     sensor = model.sensor.model_copy(update={"tolerances": Tolerances({**stated, **wide})})
-    return PadModel(sensor, model.influence, model.provenance)
+    return replace(model, sensor=sensor)

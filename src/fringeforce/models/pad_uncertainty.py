@@ -155,6 +155,15 @@ class PadUncertainty:
             lasts[group.place] = group.path not in (DRIFTS[0], PLACEMENT)
         return lasts
 
+    @cached_property
+    def expected(self) -> tuple[Array, Array]:
+        """Mean, shape (size,), and precision, (size, size), of the unknowns before any frame."""
+        known = self.model.known
+        if known is None:
+            return np.zeros(self.size), np.eye(self.size)
+        places = {group.path: (group.place, group.std) for group in self.groups}
+        return known.expected(places, self.size)
+
     def group(self, path: str) -> Group | None:
         """The unknowns of a value; those of contacts are at the path of their placement."""
         return next((group for group in self.groups if group.path == path), None)
@@ -168,7 +177,8 @@ class PadUncertainty:
         pad, square = self.model.sensor, 0.0
         for group in self.groups:
             if group.path == RESIDUAL:
-                square += group.std**2
+                covariance = np.linalg.inv(self.expected[1])
+                square += self.residual_square(np.asarray(np.diag(covariance)[group.place], float))
             elif group.path in ("camera.amplitude", "polariscope.visibility"):
                 square += (group.std / (2 * _value(pad, group.path))) ** 2
             elif group.path == "camera.offset":
@@ -257,17 +267,20 @@ class PadUncertainty:
         """Unknowns of where the pixels look."""
         return tuple(group for group in self.groups if group.path in REGISTRATION)
 
-    def retarding(self, extra: Array) -> Retardance:
-        """From spline coefficients to the pixels, where they look under unknowns."""
-        if not self.registration or not any(extra[group.begin] for group in self.registration):
-            return self.model.retarding
+    def looking(self, extra: Array) -> Pad:
+        """The design with its camera where it is under unknowns."""
         pad = self.model.sensor
         values = {
             group.path: _value(pad, group.path) + group.std * float(extra[group.begin])
             for group in self.registration
         }
-        moved = with_values(pad, values)
-        return Retardance.at(self.model.influence, *moved.pixel_positions)
+        return with_values(pad, values)
+
+    def retarding(self, extra: Array) -> Retardance:
+        """From spline coefficients to the pixels, where they look under unknowns."""
+        if not self.registration or not any(extra[group.begin] for group in self.registration):
+            return self.model.retarding
+        return Retardance.at(self.model.influence, *self.looking(extra).pixel_positions)
 
     @cached_property
     def _slopes(self) -> tuple[csr_array, csr_array]:
@@ -449,6 +462,21 @@ class PadUncertainty:
             shares = group.std * across @ fields @ along.T
             by_extra[group.place] = shares[:, chosen[:, 0], chosen[:, 1]].ravel()
         return by_forces, by_extra
+
+    def residual_square(self, squares: Array) -> float:
+        """Mean square of the residual over the pad, from those of its unknowns [rad^2]."""
+        base = self.model.influence
+        fields, _ = self.residual_at(base.x[::4], base.y[::4])
+        shares = np.square(fields).mean(axis=1)
+        return float(shares @ squares.reshape(2, -1).sum(axis=0) / 2)
+
+    @cached_property
+    def still(self) -> Single | None:
+        """Spline coefficients of the residual that is expected, if any is [rad]."""
+        group, mean = self.group(RESIDUAL), self.expected[0]
+        if group is None or not mean[group.place].any():
+            return None
+        return self._residual(group, mean)
 
     def residual_at(self, x: Array, y: Array) -> tuple[Single, Single]:
         """Modes of one part of the residual, and depth profiles.

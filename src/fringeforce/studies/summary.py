@@ -192,7 +192,7 @@ def _few_digits(value: Any) -> str:
     return f"{value:.2g}" if isinstance(value, float) else str(value)
 
 
-def calibration_summary(model: SensorModel) -> list[str]:
+def calibration_summary(model: SensorModel | PadModel) -> list[str]:
     """What a calibration found, in lines: every unknown before and after, then the findings."""
     found = model.calibration
     if found is None:
@@ -222,7 +222,9 @@ def plan_summary(plan: Plan, sensor: Sensor) -> list[str]:
     return lines
 
 
-def _change(model: SensorModel, name: str, before: float, after: float, std: float) -> str:
+def _change(
+    model: SensorModel | PadModel, name: str, before: float, after: float, std: float
+) -> str:
     """An unknown before and after, to the second digit of its standard deviation."""
     factor, symbol = READABLE[_unit(model.sensor, name)]
     digits = max(0, 1 - int(np.floor(np.log10(std * factor)))) if std > 0 else 6

@@ -123,9 +123,9 @@ class Prior:
     precision: Array
 
     @classmethod
-    def stated(cls, size: int) -> Prior:
-        """By the tolerances alone."""
-        return cls(np.zeros(size), np.eye(size))
+    def stated(cls, uncertain: PadUncertainty) -> Prior:
+        """By the tolerances, and by what is known of them together."""
+        return cls(*uncertain.expected)
 
     def slope(self, extra: Array) -> Array:
         """Half the derivative of the loss, shape (q,)."""
@@ -188,6 +188,8 @@ class Fit:
     reference : ndarray, shape (3 n,), optional
         Forces that the spread of tractions is relative to; those that are fitted if not given,
         which makes large ones likelier, for their tractions need less of a spread.
+    still : ndarray, optional
+        Spline coefficients of the retardance without forces, where nothing is uncertain [rad].
     """
 
     model: PadModel
@@ -197,6 +199,7 @@ class Fit:
     used: Mask | None = None
     prior: Prior | None = None
     reference: Array | None = None
+    still: Single | None = None
 
     @property
     def uncertain(self) -> PadUncertainty | None:
@@ -206,17 +209,21 @@ class Fit:
     @property
     def as_drawn(self) -> Fit:
         """The likelihood of the same frame where all unknowns of tolerances are at their means."""
-        return replace(self, sampling=replace(self.sampling, uncertain=None))
+        still = None if self.uncertain is None else self.uncertain.still
+        return replace(self, sampling=replace(self.sampling, uncertain=None), still=still)
 
     @property
     def _prior(self) -> Prior:
         assert self.uncertain is not None
-        return self.prior or Prior.stated(self.uncertain.size)
+        return self.prior or Prior.stated(self.uncertain)
 
     def at(self, forces: Array, extra: Array | None = None) -> Place:
         """Evaluate at forces, shape (3 n,), and unknowns (q,), at their means if not given."""
         if self.uncertain is None:
-            return self.place(Start(forces, self.model.modes(forces.reshape(-1, 3))))
+            grid = self.model.influence.forward(forces)
+            if self.still is not None:
+                grid += self.still
+            return self.place(Start(forces, self.model.retarding.spread(grid)))
         other = self._prior.mean if extra is None else extra
         grid = self.uncertain.coefficients(forces, other, self.reference)
         modes = self.uncertain.retarding(other).spread(grid)
@@ -330,7 +337,7 @@ class Fit:
             total[np.ix_(held, held)] += scale * few
         ridge = RIDGE if self.used is None else MASKED
         own = np.diag_indices(loads)
-        total[own] += ridge * total[own].mean()
+        total[own] += ridge * total[own].sum() / max(loads, 1)
         return total
 
     def climb(

@@ -72,7 +72,8 @@ class PadFollower(PadFramesFollower):
             self._prior = self._told = None
             return
         loads, lasting = len(optimum.forces), known.lasting
-        before = self._prior or Prior.stated(known.size)
+        first = Prior.stated(known)
+        before = self._prior or first
         precision = before.precision
         if optimum.curvature is not self._told:
             # a matrix that served before has told already
@@ -80,7 +81,8 @@ class PadFollower(PadFramesFollower):
             order = np.concatenate([np.flatnonzero(lasting), np.flatnonzero(~lasting)]) + loads
             order = np.concatenate([order, np.arange(loads)])
             whole = optimum.curvature.information[np.ix_(order, order)]
-            own, stated = marginal_information(whole, int(lasting.sum())), np.eye(lasting.sum())
+            own = marginal_information(whole, int(lasting.sum()))
+            stated = first.precision[np.ix_(lasting, lasting)]
             precision = np.eye(known.size)
             precision[np.ix_(lasting, lasting)] = stated + REMEMBERED * (own - stated)
         self._prior = Prior(np.where(lasting, optimum.extra, 0.0), precision)

@@ -70,11 +70,14 @@ class Search:
         Of its camera.
     looseness : float
         Standard deviation of what tolerances change, as a sine of the retardance.
+    still : ndarray, optional
+        Spline coefficients of the retardance that is expected without forces [rad].
     """
 
     model: PadModel
     response: Response
     looseness: float = 0.0
+    still: Single | None = None
 
     def attempts(self, frame: Array, used: Mask | None = None) -> Iterator[tuple[Array, bool]]:
         """Forces near those that may have caused a frame, shape (3 n,), in turn.
@@ -112,6 +115,20 @@ class Search:
     def places(self) -> Sampling:
         """Where retardance is looked at."""
         return lattice(self.model, SIDE)
+
+    @cached_property
+    def _still(self) -> Single:
+        """Retardance of the modes without forces, shape (2, modes, m) [rad]."""
+        if self.still is None:
+            return np.zeros(self.places.influence.shape[:3], dtype=np.float32)
+        image = self.model.retarding.spread(self.still)
+        few = image[..., self.places.rows[:, None], self.places.columns]
+        return few.reshape(*few.shape[:2], -1)
+
+    @cached_property
+    def _whole_still(self) -> Single:
+        """The same of both passes, shape (2, m) [rad]."""
+        return np.asarray(np.einsum("k,fkm->fm", 2 * self.model.profile.sum(axis=0), self._still))
 
     @property
     def _pitch(self) -> tuple[float, float]:
@@ -174,7 +191,7 @@ class Search:
 
     def _sines(self, forces: Array, dispersion: float) -> Single:
         """Sine of the retardance with its direction, shape (2, m)."""
-        modes = np.float32(dispersion) * self.places.modes(forces)
+        modes = np.float32(dispersion) * (self.places.modes(forces) + self._still)
         slices = np.einsum("sk,fkm->sfm", self.model.profile, modes)
         light = np.empty((3, modes.shape[2]), dtype=np.float32)
         turn(np.ascontiguousarray(slices), light)
@@ -194,7 +211,8 @@ class Search:
         Those of a single retarder, which leave out that stress turns over the depth.
         """
         whole = self._whole[:, chosen]
-        vector = vectors.dispersion * (whole @ forces.astype(np.float32))
+        pulled = whole @ forces.astype(np.float32) + self._whole_still[:, chosen]
+        vector = vectors.dispersion * pulled
         size = np.hypot(*vector)
         along = np.divide(vector, size, out=np.zeros_like(vector), where=size > 0)
         across = np.sinc(size / np.pi)

@@ -62,6 +62,11 @@ class PadFrameReader(PadFrames):
             _ = self.uncertain.groups  # what cannot be allowed for is refused at once
 
     @cached_property
+    def usable_pixels(self) -> Mask:
+        """Pixels that may be used where there is no mask, in one row."""
+        return self.model.usable
+
+    @cached_property
     def uncertain(self) -> PadUncertainty | None:
         """What is uncertain about the pad; none if nothing is."""
         return PadUncertainty.of(self.model) if uncertain(self.model.sensor) else None
@@ -86,7 +91,8 @@ class PadFrameReader(PadFrames):
     @cached_property
     def _search(self) -> Search:
         self.check_signed()
-        return Search(self._fitted, self.response, self._looseness)
+        still = None if self.uncertain is None else self.uncertain.still
+        return Search(self._fitted, self.response, self._looseness, still)
 
     @cached_property
     def _looseness(self) -> float:

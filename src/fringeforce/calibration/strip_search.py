@@ -1,0 +1,361 @@
+"""The search for the most probable strip of a bench: mechanics, camera, light, delay of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_expectation import (
+    DOUBT,
+    SCALE,
+    SHIFT,
+    SMOOTH,
+    contact_size,
+    frame_template,
+)
+from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.bench_posterior import (
+    GROUPS,
+    Bench,
+    BenchPosterior,
+    Expected,
+    FrameModels,
+    State,
+    parts,
+)
+from fringeforce.calibration.bench_search import (
+    HEATS,
+    NEAR_DESIGN,
+    SETTLED,
+    STAGES,
+    BenchSearch,
+    inverse,
+)
+from fringeforce.calibration.columns import Columns
+from fringeforce.calibration.contact_phase import contact_phases, distinct
+from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
+from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.strip import Sensor
+from fringeforce.estimation.frame_exposure import expose, node_phase
+from fringeforce.estimation.shared_fit import Eliminated
+from fringeforce.models.as_built import PLACEMENT, WIDTH
+from fringeforce.models.strip import characterize
+from fringeforce.optics.camera import noise_variance
+
+SHIFTS = np.arange(-2.0, 2.1, 0.25)
+"""Shifts of the camera that are tried first [mm]."""
+ENTRY_STEP = 0.1, 0.03
+"""Steps of an entry to both sides of the first design and of later ones."""
+STILL = 1e-3
+"""Size of what does not scatter."""
+DELAY = 1e-3
+"""Unit of a delay, over which loads are differentiated [s]."""
+STEADY = 0.05
+"""Root-mean-square change of a pattern, in its own deviations, below which it stays."""
+SMOOTH_DARK = 5
+"""Degree of the polynomial along the frame that is not pattern but uneven darkness."""
+GRID = 1e-4
+"""Step of places about which contacts are expanded, a part of how far that reaches [m]."""
+
+
+class StripSearch(BenchSearch):
+    """Where the search for the most probable strip is."""
+
+    sensor: Sensor
+    bench: Bench
+    drawn = {"place": PLACEMENT, "width": WIDTH}
+
+    def __init__(
+        self,
+        sensor: Sensor,
+        levels: Array,
+        loads: BenchLoads | TimedLoads,
+        paths: tuple[str, ...],
+        references: Mapping[str, Array],
+        load_cell: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        lit = {kind: references[kind] for kind in ("unloaded", "bright") if kind in references}
+        rows = np.concatenate([levels, *[rows.mean(axis=0)[None] for rows in lit.values()]])
+        self.averaged = np.append(np.ones(len(levels)), [len(rows) for rows in lit.values()])
+        self.turned = np.append(np.zeros(len(levels)), [np.pi * (k == "bright") for k in lit])
+        self.load_cell, self.lit = load_cell, len(lit)
+        self.mechanical = tuple(path for path in paths if path != POSITIONS)
+        self.timed = loads if isinstance(loads, TimedLoads) else None
+        self.delay = 0.0 if self.timed is None else self.timed.delay
+        self.centre = np.zeros(len(self.mechanical))
+        self.size = contact_size(sensor)
+        known = loads if isinstance(loads, BenchLoads) else loads.at(self.delay)
+        super().__init__(sensor, rows, known, paths)
+        self.light = self.bench.template
+        self.pattern = self._first_pattern(references) if references else None
+
+    def moved(self, models: FrameModels) -> Array:
+        """`BenchFit.moved`; readings take contacts where they are drawn unless told otherwise."""
+        free = self.unstated()
+        drawn = {
+            name: STILL
+            for name, path in (("place", PLACEMENT), ("width", WIDTH))
+            if path not in self.stated
+        }
+        free = replace(free, expected=replace(free.expected, sizes=free.expected.sizes | drawn))
+        total = np.zeros((self.bench.at.size,) * 2)
+        for f, terms in enumerate(free.terms(self.state, models)):
+            loads = 2 * int((self.which[f] >= 0).sum())
+            if self.kept[f] and loads:
+                one = Eliminated.of(terms)
+                moved = np.linalg.solve(
+                    np.linalg.cholesky(one.spread)[:loads, :loads], one.response[:loads]
+                )
+                total[np.ix_(one.which, one.which)] += moved.T @ moved
+        return total
+
+    def load(self, loads: BenchLoads) -> None:
+        """Take the loads of all frames; references have none."""
+        lit = np.zeros(self.lit, dtype=int)
+        self.loads = loads.rows(np.append(np.arange(len(loads)), lit))
+        places = np.where(loads.present, loads.places, np.nan)
+        self.places, which, beside = distinct(places, GRID)
+        self.which = np.concatenate([which, np.full((self.lit, which.shape[1]), -1)])
+        self.beside = np.concatenate([beside, np.zeros((self.lit, which.shape[1]))])
+
+    def _moves(self) -> tuple[tuple[Array, ...], Array]:
+        """What unknowns of the list of loads change in every frame, and their deviations."""
+        columns, deviations = [], []
+        present, size = self.which >= 0, self.size
+        if POSITIONS in self.paths:
+            tactels = self.sensor.tactels
+            numbers = (
+                np.full(present.shape, -1) if self.loads.tactels is None else self.loads.tactels
+            )
+            for number in range(tactels.count):
+                places = np.where(numbers == number, tactels.pitch / size.place, 0.0)
+                columns.append((np.zeros((*present.shape, 2)), places))
+                deviations.append(DEVIATION["position"])
+        for component in range(2):
+            own = np.eye(2)[component] * present[..., None]
+            changes = np.where(present[..., None], self.loads.forces, 0.0) * own, own
+            for change, std in zip(changes, self.load_cell, strict=True):
+                if std:
+                    columns.append((change, np.zeros(present.shape)))
+                    deviations.append(std)
+        if self.timed is not None:
+            ahead, behind = (self.timed.at(self.delay + step) for step in (DELAY, -DELAY))
+            both = ahead.present & behind.present
+            moved = np.where(both, ahead.places - behind.places, 0.0) / 2 / size.place
+            forces = np.where(both[..., None], ahead.forces - behind.forces, 0.0) / 2
+            more = np.zeros((self.lit, present.shape[1]))
+            columns.append(
+                (
+                    np.concatenate([forces, more[..., None] * [0.0, 0.0]]),
+                    np.concatenate([moved, more]),
+                )
+            )
+            deviations.append(self.timed.unsure / DELAY)
+        found = []
+        for f, own in enumerate(present):
+            k = int(own.sum())
+            moves = np.zeros((4 * k + 2, len(columns)))
+            for column, (forces, places) in enumerate(columns):
+                moves[: 2 * k, column] = forces[f, own].ravel()
+                moves[2 * k : 3 * k, column] = places[f, own]
+            found.append(moves)
+        return tuple(found), np.array(deviations)
+
+    def first_bench(self) -> Bench:
+        """The bench as it is drawn and written down."""
+        sensor, loads = self.sensor, self.loads
+        contacts = contact_phases(
+            sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[0]
+        )
+        template, places, lamp = frame_template(sensor, contacts)
+        moves, self.written = self._moves()
+        light = len(template.brightness) // 2  # as many modes of the offset as of the amplitude
+        at = parts(len(self.centre), 0, len(template.fields), light, light, len(self.written))
+        return Bench(
+            self.levels,
+            self.which,
+            self.beside,
+            loads,
+            contacts,
+            template,
+            places,
+            at,
+            lamp,
+            self.averaged,
+            self.turned,
+            moves,
+        )
+
+    def _first_pattern(self, references: Mapping[str, Array]) -> Pattern:
+        dark, variance, template = None, 1.0, self.bench.template
+        if "dark" in references:
+            mean = references["dark"].mean(axis=0)
+            along = np.linspace(-1, 1, len(mean))
+            smooth = np.polynomial.Polynomial.fit(along[self.sound], mean[self.sound], SMOOTH_DARK)
+            dark = np.where(self.sound, mean - smooth(along), 0.0)
+            variance = noise_variance(self.sensor.camera) / len(references["dark"])
+        amplitude = float(np.mean(template.amplitude))
+        return Pattern.first(self.levels.shape[1], amplitude, dark, variance)
+
+    def expected(self) -> Expected:
+        """What is expected before the frames are seen."""
+        at, sizes = self.bench.at, self.sizes
+        deviations = np.ones(at.size)
+        deviations[at.own("design")] = prior(self.sensor, self.mechanical)
+        deviations[at.own("written")] = self.written
+        deviations[at.own("camera")] = SHIFT, SCALE
+        for name, first in SMOOTH.items():
+            deviations[at.own(name)][first:] = sizes[name]
+        scatter = {name: sizes[name] for name in GROUPS}
+        scatter["normal"] *= DOUBT["normal"]
+        scatter["tangential"] *= DOUBT["tangential"]
+        return Expected(1 / np.square(deviations), scatter)
+
+    def posterior(self, shares: Array, heat: float) -> BenchPosterior:
+        """The posterior with what scatters as found so far; parameters as of `BenchPosterior`."""
+        return BenchPosterior(self.bench, self.expected(), shares, heat)
+
+    def mask(self) -> None:
+        """Leave out pixels that do not see the strip, or do not follow the light."""
+        sensor, shared = self.sensor, self.state.shared
+        positions = self.bench.positions(shared, sensor.pixel_positions)
+        margin = 2 * sensor.transducer.length / sensor.camera.pixels
+        self.seen = np.abs(positions) < sensor.transducer.length / 2 - margin
+        frames = np.where(self.sound & self.seen, self.levels, np.nan)
+        self.bench = replace(self.bench, frames=frames)
+
+    def peaks(self) -> Array:
+        """Largest phase of every frame [rad]."""
+        models = self.posterior(np.ones(len(self.levels)), 1.0).models(self.state.shared)
+        return np.array(
+            [
+                np.abs(
+                    node_phase(models.of_frame(f), models.unknowns(f, own, self.state.shared))
+                ).max()
+                for f, own in enumerate(self.state.own)
+            ]
+        )
+
+    def again(self, levels: Array, loads: BenchLoads) -> StripSearch:
+        """A new search of the same strip with other frames or loads."""
+        return StripSearch(self.sensor, levels, loads, self.paths, {})
+
+    def relinearised(self) -> bool:
+        """Take the loads at the delay, and expand about the design, that were found."""
+        return self._delayed() | self._recentred()
+
+    def begin(self) -> None:
+        """The shift of the camera under which calm frames fit best."""
+        self.mask()
+        posterior = self.posterior(self.calm(STAGES[0]).astype(float), HEATS[0])
+        camera, losses, trials = self.bench.at.own("camera").start, [], []
+        for shift in SHIFTS:
+            shared = self.state.shared.copy()
+            shared[camera] = shift
+            trials.append(replace(self.state, shared=shared))
+            losses.append(posterior.loss(trials[-1], posterior.models(shared))[0])
+        self.state = trials[int(np.argmin(losses))]
+
+    def free_columns(self) -> None:
+        """Let the columns of tactels differ from those of the design."""
+        made = characterize(varied(self.sensor, self.mechanical, self.centre))
+        columns, before = Columns.of(made), self.bench.at
+        lengths: list[int] = np.diff(before).tolist()
+        residual, bright, dark = lengths[4:7]
+        at = parts(lengths[0], columns.count, residual, bright, dark, lengths[9])
+        self.bench = replace(self.bench, columns=columns, at=at)
+        added = np.arange(at.height, at.residual)
+        kept = np.delete(np.arange(at.size), added)
+        shared, information = np.zeros(at.size), np.diag(self.expected().precision)
+        shared[kept], information[np.ix_(kept, kept)] = self.state.shared, self.information
+        self.state, self.information = replace(self.state, shared=shared), information
+
+    def _recentred(self) -> bool:
+        """Solve the mechanics about the design that was found, if that is not near enough."""
+        at = self.bench.at
+        own = at.own("design")
+        design = self.state.shared[own]
+        off = design - self.centre
+        # in deviations of all values together: what frames do not tell apart has wide ones alone
+        squared = off @ np.linalg.solve(inverse(self.information)[own, own], off)
+        if squared <= SETTLED**2 or (np.abs(off) <= NEAR_DESIGN).all():
+            return False
+        self.centre = design.copy()
+        contacts = contact_phases(
+            self.sensor,
+            self.mechanical,
+            design,
+            self.places,
+            self.size,
+            ENTRY_STEP[1],
+            self.bench.contacts,
+        )
+        template = self.bench.template._replace(mixing=contacts.mixing)
+        self.bench = replace(self.bench, contacts=contacts, template=template)
+        return True
+
+    def _delayed(self) -> bool:
+        """Take the loads at the delay that was found, if it is another one."""
+        if self.timed is None:
+            return False
+        own = self.bench.at.own("written").stop - 1
+        step = float(self.state.shared[own]) * DELAY
+        unsure = float(np.sqrt(np.linalg.inv(self.information)[own, own])) * DELAY
+        if abs(step) < SETTLED * unsure:
+            return False
+        self.delay += step
+        before = self.which
+        self.load(self.timed.at(self.delay))
+        contacts = contact_phases(
+            self.sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[1]
+        )
+        moves, _ = self._moves()
+        template = self.bench.template._replace(mixing=contacts.mixing)
+        self.bench = replace(
+            self.bench,
+            which=self.which,
+            beside=self.beside,
+            loads=self.loads,
+            contacts=contacts,
+            template=template,
+            moves=moves,
+        )
+        shared = self.state.shared.copy()
+        shared[own] = 0.0
+        fresh = self.posterior(np.ones(len(self.levels)), 1.0).start(shared)
+        same = (before >= 0).sum(axis=1) == (self.which >= 0).sum(axis=1)
+        own_unknowns = [
+            old if alike else new
+            for old, new, alike in zip(self.state.own, fresh.own, same, strict=True)
+        ]
+        self.state = State(shared, own_unknowns)
+        return True
+
+    def repattern(self) -> bool:
+        """The likeliest pattern of the pixels; whether it changed."""
+        if self.pattern is None:
+            return False
+        before = self.pattern
+        models = self.posterior(self.kept.astype(float), 1.0).models(self.state.shared)
+        used = self.alive & self.seen
+        self.pattern = before.improved(models, self.state, self.levels, self.kept, used)
+        amplitude, offset = self.pattern.noise.levels
+        light = self.light
+        template = self.bench.template._replace(
+            amplitude=light.amplitude + amplitude, offset=light.offset + offset
+        )
+        self.bench = replace(self.bench, template=template)
+        return self.pattern.moved(before) > STEADY
+
+    def residuals(self, models: FrameModels) -> Array:
+        """Grey levels less those expected, in units of the noise, shape (F, P)."""
+        found = []
+        for f, own in enumerate(self.state.own):
+            model = models.of_frame(f)
+            level = expose(model, models.unknowns(f, own, self.state.shared))[0]
+            found.append((self.levels[f] - level) / np.sqrt(model.variance))
+        return np.array(found)

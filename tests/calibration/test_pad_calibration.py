@@ -1,0 +1,295 @@
+"""Pads calibrated on frames of presses anywhere, made by the exact series at finer depths."""
+
+from dataclasses import dataclass, field, replace
+from typing import cast
+
+import numpy as np
+import pytest
+
+import fringeforce as ff
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_expectation import DOUBT
+from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
+from fringeforce.calibration.bench_search import Check
+from fringeforce.calibration.fit import BenchFit
+from fringeforce.calibration.judgement import judgement
+from fringeforce.calibration.pads.bench_uncertainty import SHIFT
+from fringeforce.calibration.pads.search import PadSearch
+from fringeforce.contacts.press import Press, Profile
+from fringeforce.design.pad import Pad
+from fringeforce.mechanics.solid.block import Patches
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_contacts import Contact, ContactSeries
+from fringeforce.models.pad_influence import Retardance
+from fringeforce.models.pad_knowledge import PadKnowledge
+from fringeforce.models.pad_presses import press_slices
+from fringeforce.models.pad_slices import block_of, slice_retardance
+
+COVER = "transducer.compliant.thickness"
+EFFECT = "transducer.photoelastic.strain_optic_coefficient"
+TRUE = {COVER: 0.54e-3, EFFECT: 0.053, "camera.shift_x": 0.15e-3, "camera.amplitude": 228.0}
+DARK, PRESSES, PIXELS = 2, 10, 40
+PROFILES: tuple[Profile, ...] = "hertz", "flat", "punch"
+WRONG, DEAD = 5, (7, 900, 1311)
+
+
+def drawing() -> Pad:
+    return ff.load_sensor("pad").replace(
+        **{
+            "transducer.length": "7 mm",
+            "transducer.width": "7 mm",
+            "tactels.count": [2, 2],
+            "camera.pixels": [PIXELS, PIXELS],
+            "camera.amplitude": 235.0,
+        }
+    )
+
+
+def built() -> PadModel:
+    """The pad that was made."""
+    made = drawing().replace(**TRUE, **{"camera.drift": 0.01})
+    return characterize_pad(made, None, 48, 8)
+
+
+def measured(mirrored: bool = False) -> tuple[np.ndarray, BenchLoads]:
+    """Frames of single presses, 0.05 mm rms beside what is written down; one is wrong."""
+    rng, model, presses = np.random.default_rng(11), built(), []
+    for number in range(PRESSES):
+        x, y = rng.uniform(-1.5e-3, 1.5e-3, 2)
+        normal, angle = rng.uniform(0.8, 2.5), rng.uniform(0, 2 * np.pi)
+        shear = 0.3 * normal * np.array([np.cos(angle), np.sin(angle)])
+        width, profile = rng.uniform(1.4e-3, 2.2e-3), PROFILES[number % 3]
+        tangential = shear[0], shear[1]
+        presses.append(
+            Press(x=x, y=y, normal=normal, tangential=tangential, width=width, profile=profile)
+        )
+    silent = model.expose(np.zeros((DARK, 4, 3)), rng)
+    pressed = model.expose([[one] for one in presses], rng)
+    frames = np.concatenate([silent, pressed]).reshape(DARK + PRESSES, -1)
+    frames[:, DEAD] = 0
+    places = np.array([[one.x, one.y] for one in presses])
+    places += 0.05e-3 * rng.standard_normal(places.shape)
+    forces = np.array([[one.normal, *one.shear] for one in presses])
+    forces *= 1 + 0.01 * rng.standard_normal(forces.shape)
+    forces[WRONG - DARK] *= 1.4
+    if mirrored:
+        places[:, 0] *= -1
+    loads = bench_loads(places, forces, np.arange(DARK, DARK + PRESSES), DARK + PRESSES)
+    return frames.reshape(-1, PIXELS, PIXELS), loads
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> PadModel:
+    return ff.calibrate(drawing(), *measured())
+
+
+@pytest.mark.parametrize(
+    ("profile", "exponent"), [("hertz", 0.5), ("flat", 0.0), ("punch", -0.5), ("tactel", 0.0)]
+)
+def test_contacts_anywhere_are_those_of_the_exact_series(profile, exponent):
+    pad = drawing()
+    model = characterize_pad(pad)
+    series = ContactSeries(pad, model.influence, block_of(pad).depths(8)[1], (), 0.1)
+    place, force = np.array([0.6e-3, -0.4e-3]), np.array([1.5, 0.4, -0.3])
+    x, y = pad.pixel_positions
+    square = profile == "tactel"
+    if square:
+        contact = Contact(place, force, 2e-3, 0.0, True)
+        wanted = slice_retardance(pad, [(Patches(place[None], 2e-3), force[None])], x, y, 24)
+    else:
+        contact = Contact(place, force, 1.6e-3, exponent, False)
+        shear = (force[1], force[2])
+        press = Press(
+            x=place[0], y=place[1], normal=force[0], tangential=shear, width=1.6e-3, profile=profile
+        )
+        wanted = press_slices(pad, [press], x, y)
+    influence = series.changes([contact]).influence
+    modes = Retardance.at(influence, x, y).spread(influence.forward(force))
+    found = 2 * np.einsum("sk,fkrc->frc", influence.profile, modes)
+    whole = 2 * wanted.sum(axis=0)
+    assert np.abs(found - whole).max() < 2e-3 * np.abs(whole).max()
+
+
+def test_derivatives_of_contacts_are_those_of_differences():
+    pad = drawing()
+    model = characterize_pad(pad, None, 48, 8)
+    weights = block_of(pad).depths(8)[1]
+    series = ContactSeries(pad, model.influence, weights, (COVER,), 0.05)
+    force = np.array([1.5, 0.4, -0.3])
+    contact = Contact(np.array([0.6e-3, -0.4e-3]), force, 1.6e-3, 0.5, False)
+    found = series.changes([contact])
+    steps = {
+        0: {"place": contact.place + np.array([1e-5, 0])},
+        1: {"place": contact.place + np.array([0, 1e-5])},
+        2: {"width": contact.width + 1e-5},
+        3: {"exponent": contact.exponent + 0.02},
+    }
+    before = found.influence.forward(force)
+    for number, change in steps.items():
+        after = series.changes([contact._replace(**change)]).influence.forward(force)
+        slope = found.shapes[number].forward(force) * (0.02 if number == 3 else 1e-5)
+        assert np.abs(after - before - slope).max() < 0.03 * np.abs(slope).max()
+    thick = replace(series, pad=pad.replace(**{COVER: 0.5e-3 * np.exp(0.04)}))
+    after = thick.changes([contact]).influence.forward(force)
+    first, second = (part.forward(force) for part in found.layers[0])
+    off = after - before - 0.04 * first - 0.04**2 * second
+    assert np.abs(off).max() < 0.01 * np.abs(after - before).max()
+
+
+def begin(search: PadSearch, path: str) -> int:
+    group = search.known.group(path)
+    assert group is not None
+    return group.begin
+
+
+def test_a_shift_of_the_camera_and_of_contacts_is_told_as_differences_tell_it():
+    frames, loads = measured()
+    levels = frames.reshape(len(frames), -1).astype(float)
+    search = PadSearch(drawing(), levels, loads, (COVER,))
+    posterior, f = search.posterior(np.ones(len(levels)), 1.0), DARK
+    shared, own = search.state.shared.copy(), search.state.own[f]
+    for path, value in {"camera.shift_x": 0.15, "camera.scale": 0.2, "camera.blur": 0.05}.items():
+        shared[begin(search, path)] = value
+    gradient, information = posterior._half(f, own, shared)
+    size = len(own)
+    paths = "camera.shift_x", "camera.scale", "camera.blur", COVER
+    chosen = [size - 4, *(size + begin(search, path) for path in paths)]
+    ways = 1e-3 * np.eye(len(gradient))[chosen]
+    # the camera and the contact together, which changes little
+    ways = np.concatenate([ways, [ways[1] + SHIFT / DOUBT["place"] * ways[0]]])
+    prior = np.concatenate([posterior.precision(f), np.zeros(len(shared))])
+    slopes, squares = [], []
+    for way in ways:
+        ends = [(own + sign * way[:size], shared + sign * way[size:]) for sign in (-1, 1)]
+        low, high = (posterior._evaluated(f, *end)[1] for end in ends)
+        slopes.append((high.loss - low.loss) / 4)
+        change = (high.place.level - low.place.level)[search.bench.used] / 2
+        squares.append(change @ change / search.bench.response.variance + prior @ way**2)
+    np.testing.assert_allclose(ways @ gradient, slopes, atol=0.02 * np.abs(slopes).max())
+    np.testing.assert_allclose(np.diag(ways @ information @ ways.T), squares, rtol=0.2)
+
+
+@pytest.mark.slow
+def test_the_pad_is_found_within_its_deviations(calibrated):
+    found = calibrated.calibration
+    assert found.usable, found.findings
+    for name, value in TRUE.items():
+        place = found.names.index(name)
+        assert abs(found.values[place] - value) < 4 * found.std[place], name
+        assert found.std[place] < 0.1 * abs(value)
+
+
+@pytest.mark.slow
+def test_a_wrong_press_and_dead_pixels_are_named(calibrated):
+    found = calibrated.calibration
+    assert WRONG in found.outliers
+    assert set(DEAD) <= set(found.dead)
+    assert any(f"Frame {WRONG}" in words for words in found.findings)
+
+
+@pytest.mark.slow
+def test_readings_with_a_calibrated_pad_hold_their_intervals(calibrated):
+    rng, true = np.random.default_rng(3), built()
+    forces = np.zeros((3, 4, 3))
+    forces[:, :, 0] = rng.uniform(0.5, 1.5, (3, 4))
+    forces[:, :, 1:] = rng.uniform(-0.3, 0.3, (3, 4, 2))
+    reader = ff.Reader(calibrated)
+    readings = [reader.search(frame) for frame in true.expose(forces, rng)]
+    assert all(reading.status is ff.Status.OK for reading in readings)
+    off = np.array([r.forces - f for r, f in zip(readings, forces, strict=True)])
+    std = np.array([reading.std for reading in readings])
+    assert (np.abs(off) < 5 * std).all()
+
+
+@pytest.mark.slow
+def test_a_calibrated_pad_is_saved_with_all_that_it_knows(calibrated, tmp_path):
+    calibrated.save(tmp_path / "pad.h5")
+    again = ff.load_model(tmp_path / "pad.h5")
+    assert again.calibration.findings == calibrated.calibration.findings
+    np.testing.assert_array_equal(again.known.covariance, calibrated.known.covariance)
+    np.testing.assert_array_equal(again.usable, calibrated.usable)
+    frame = built().expose(np.full((4, 3), [1.0, 0.1, 0.2]), 0)
+    readings = [ff.Reader(model).search(frame) for model in (calibrated, again)]
+    np.testing.assert_allclose(readings[0].std, readings[1].std, rtol=1e-6)
+
+
+def test_what_is_stated_anew_takes_the_place_of_what_is_known_together():
+    known = PadKnowledge(
+        {"a": 0.1, "b": 2.0}, {"a": 1, "b": 2}, np.array([0.5, 0.0, 1.0]), 0.1 + 0.2 * np.eye(3)
+    )
+    mean, precision = known.expected({"b": (slice(0, 2), 2.0), "a": (slice(3, 4), 0.1)}, 4)
+    np.testing.assert_array_equal(mean, [0.0, 1.0, 0.0, 0.5])
+    np.testing.assert_allclose(np.linalg.inv(precision)[0], [0.3, 0.1, 0.0, 0.1])
+    mean, precision = known.expected({"b": (slice(0, 2), 1.0), "a": (slice(3, 4), 0.1)}, 4)
+    np.testing.assert_array_equal(mean, [0.0, 0.0, 0.0, 0.5])
+    np.testing.assert_allclose(np.diag(precision), [1.0, 1.0, 1.0, 1 / 0.3])
+
+
+NONE = Check(0, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a judgement asks of a fit, with frames that only some loads explain."""
+
+    explained: np.ndarray
+    right: BenchLoads
+    kept: np.ndarray = field(default_factory=lambda: np.ones(DARK + PRESSES, dtype=bool))
+    checked: Check = NONE
+    chi2: float = 50.0
+    beyond: tuple[str, ...] = ()
+
+    def rough(self, levels: np.ndarray, loads: BenchLoads) -> float:
+        right = self.right.rows(np.flatnonzero(np.isin(TAGS, levels[:, 0])))
+        same = np.allclose(loads.places, right.places, equal_nan=True)
+        free = np.isfinite(loads.force_std).all()
+        return 1.0 if same and (free or np.allclose(loads.forces, right.forces)) else 50.0
+
+
+TAGS = np.arange(DARK + PRESSES)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"places": [-1.0, 1.0]}, "mirror x"),
+        ({"places": [1.0, -1.0], "forces": [1.0, 1.0, -1.0]}, "y seems to be written down"),
+        ({"forces": [3.0, 0.5, 2.0]}, "another day"),
+        ({"places": [0.3, 0.7]}, "not the one of the design"),
+    ],
+)
+def test_frames_that_are_not_explained_must_not_be_used(change, words):
+    rng, count = np.random.default_rng(4), DARK + PRESSES
+    places, forces = rng.uniform(-1e-3, 1e-3, (PRESSES, 2)), rng.uniform(0.5, 1.0, (PRESSES, 3))
+    right, written = (
+        bench_loads(p, f, DARK + np.arange(PRESSES), count)
+        for p, f in (
+            (places, forces),
+            (places * change.get("places", 1.0), forces * change.get("forces", 1.0)),
+        )
+    )
+    levels = np.tile(TAGS[:, None], 4).astype(float)
+    odd, loaded = (cast(BenchFit, Fitted(some, right)) for some in (TAGS % 2 > 0, TAGS >= DARK))
+    found = judgement(odd, levels, written)
+    assert not found.usable
+    assert found.words[0].startswith("Do not use this model: 6 of its 12 frames are not explained")
+    assert words in found.words[0]
+    assert judgement(loaded, levels, written).usable
+
+
+def test_forces_that_scatter_as_those_of_no_load_cell_are_not_believed():
+    loads = bench_loads(np.zeros((1, 2)), np.ones((1, 3)), np.array([2]), DARK + PRESSES)
+    fit = cast(BenchFit, Fitted(TAGS >= 0, loads, beyond=("normal",)))
+    found = judgement(fit, np.zeros((DARK + PRESSES, 4)), loads)
+    assert not found.usable
+    assert "another day" in found.words[0]
+
+
+def test_what_is_for_strips_is_refused_with_a_remedy():
+    frames, loads = np.zeros((6, PIXELS, PIXELS)), bench_loads([[0, 0]], [[1, 0, 0]], count=6)
+    with pytest.raises(InputError, match="for strips"):
+        ff.calibrate(drawing(), frames, loads, columns=True)  # type: ignore[call-overload]
+    with pytest.raises(InputError, match="at least 4"):
+        ff.calibrate(drawing(), frames, loads)
+    with pytest.raises(InputError, match="do not fit this pad"):
+        ff.calibrate(drawing(), np.zeros((6, PIXELS, 8)), loads)
