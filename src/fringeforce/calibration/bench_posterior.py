@@ -348,10 +348,13 @@ class BenchPosterior:
             1e6,
         )
 
-    def settled(self, state: State, models: FrameModels, steps: int) -> State:
-        """The own unknowns of all frames at their best."""
-        found = []
-        for f, own in enumerate(state.own):
+    def settled(
+        self, state: State, models: FrameModels, steps: int, frames: Mask | None = None
+    ) -> State:
+        """The own unknowns of all frames, or of some, at their best."""
+        found = list(state.own)
+        for f in range(len(found)) if frames is None else np.flatnonzero(frames).tolist():
+            own = state.own[f]
             best = climb(
                 models.of_frame(f),
                 self._prior(f, state.shared, free=False),
@@ -361,7 +364,7 @@ class BenchPosterior:
                 steps,
                 0.1,
             )[0]
-            found.append(self._within(f, models.own(f, best), state.shared))
+            found[f] = self._within(f, models.own(f, best), state.shared)
         return replace(state, own=found)
 
     def within(self, state: State) -> State:

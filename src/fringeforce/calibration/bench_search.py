@@ -387,6 +387,8 @@ class Search:
             before = shares
 
     def _climbed(self, posterior: BenchPosterior) -> State:
+        counted = posterior.shares > 0  # the others follow to first order until the end
+
         def expand(state: State) -> Expansion[State]:
             models = posterior.models(state.shared)
             self.told = posterior.eliminated(state, models)
@@ -399,7 +401,7 @@ class Search:
                 reached = posterior.within(state.moved(step, told))
                 found = posterior.loss(reached, there)[0]
                 if loss - found < KEPT * -step @ (2 * gradient + information @ step):
-                    reached = posterior.settled(reached, there, SETTLING)
+                    reached = posterior.settled(reached, there, SETTLING, counted)
                     found = posterior.loss(reached, there)[0]
                 return reached, found
 
