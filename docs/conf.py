@@ -20,13 +20,14 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "mathml",
     "measured",
     "tried",
     "generated",
 ]
+if not tags.has("without_sources"):  # noqa: F821 - Sphinx gives it; -t without_sources: sooner
+    extensions.append("sphinx.ext.viewcode")
 exclude_patterns = ["generated/gallery/**/*.py", "generated/parts/**"]
 # a type in a docstring, such as Limits, that several modules define
 suppress_warnings = ["ref.python"]
