@@ -387,7 +387,7 @@ class Search:
             before = shares
 
     def _climbed(self, posterior: BenchPosterior) -> State:
-        counted = posterior.shares > 0  # the others follow to first order until the end
+        counted = posterior.shares > 0  # the others follow to first order, and settle at the end
 
         def expand(state: State) -> Expansion[State]:
             models = posterior.models(state.shared)
@@ -410,7 +410,9 @@ class Search:
 
         found = minimise(self.state, expand, STEPS, Stop(close=CLOSE, near=NEAR))
         moved = found.place.moved(found.step, self.told)
-        return posterior.settled(moved, posterior.models(moved.shared), SETTLING)
+        models = posterior.models(moved.shared)
+        moved = posterior.settled(moved, models, STEPS, ~counted)
+        return posterior.settled(moved, models, SETTLING, counted)
 
     def free_columns(self) -> None:
         """Let the columns of tactels differ from those of the design."""
