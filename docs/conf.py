@@ -4,6 +4,8 @@ import os
 import sys
 from pathlib import Path
 
+from sphinx.application import Sphinx
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -26,8 +28,6 @@ extensions = [
     "tried",
     "generated",
 ]
-if not tags.has("without_sources"):  # noqa: F821 - Sphinx gives it; -t without_sources: sooner
-    extensions.append("sphinx.ext.viewcode")
 exclude_patterns = ["generated/gallery/**/*.py", "generated/parts/**"]
 # a type in a docstring, such as Limits, that several modules define
 suppress_warnings = ["ref.python"]
@@ -79,3 +79,9 @@ if GALLERY.is_dir():
         "remove_config_comments": True,
         "write_computation_times": False,
     }
+
+
+def setup(app: Sphinx) -> None:
+    """Add pages of the modules' sources, but not with `-t without_sources`."""
+    if "without_sources" not in app.tags:
+        app.setup_extension("sphinx.ext.viewcode")
