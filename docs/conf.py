@@ -4,6 +4,8 @@ import os
 import sys
 from pathlib import Path
 
+from sphinx.application import Sphinx
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -20,7 +22,6 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "mathml",
     "measured",
@@ -78,3 +79,9 @@ if GALLERY.is_dir():
         "remove_config_comments": True,
         "write_computation_times": False,
     }
+
+
+def setup(app: Sphinx) -> None:
+    """Add pages of the modules' sources, but not with `-t without_sources`."""
+    if "without_sources" not in app.tags:
+        app.setup_extension("sphinx.ext.viewcode")

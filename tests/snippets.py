@@ -38,8 +38,8 @@ def blocks(page: Path) -> list[Block]:
     return list(blocks_of(page.read_text(encoding="utf-8")))
 
 
-def run_page(page: Path, folder: Path) -> None:
-    """Run a page's blocks in one namespace and one folder, which is the current one."""
+def run_page(page: Path, folder: Path) -> str:
+    """Run a page's blocks in one namespace and one folder, the current one; what commands say."""
     if "examples" in page.read_text(encoding="utf-8"):
         shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
         shorten(folder / "examples" / "studies" / "thin-or-soft.toml")
@@ -47,6 +47,7 @@ def run_page(page: Path, folder: Path) -> None:
         # an example's page speaks of the files beside it
         shutil.copytree(page.parent, folder, dirs_exist_ok=True)
     names: dict[str, Any] = {"__name__": "page"}
+    said = ""
     for block in blocks(page):
         if block.caption:
             Path(block.caption).write_text(block.text, encoding="utf-8")
@@ -54,7 +55,7 @@ def run_page(page: Path, folder: Path) -> None:
             code = "\n" * block.line + block.text
             exec(compile(code, str(page), "exec"), names)
         elif block.language == "sh":
-            run(block.text)
+            said += run(block.text)
         elif block.language == "console":
             understand(block.text)
         elif block.language == "toml":
@@ -63,6 +64,7 @@ def run_page(page: Path, folder: Path) -> None:
             assert block.language == "text" or block.language.startswith("{"), (
                 f"{page}, line {block.line}: a block of {block.language!r} is never tried"
             )
+    return said
 
 
 def commands(text: str) -> Iterator[list[str]]:
@@ -72,8 +74,9 @@ def commands(text: str) -> Iterator[list[str]]:
             yield words
 
 
-def run(text: str) -> None:
+def run(text: str) -> str:
     """Run the commands of a block where the one before it ended, as in a terminal."""
+    said = ""
     for words in commands(text):
         program, *arguments = words
         if program == "cd":
@@ -81,8 +84,10 @@ def run(text: str) -> None:
         elif program == "fringeforce":
             result = CliRunner().invoke(app, arguments, catch_exceptions=False)
             assert result.exit_code == 0, (arguments, result.output)
+            said += result.output
         else:
             _known(words)
+    return said
 
 
 def understand(text: str) -> None:

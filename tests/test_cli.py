@@ -1,8 +1,6 @@
 """The command line: files in, files out, one line when the input is bad."""
 
 import csv
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,7 @@ import pytest
 from typer.main import get_command
 
 import fringeforce as ff
+from commands import run, started
 from fringeforce.calibration.bench_loads import BenchLoads, in_words
 from fringeforce.cli import app
 from fringeforce.io.bench_loads import load_bench_loads
@@ -21,16 +20,11 @@ pytestmark = pytest.mark.slow
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 
 
-def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [str(Path(sys.executable).parent / "fringeforce"), *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
-
-
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("place")
     assert run("new", "s.toml", cwd=folder).returncode == 0
-    assert run("characterize", "s.toml", "-o", "m.h5", cwd=folder).returncode == 0
+    assert started("characterize", "s.toml", "-o", "m.h5", cwd=folder).returncode == 0
     return folder
 
 
@@ -165,6 +159,11 @@ def test_bad_input_ends_with_status_2_and_no_traceback(place: Path, arguments: l
     assert result.stderr.startswith("fringeforce: ")
     assert len(result.stderr.strip().splitlines()) == 1
     assert {path: path.read_bytes() for path in place.iterdir()} == before
+
+
+def test_the_program_in_a_process_of_its_own_says_and_ends_the_same(tmp_path: Path) -> None:
+    for words in (["show", "nope"], ["materials"], ["read", "nope.h5", "f.npy", "-o", "r.csv"]):
+        assert started(*words, cwd=tmp_path) == run(*words, cwd=tmp_path)
 
 
 def test_a_calibrated_file_passes_the_check_that_the_drawing_fails(place: Path) -> None:

@@ -2,22 +2,19 @@
 
 import importlib.util
 import re
-import shlex
-import shutil
 from pathlib import Path
 from types import ModuleType
 
 import h5py
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from fringeforce.cli import app
+from snippets import ROOT, run, run_page
 
 pytestmark = pytest.mark.slow
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
-BENCH = EXAMPLES / "bench"
+BENCH = ROOT / "examples" / "bench"
+COMMAND = re.compile(r"^fringeforce .*$", re.MULTILINE)
 
 
 @pytest.fixture(scope="module")
@@ -43,14 +40,14 @@ def test_the_bench_is_what_its_maker_makes(maker: ModuleType, tmp_path: Path) ->
 def test_the_commands_of_the_bench_find_what_is_wrong_with_it(
     maker: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shutil.copytree(BENCH, tmp_path, dirs_exist_ok=True)
+    """The tutorial has the commands of the bench's page, which draw the readings too."""
     monkeypatch.chdir(tmp_path)
-    commands = re.findall(r"^fringeforce (.*)$", (BENCH / "README.md").read_text(), re.MULTILINE)
-    said = ""
-    for command in commands:
-        result = CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
-        assert result.exit_code == 0, (command, result.output)
-        said += result.output
+    tutorial = ROOT / "docs" / "tutorials" / "calibrate.md"
+    said = run_page(tutorial, tmp_path)
     assert f"Frame {maker.WRONG}, recorded as" in said
     assert "passed" in said
-    assert (tmp_path / "readings.png").stat().st_size > 5_000
+    *shared, reading = COMMAND.findall((BENCH / "README.md").read_text())
+    assert reading.endswith(" --plot")
+    assert {*shared, reading.removesuffix(" --plot")} <= set(COMMAND.findall(tutorial.read_text()))
+    run(reading)  # where the tutorial has ended
+    assert Path("readings.png").stat().st_size > 5_000

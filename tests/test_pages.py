@@ -10,8 +10,8 @@ from snippets import ROOT, blocks, pages, run_page, understand
 
 pytestmark = pytest.mark.slow
 
-WITHOUT_FOLDER = "examples/bench/README.md"
-"""Its commands run where it lies; tests/test_examples.py runs them and looks at what they say."""
+ELSEWHERE = ("examples/bench/README.md", "docs/tutorials/calibrate.md")
+"""Pages of the same commands; tests/test_examples.py runs them once and looks at what they say."""
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def _named(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
-TRIED = [page for page in pages() if any(blocks(page)) and _named(page) != WITHOUT_FOLDER]
+TRIED = [page for page in pages() if any(blocks(page)) and _named(page) not in ELSEWHERE]
 
 
 @pytest.mark.parametrize("page", TRIED, ids=_named)

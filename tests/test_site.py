@@ -21,7 +21,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, built from a copy of its sources.
 
     Blocks of pages and the gallery's scripts are not run here: tests of their own run each, and
-    building the site would run them again.
+    building the site would run them again.  Pages of the modules' sources, which Sphinx alone
+    writes, are left out.
     """
     copy = tmp_path_factory.mktemp("sources")
     made = shutil.ignore_patterns("generated", "_site", "__pycache__", "*.h5")
@@ -30,7 +31,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in PARTS:
         shutil.copy(ROOT / name, copy)
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going"]
-    command += ["-D", "run_pages=0"]
+    command += ["-D", "run_pages=0", "-t", "without_sources"]
     if (copy / "examples" / "gallery").is_dir():
         command += ["-D", "plot_gallery=0"]
     run = subprocess.run(

@@ -51,7 +51,8 @@ ax.set_title("What the camera delivers")
 # What the reader says
 # --------------------
 
-readings = {name: ff.Reader(model).read(frame) for name, frame in frames.items()}
+reader = ff.Reader(model)
+readings = {name: reader.search(frame) for name, frame in frames.items()}
 for name, reading in readings.items():
     print(f"{name:16} {reading.status.name:15} {reading.advice}")
 
@@ -78,7 +79,7 @@ for name in ("partly covered", "camera moved"):
 hair = np.zeros(good.size, dtype=bool)
 hair[1000:1050] = True
 hairy = np.where(hair, 20, good)
-unmasked, masked = ff.Reader(model).read(hairy), ff.Reader(model).read(hairy, hair)
+unmasked, masked = reader.search(hairy), reader.search(hairy, hair)
 print(f"unmasked {unmasked.status.name}, masked {masked.status.name}")
 assert unmasked.status is not ff.Status.OK
 assert masked.status is ff.Status.OK
@@ -91,7 +92,7 @@ assert masked.std.mean() > readings["good"].std.mean()
 
 for width in (50, 150, 600):
     gap = np.abs(np.arange(good.size) - 1000) < width / 2
-    reading = ff.Reader(model).read(good, gap)
+    reading = reader.search(good, gap)
     print(f"{width} pixels left out: {reading.status.name}")
     within = (np.abs(reading.forces - forces) < 4.5 * reading.std).all()
     assert reading.status is not ff.Status.OK or within

@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 
 import fringeforce as ff
+from commands import run
 from fringeforce.acquisition.run_statistics import Delivery, Statistics
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.cli.display import full_scale, picture, summary
@@ -132,14 +133,11 @@ def test_an_interrupt_ends_with_everything_written(saved: Path, tmp_path: Path) 
 def test_bad_input_ends_with_status_2_and_one_line(
     saved: Path, tmp_path: Path, arguments: list[str], words: str
 ) -> None:
-    run = subprocess.run(
-        [COMMAND, "live", str(saved), *arguments],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert run.returncode == 2
-    assert run.stderr.startswith("fringeforce: ")
-    assert len(run.stderr.strip().splitlines()) == 1
-    assert words in run.stderr
+    said = run("live", str(saved), *arguments, cwd=tmp_path)
+    assert said.returncode == 2
+    assert said.stderr.startswith("fringeforce: ")
+    assert len(said.stderr.strip().splitlines()) == 1
+    assert words in said.stderr
 
 
 def test_a_recording_that_cannot_be_used_says_why_once_and_ends_with_status_1(
@@ -149,10 +147,8 @@ def test_a_recording_that_cannot_be_used_says_why_once_and_ends_with_status_1(
     np.save(tmp_path / "bright.npy", frames)
     for command in (["live", str(saved), "--camera", "file:bright.npy"],
                     ["read", str(saved), "bright.npy", "-o", "r.csv", "--plot"]):  # fmt: skip
-        run = subprocess.run(
-            [COMMAND, *command], cwd=tmp_path, capture_output=True, text=True, check=False
-        )
-        assert run.returncode == 1
-        assert run.stdout.count("All pixels are 255.") == 1
-        assert "None of the" in run.stdout
+        said = run(*command, cwd=tmp_path)
+        assert said.returncode == 1
+        assert said.stdout.count("All pixels are 255.") == 1
+        assert "None of the" in said.stdout
     assert not (tmp_path / "r.png").exists()

@@ -48,7 +48,7 @@ def steady(true: ff.SensorModel) -> ff.SensorModel:
     return calibrated(true, 0.0, 0.0, columns=True)
 
 
-def test_a_wrong_matrix_is_not_taken_for_a_drifting_lamp(true, steady) -> None:
+def test_a_wrong_matrix_is_not_taken_for_a_drifting_lamp(true, steady, cause_not_asked) -> None:
     assert seen_by(calibrated(true, 0.0, 0.0, columns=False)).drift != (0.0, 0.0)
     assert seen_by(steady).drift == (0.0, 0.0)
     assert findings(steady).chi2 == pytest.approx(1, abs=0.04)

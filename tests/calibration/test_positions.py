@@ -108,6 +108,7 @@ def test_a_press_whose_force_was_written_wrongly_is_named() -> None:
         [ff.Press(x=x, normal=n, tangential=t)]
         for x, n, t in zip(places, normal, shear, strict=True)
     ]
-    found = findings(ff.calibrate(sensor, model.expose(pressed, rng), written))
+    # docs/gallery.md finds such a press while all usual parameters are estimated
+    found = findings(ff.calibrate(sensor, model.expose(pressed, rng), written, [STRAIN_OPTIC]))
     assert found.outliers == (7,)
     assert abs(found.values[0] - 0.052) < 4 * found.std[0]

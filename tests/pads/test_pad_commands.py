@@ -1,8 +1,6 @@
 """A pad on the command line: forces in, images out, and back."""
 
 import csv
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -10,6 +8,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
+from commands import run
 from fringeforce.design.pad import Pad
 from fringeforce.io.frames import load_frames, save_frames
 from fringeforce.io.tables import load_forces
@@ -19,11 +18,6 @@ pytestmark = pytest.mark.slow
 
 LOADS = [(7, 2.0, 0.3, -0.1), (8, 1.0, 0.0, 0.2)]
 """Tactel, N, T_x, T_y of the first frame; the second has no load."""
-
-
-def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [str(Path(sys.executable).parent / "fringeforce"), *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")

@@ -250,6 +250,10 @@ class BenchSearch(ABC):
             before = shares
 
     def _climbed(self, posterior: BenchPosterior) -> State:
+        # frames that do not count follow to first order, and settle at the end
+        on = posterior.shares > 0
+        counted, idle = np.flatnonzero(on).tolist(), np.flatnonzero(~on).tolist()
+
         def expand(state: State) -> Expansion[State]:
             models = posterior.models(state.shared)
             self.told = posterior.eliminated(state, models)
@@ -263,7 +267,7 @@ class BenchSearch(ABC):
                 found = posterior.loss(reached, there)[0]
                 falls = -step @ (2 * gradient + information @ step)
                 if self.settling and loss - found < KEPT * falls:
-                    reached = posterior.settled(reached, there, self.settling)
+                    reached = posterior.settled(reached, there, self.settling, counted)
                     found = posterior.loss(reached, there)[0]
                 return reached, found
 
@@ -274,7 +278,8 @@ class BenchSearch(ABC):
         moved = posterior.within(found.place.moved(found.step, self.told))
         models = posterior.models(moved.shared)
         if self.settling:
-            return posterior.settled(moved, models, self.settling)
+            moved = posterior.settled(moved, models, self.steps, idle)
+            return posterior.settled(moved, models, self.settling, counted)
         # frames of less weight did not hold a step back that moved them to somewhere worse
         few = posterior.shares < 1
         stayed = posterior.within(replace(moved, own=self.state.own))

@@ -87,11 +87,15 @@ class _Column:
 
 def _eliminated(stiffness: Array, keep: Index, drop: Index) -> tuple[Array, Array]:
     """Schur complement on `keep`, and displacements of `drop` per displacement of `keep`."""
-    coupling = stiffness[..., drop[:, None], keep]
-    solved = np.linalg.solve(stiffness[..., drop[:, None], drop], coupling)
-    recovery = -np.asarray(solved, dtype=np.float64)
-    kept = stiffness[..., keep[:, None], keep]
+    coupling, dropped = _block(stiffness, drop, keep), _block(stiffness, drop, drop)
+    recovery = -np.asarray(np.linalg.solve(dropped, coupling), dtype=np.float64)
+    kept = _block(stiffness, keep, keep)
     return kept + np.swapaxes(coupling, -1, -2) @ recovery, recovery
+
+
+def _block(stiffness: Array, rows: Index, columns: Index) -> Array:
+    """Some rows and columns of matrices, much sooner than by an index of both."""
+    return stiffness.take(rows, axis=-2).take(columns, axis=-1)
 
 
 def _columns(
