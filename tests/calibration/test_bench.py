@@ -142,7 +142,7 @@ def test_a_calibrated_model_keeps_its_residual_in_its_file(calibrated, tmp_path)
     ("change", "cause"),
     [
         (lambda loads: replace(loads, places=-loads.places), "other sign"),
-        (lambda loads: loads.rows(np.random.default_rng(0).permutation(len(loads))), "explain"),
+        (lambda loads: loads.rows(np.random.default_rng(0).permutation(len(loads))), "another day"),
     ],
     ids=["mirrored", "another day"],
 )

@@ -123,8 +123,9 @@ def test_nothing_is_corrected_where_nothing_is_wrong(small, made) -> None:
     )
     assert psi_error(model, plain) < 1e-3
     one, other = (held_out(m, made, np.random.default_rng(35), 40) for m in (plain, model))
-    # corrections within noise move forces by 0.3 to 0.5 of their deviations in most frames
-    assert other.ratio < 1.05 * one.ratio
+    # corrections within noise move forces by 0.3 to 0.5 of their deviations in most frames, and
+    # half a deviation adds a quarter to the variance
+    assert other.ratio**2 < 1.25 * one.ratio**2
     assert other.statuses == one.statuses
 
 

@@ -47,8 +47,7 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
     loads : BenchLoads
         What was written down for them.
     """
-    wrong = _wrong(fit, len(levels))
-    checked = fit.checked
+    wrong, checked = _wrong(fit, len(levels)), fit.checked
     words = []
     if checked.forces:
         words.append(
@@ -56,17 +55,17 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
             f"explained, and {checked.inside / checked.forces:.0%} of their forces lie within 95 % "
             "intervals."
         )
-    if not wrong:
-        if not {"normal", "tangential"}.intersection(fit.beyond):
-            return Judgement(True, tuple(words))
-        wrong, cause = "no load cell scatters as its forces do about those written down.", OTHER
-    else:
+    if wrong:
         cause = _cause(fit, levels, loads)
+    elif wrong := _wrong_forces(fit):
+        cause = OTHER
+    else:
+        return Judgement(True, tuple(words))
     return Judgement(False, (f"Do not use this model: {wrong} {cause}", *words))
 
 
 def _wrong(fit: BenchFit, frames: int) -> str:
-    """What is wrong with a fit, if anything."""
+    """What a fit does not explain, if too much."""
     left, checked = int((~fit.kept[:frames]).sum()), fit.checked
     unexplained = int((fit.kept & ~fit.explained)[:frames].sum())
     if unexplained > LEFT_OUT * frames:
@@ -81,11 +80,19 @@ def _wrong(fit: BenchFit, frames: int) -> str:
             f"{checked.frames - checked.explained} of {checked.frames} frames that were put aside "
             "are not explained."
         )
+    return ""
+
+
+def _wrong_forces(fit: BenchFit) -> str:
+    """What is wrong with the forces of a fit that explains its frames, if anything."""
+    checked = fit.checked
     if checked.forces and binom.cdf(checked.inside, checked.forces, 0.95) < CHANCE:
         return (
             f"only {checked.inside / checked.forces:.0%} of the forces of frames that were put "
             "aside lie within their 95 % intervals."
         )
+    if {"normal", "tangential"}.intersection(fit.beyond):
+        return "no load cell scatters as its forces do about those written down."
     return ""
 
 
