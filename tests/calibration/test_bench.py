@@ -142,11 +142,12 @@ def test_a_calibrated_model_keeps_its_residual_in_its_file(calibrated, tmp_path)
     ("change", "cause"),
     [
         (lambda loads: replace(loads, places=-loads.places), "other sign"),
-        (lambda loads: loads.rows(np.random.default_rng(0).permutation(len(loads))), "another day"),
+        (lambda loads: loads.rows(np.random.default_rng(0).permutation(len(loads))), "those of"),
     ],
     ids=["mirrored", "another day"],
 )
 def test_a_bench_that_cannot_be_explained_is_not_to_be_used(bench, change, cause) -> None:
+    """Loads in another order are those of another day or of other frames, and never mirrored."""
     sensor, _, _, frames, loads = bench
     some = slice(None, None, 3)
     model = ff.calibrate(sensor, frames[some], change(loads.rows(some)), [STRAIN_OPTIC, COVER])
