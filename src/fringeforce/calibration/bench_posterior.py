@@ -78,7 +78,7 @@ def parts(design: int, columns: int, fields: int, bright: int, dark: int, writte
     return Parts(*accumulate([0, design, 2, columns, columns, fields, bright, dark, 1, 1, written]))
 
 
-class Contacts:
+class BenchContacts:
     """Contacts of the frames of a bench."""
 
     loads: BenchLoads
@@ -96,7 +96,7 @@ class Contacts:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench(Contacts):
+class Bench(BenchContacts):
     """What was measured and how it is modelled; F frames of at most k contacts, P pixels, m nodes.
 
     Attributes

@@ -21,7 +21,7 @@ from scipy.special import gamma, jv, spherical_jn
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
-from fringeforce.design.tolerances import with_values
+from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.mechanics.solid.fourier import retardance_waves
 from fringeforce.models import splines
 from fringeforce.models.pad_influence import PadInfluence
@@ -180,11 +180,12 @@ class ContactSeries:
         """First and half the second derivative of the waves by the logarithms of the layers."""
         here, found = self._known[2], []
         for path in self.paths:
-            value = self.pad
-            for part in path.split("."):
-                value = getattr(value, part)
+            drawn = number_at(self.pad, path)
+            assert drawn is not None
             ends = [
-                self._waves(with_values(self.pad, {path: float(value * np.exp(way * self.step))}))
+                self._waves(
+                    with_values(self.pad, {path: drawn[0] * float(np.exp(way * self.step))})
+                )
                 for way in (-1.0, 1.0)
             ]
             m, n = (min(len(one[k]) for one in (self._known, *ends)) for k in (0, 1))

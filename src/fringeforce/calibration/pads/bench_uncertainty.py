@@ -20,9 +20,9 @@ from scipy.special import ndtr
 
 from fringeforce.calibration.bench_expectation import BLUR as POINT_SPREAD
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS, LAMP
-from fringeforce.calibration.design_entries import DEVIATION
+from fringeforce.calibration.design_entries import DEVIATION, design_value
 from fringeforce.design.pad import Pad
-from fringeforce.design.tolerances import Tolerances, number_at, with_values
+from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_contacts import ContactChanges, ContactInfluence
@@ -71,9 +71,7 @@ def loosened_pad(pad: Pad, paths: tuple[str, ...]) -> Pad:
     pixel = float(np.diff(pad.pixel_positions[0][:2])[0])
     wide = dict.fromkeys(paths, 0.0)
     for path in paths:
-        found = number_at(pad, path)
-        assert found is not None
-        wide[path] = DEVIATION["value"] * found[0]
+        wide[path] = DEVIATION["value"] * design_value(pad, path)
     wide |= {
         "camera.amplitude": LAMP * camera.amplitude,
         "camera.offset": FIELDS["dark"] * camera.amplitude,
@@ -169,10 +167,7 @@ class BenchUncertainty(PadUncertainty):
 
     def logarithmic(self, group: Group) -> float:
         """Standard deviation of the logarithm of a value."""
-        drawn = (self.shared or self).model.sensor
-        found = number_at(drawn, group.path)
-        assert found is not None
-        return group.std / found[0]
+        return group.std / design_value((self.shared or self).model.sensor, group.path)
 
     @cached_property
     def contacts(self) -> tuple[tuple[float, slice, PadInfluence], ...]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import BenchPosterior, Contacts, State, stated_or
+from fringeforce.calibration.bench_posterior import BenchContacts, BenchPosterior, State, stated_or
 from fringeforce.calibration.pads.bench_uncertainty import SHAPES, BenchUncertainty, is_layer
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response
@@ -52,7 +52,7 @@ class Parts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PadBench(Contacts):
+class PadBench(BenchContacts):
     """What was measured and how it is modelled; F frames of at most k contacts, P pixels.
 
     Attributes

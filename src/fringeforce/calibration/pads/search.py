@@ -11,6 +11,7 @@ from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import Expected
 from fringeforce.calibration.bench_search import NEAR_DESIGN, SETTLED, BenchSearch, inverse
+from fringeforce.calibration.design_entries import design_value
 from fringeforce.calibration.pads.bench_uncertainty import bench_uncertainty, is_layer
 from fringeforce.calibration.pads.posterior import EXPONENT, PadBench, PadPosterior, Parts
 from fringeforce.design.pad import Pad
@@ -94,10 +95,8 @@ class PadSearch(BenchSearch):
         found = {}
         for group in self.known.groups:
             if is_layer(group.path):
-                drawn = number_at(self.sensor, group.path)
-                assert drawn is not None
                 power = self.known.logarithmic(group) * shared[group.begin]
-                found[group.path] = float(drawn[0] * np.exp(power))
+                found[group.path] = design_value(self.sensor, group.path) * float(np.exp(power))
         return found
 
     def expected(self) -> Expected:
