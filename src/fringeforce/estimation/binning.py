@@ -39,6 +39,12 @@ def binned(model: FrameModel, size: int) -> FrameModel:
     )
 
 
+def coarsest(model: FrameModel) -> int:
+    """Most pixels of a bin: one bin or more must lie between neighbouring nodes."""
+    pixels = len(model.amplitude) // len(model.bias)
+    return max(pixels // (len(model.fixed) - 3), 1)
+
+
 def means(line: Array, size: int, channels: int) -> Array:
     """Means over bins of the pixels of several channels in turn, without those left over."""
     own = line.reshape(channels, -1)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs, solve_triangular
 from scipy.special import chdtrc
 
-from fringeforce.estimation.binning import binned, seen_means
+from fringeforce.estimation.binning import binned, coarsest, seen_means
 from fringeforce.estimation.contact_sampling import (
     contacts_about,
     gaussian_share,
@@ -146,7 +146,7 @@ class Posterior:
 
         Losses are those of the bins.  Nothing may be known of unknowns together.
         """
-        size = min(size, self._coarsest)
+        size = min(size, coarsest(self.model))
         model, contacts = self.bins.of(size, self.model)
         plain = knowing_nothing(model)
         found = settled(
@@ -223,7 +223,7 @@ class Posterior:
         growth : ndarray, shape (k,)
             What the loss grows by if a frame would be as quadratic in the changed phase.
         """
-        size = min(size, self._coarsest)
+        size = min(size, coarsest(self.model))
         model, contacts = self.bins.of(size, self.model)
         state = state_of(contacts, top.unknowns, model.at.size)
         plain = knowing_nothing(model)
@@ -293,8 +293,7 @@ class Posterior:
         """
         at, nodes = self.model.at, len(self.model.fixed)
         waves, force, partner = products(self.model, top.unknowns)
-        pace = np.abs(np.diff(self.phase(top))).max() * self._per_pixel
-        size = next((n for n in (4, 2) if n <= self._coarsest and pace * n < SHARP), 1)
+        size = sharp(self.model, self.phase(top))
         known = information(
             self.bins.pixels(size, self.model), self._binned(size), top.unknowns, waves
         )
@@ -318,17 +317,6 @@ class Posterior:
             reduced = np.linalg.solve(own, cross.T)
             covariance = np.linalg.inv(full[: at.size, : at.size] - cross @ reduced)
         return np.asarray(covariance, dtype=float)
-
-    @property
-    def _coarsest(self) -> int:
-        """Most pixels of a bin: one bin or more must lie between neighbouring nodes."""
-        pixels = len(self.model.amplitude) // len(self.model.bias)
-        return max(pixels // (len(self.model.fixed) - 3), 1)
-
-    @property
-    def _per_pixel(self) -> float:
-        """Nodes per pixel."""
-        return len(self.model.fixed) * len(self.model.bias) / len(self.model.amplitude)
 
     def _curvature(self, phase: Array) -> Array:
         """Squared second derivative of the grey levels around each node, over the noise."""
@@ -391,6 +379,13 @@ class Posterior:
     def phase(self, top: Top) -> Array:
         """Phase at the nodes, shape (m,) [rad]."""
         return node_phase(self.model, top.unknowns)
+
+
+def sharp(model: FrameModel, phase: Array, span: float = SHARP) -> int:
+    """Most pixels of a bin that a phase at the nodes (m,) does not run through by more [rad]."""
+    nodes_per_pixel = len(model.fixed) * len(model.bias) / len(model.amplitude)
+    pace = np.abs(np.diff(phase)).max() * nodes_per_pixel
+    return next((n for n in (4, 2) if n <= coarsest(model) and pace * n < span), 1)
 
 
 @lru_cache(maxsize=8)

@@ -12,7 +12,7 @@ and width are as good.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from fringeforce.base.arrays import Array
+from fringeforce.estimation.binning import binned
 from fringeforce.estimation.frame_fit import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.models.skin_influence import (
@@ -98,6 +99,17 @@ class SkinModel:
     def lines(self) -> Array:
         """Phase at the nodes under line loads, shape (2, n, m) [rad/N]."""
         return np.ascontiguousarray(self.uncertain.frame.moments[:, :, 0].transpose(1, 0, 2))
+
+    def in_bins(self, size: int) -> SkinModel:
+        """The same of frames in bins of so many pixels."""
+        if size not in self._binned:
+            frame = binned(self.uncertain.frame, size)
+            self._binned[size] = replace(self, uncertain=replace(self.uncertain, frame=frame))
+        return self._binned[size]
+
+    @cached_property
+    def _binned(self) -> dict[int, SkinModel]:
+        return {1: self}
 
     @cached_property
     def _unit(self) -> tuple[BSpline, BSpline]:

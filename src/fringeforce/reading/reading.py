@@ -152,10 +152,11 @@ class Reading:
     @classmethod
     def of(
         cls,
-        forces: Array,
+        forces: Array | Callable[[], Array],
         chi2: float,
         status: Status,
         *,
+        shape: tuple[int, ...] = (),
         covariance: Array | Callable[[], Array],
         phase: Array | Callable[[], Array],
         detail: str = "",
@@ -169,18 +170,22 @@ class Reading:
         traction: Traction | Callable[[], Traction] | None = None,
         std: Callable[[], Array] | None = None,
     ) -> Reading:
-        """A reading, of which covariance, phase and findings may be computed when first asked for.
+        """A reading, of which much may be computed when it is first asked for.
 
         Parameters
         ----------
-        forces, chi2, status, detail, tracked
+        chi2, status, detail, tracked
             Attributes.
-        covariance, phase, findings
+        forces, covariance, phase, findings, contacts, total, traction
             Attributes, or functions that return them.
+        shape : tuple of int
+            Of the forces, where a function returns them.
         alternatives, limited
             Attributes; none if not given.
         """
+        shape = shape if callable(forces) else forces.shape
         later: dict[str, Any] = {
+            "forces": forces,
             "covariance": covariance,
             "phase": phase,
             "findings": findings,
@@ -193,12 +198,11 @@ class Reading:
         reading = object.__new__(cls)
         reading.__dict__.update(
             {name: value for name, value in later.items() if not callable(value)},
-            forces=forces,
             chi2=chi2,
             status=status,
             detail=detail,
-            alternatives=np.empty((0, *forces.shape)) if alternatives is None else alternatives,
-            limited=np.zeros(len(forces), dtype=bool) if limited is None else limited,
+            alternatives=np.empty((0, *shape)) if alternatives is None else alternatives,
+            limited=np.zeros(shape[0], dtype=bool) if limited is None else limited,
             tracked=tracked,
             probability=probability,
             _later={name: value for name, value in later.items() if callable(value)},

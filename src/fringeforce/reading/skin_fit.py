@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.frame_fit import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
-from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
+from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
 
 STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
@@ -20,6 +21,29 @@ LEFT = 4.0
 """Falls of the last round that a climb may still have before it."""
 SETTLED = 0.1
 """Fall of the loss below which a climb is at its top."""
+
+
+class Seen(NamedTuple):
+    """A frame of a skin, in bins of pixels or not.
+
+    Attributes
+    ----------
+    skin : SkinModel
+        What contacts do to such frames.
+    frame : ndarray, shape (P,)
+        Grey levels; not finite where a pixel is not used.
+    push : float
+        Force that the pace of the fringes tells [N].
+    """
+
+    skin: SkinModel
+    frame: Array
+    push: float
+
+    def posterior(self, contacts: Contacts) -> tuple[Posterior, Array]:
+        """The posterior, linear about the geometry of contacts, and their unknowns."""
+        model, start = self.skin.frame(contacts)
+        return Posterior(model, self.skin.prior(model, self.push), self.frame), start
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +73,11 @@ class Explanation:
         return self.posterior.phase(self.top)
 
     @property
+    def push(self) -> float:
+        """Force that the pace of the fringes told [N]."""
+        return self.posterior.prior.yielding / YIELDING
+
+    @property
     def others(self) -> Array:
         """What is uncertain besides the contacts."""
         first = self.posterior.model.at.fields + len(self.contacts.forces) * GEOMETRY
@@ -74,12 +103,9 @@ class Explanation:
 
 
 def climbed(
-    skin: SkinModel,
-    frame: Array,
+    seen: Seen,
     contacts: Contacts,
-    push: float,
     others: Array | None = None,
-    rounds: int = ROUNDS,
     bound: float = np.inf,
 ) -> Explanation:
     """The explanation that contacts lead to.
@@ -89,30 +115,23 @@ def climbed(
 
     Parameters
     ----------
-    skin : SkinModel
-        What contacts do.
-    frame : ndarray, shape (P,)
-        Grey levels; not finite where a pixel is not used.
+    seen : Seen
+        The frame.
     contacts : Contacts
         Where to start.
-    push : float
-        Force that the pace of the fringes tells [N].
     others : ndarray, optional
         Where to start with what is uncertain besides.
-    rounds : int
-        Most linearisations.
     bound : float
         Loss above which an explanation is of no use.
     """
-    count = len(contacts.forces)
+    count, skin = len(contacts.forces), seen.skin
     best: Explanation | None = None
     rest = others
-    for number in range(rounds):
-        model, start = skin.frame(contacts)
-        first = model.at.fields + count * GEOMETRY
+    for number in range(ROUNDS):
+        posterior, start = seen.posterior(contacts)
+        first = posterior.model.at.fields + count * GEOMETRY
         if rest is not None:
             start[first:] = rest
-        posterior = Posterior(model, skin.prior(model, push), frame)
         here = posterior.climbed(start, heats=(), steps=(0, 0))
         if best is not None and rest is not None and here.loss > best.top.loss + SETTLED / 10:
             # too far: half way back
@@ -125,19 +144,19 @@ def climbed(
         if done:
             break
         top = posterior.climbed(start, heats=(), steps=(0, 4), bound=bound)
-        contacts = _limited(skin, contacts, skin.contacts(model, top.unknowns))
+        contacts = _limited(skin, contacts, skin.contacts(posterior.model, top.unknowns))
         rest = top.unknowns[first:]
     assert best is not None
     return best
 
 
-def renewed(skin: SkinModel, one: Explanation) -> Explanation:
-    """The same explanation, linear about where its contacts are now."""
-    model, start = skin.frame(one.contacts)
+def renewed(seen: Seen, one: Explanation) -> Explanation:
+    """An explanation of a frame, linear about where the contacts of one are now."""
+    posterior, start = seen.posterior(one.contacts)
     start[len(start) - len(one.others) :] = one.others
-    posterior = replace(one.posterior, model=model)
     top = posterior.climbed(start, heats=(), steps=(0, 2), tolerance=SETTLED)
-    return Explanation(posterior, top, skin.contacts(model, top.unknowns), one.contacts)
+    contacts = seen.skin.contacts(posterior.model, top.unknowns)
+    return Explanation(posterior, top, contacts, one.contacts)
 
 
 def _between(skin: SkinModel, one: Contacts, other: Contacts) -> Contacts:

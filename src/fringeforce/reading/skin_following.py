@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.base.arrays import Mask
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.estimation.binning import seen_means
+from fringeforce.estimation.posterior import sharp
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.skin_fit import Explanation, renewed
+from fringeforce.reading.skin_fit import Explanation, Seen, renewed
 from fringeforce.reading.skin_reader import FAINT, SkinReader, near
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.strip_frames import FITS
@@ -52,7 +54,7 @@ class SkinFollower(Follower):
         self._last: Explanation | None = None
         self._used = np.empty(0, bool)
         self._like: SkinResult | None = None
-        self._probability, self._age, self._silent = 0.0, 0, False
+        self._probability, self._age, self._silent, self._size = 0.0, 0, False, 1
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -65,8 +67,10 @@ class SkinFollower(Follower):
         known = None if self._silent else self._last
         before = None if known is None else (known, self._probability)
         reading, last = self._single.followed(levels, used, before)
-        self._last, self._used, self._age = last, used, 0
         self._silent = reading.status is Status.NO_CONTACT
+        if last is not None and not self._silent:
+            last = renewed(self._seen(last.posterior.frame, last), last)
+        self._last, self._used, self._age = last, used, 0
         if last is not None:
             self._probability = reading.probability
             self._begin(last)
@@ -85,6 +89,17 @@ class SkinFollower(Follower):
             if progress is not None:
                 progress(1)
 
+    def _seen(self, frame: Array, one: Explanation) -> Seen:
+        """A frame, shape (P,), in bins that tell as much as pixels about an explanation."""
+        skin = self._single.skin
+        self._size = sharp(skin.uncertain.frame, one.phase)
+        return Seen(skin.in_bins(self._size), self._means(frame), one.push)
+
+    def _means(self, frame: Array) -> Array:
+        if self._size == 1:
+            return frame
+        return seen_means(frame, self._size, len(self._single.skin.uncertain.frame.bias))
+
     def _begin(self, one: Explanation) -> SkinResult:
         self._like = SkinResult(self._single.skin, one)
         return self._like
@@ -99,7 +114,7 @@ class SkinFollower(Follower):
         frame = levels.astype(float)
         if not self._single.complete(used):
             frame[~used] = np.nan
-        posterior = replace(last.posterior, frame=frame)
+        posterior = replace(last.posterior, frame=self._means(frame))
         top = posterior.climbed(last.top.unknowns, heats=(), steps=(0, STEPS), tolerance=TOLERANCE)
         if top.chance < FITS:
             return None
@@ -112,13 +127,14 @@ class SkinFollower(Follower):
             self._age = 0
         if self._moved(found):
             fallen = found.contacts.forces[:, 0] < found.centre.forces[:, 0] / GROWN
-            found = renewed(self._single.skin, found)
+            seen = self._seen(frame, found)
+            found = renewed(seen, found)
             # the linearisation that a large step was judged by does not hold at its end
             if found.chance < FITS or not near(found.contacts, last.contacts):
                 return None
             like = self._begin(found)
             if fallen.any() and (found.contacts.forces[:, 0] <= FAINT * like.deviations).any():
-                found = self._single.without_faint(found, like.deviations)
+                found = self._single.without_faint(seen, found, like.deviations)
                 if found is None:
                     self._last = None
                     return None

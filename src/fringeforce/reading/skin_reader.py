@@ -14,9 +14,9 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
+from fringeforce.estimation.binning import coarsest, seen_means
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.hypotheses import posterior_weights
-from fringeforce.estimation.posterior import Posterior
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
     FALSE_CONTACT,
@@ -26,7 +26,7 @@ from fringeforce.estimation.residual_test import (
 from fringeforce.models.skin import PLACE, WIDTH, Contacts, SkinModel
 from fringeforce.reading.posterior_search import Lines
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.skin_fit import Explanation, climbed
+from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
 from fringeforce.reading.strip_frames import (
@@ -38,6 +38,9 @@ from fringeforce.reading.strip_frames import (
     doubted,
 )
 
+SPAN, BINS = 1.5, (4, 2)
+"""Phase that bins of pixels may span while explanations are looked for, which takes a tenth of the
+fringes' contrast [rad], and the bins that are tried."""
 PLAIN, UNSURE = 0.02, 2e-3
 """Chances of noise below which the search goes on, and below which the best that it finds may not
 be all: contacts have so few unknowns that wrong ones leave much more."""
@@ -107,19 +110,16 @@ class SkinReader(StripFrames):
         self, levels: NDArray[Any], used: Mask, before: Before | None
     ) -> tuple[Reading, Explanation | None]:
         """Read a frame that was checked, from what explained the last one if it is known."""
-        frame = np.where(used, levels.astype(float), np.nan)
-        alone = isolated(levels.astype(float), self.model.response)
-        lines = self._search.beam.lines(np.where(alone, np.nan, frame))
-        push = self._push(lines)
+        seen, coarse, lines = self._seen(levels, used)
         if before is not None:
             last, probability = before
-            found = climbed(self.skin, frame, last.contacts, push, last.others)
+            found = renewed(seen, climbed(coarse, last.contacts, last.others))
             if found.chance > FITS and near(found.contacts, last.contacts):
                 return self.stated(found, probability, tracked=True), found
-        silent = self._silent(frame, push)
-        met = self._explained(frame, lines, push, silent)
+        silent = self._silent(seen)
+        met = self._met(seen, coarse, lines, silent)
         if not met or met[0].chance < FITS:
-            return self._refused(frame, lines, met), None
+            return self._refused(seen.frame, lines, met), None
         if silent is not None and silent.top.loss - met[0].top.loss < square_limit(
             2, FALSE_CONTACT
         ):
@@ -135,14 +135,11 @@ class SkinReader(StripFrames):
 
         Contacts that are known, nearly, are not searched.
         """
-        frame = np.where(used, levels.astype(float), np.nan)
-        alone = isolated(levels.astype(float), self.model.response)
-        lines = self._search.beam.lines(np.where(alone, np.nan, frame))
-        push = self._push(lines)
+        seen, coarse, lines = self._seen(levels, used)
         if known is not None:
-            met = [climbed(self.skin, frame, known, push)]
+            met = [renewed(seen, climbed(coarse, known))]
         else:
-            met = self._explained(frame, lines, push, self._silent(frame, push))
+            met = self._met(seen, coarse, lines, self._silent(seen))
         fitting = [one for one in met if one.chance > FITS]
         return max(fitting, key=lambda one: one.evidence, default=None)
 
@@ -164,7 +161,9 @@ class SkinReader(StripFrames):
                 return None
         return replace(silent, posterior=posterior, top=top)
 
-    def without_faint(self, found: Explanation, deviations: Array) -> Explanation | None:
+    def without_faint(
+        self, seen: Seen, found: Explanation, deviations: Array
+    ) -> Explanation | None:
         """An explanation without contacts whose forces are none, as deviations tell [N].
 
         None is returned where all are, or where what is left does not explain the frame as likely.
@@ -173,54 +172,69 @@ class SkinReader(StripFrames):
         if not kept.any():
             return None
         rest = Contacts(*(part[kept] for part in found.contacts))
-        frame, push = found.posterior.frame, float(rest.forces[:, 0].sum())
-        fewer = climbed(self.skin, frame, rest, push, found.others)
+        pushed = seen._replace(push=float(rest.forces[:, 0].sum()))
+        fewer = climbed(pushed, rest, found.others)
         return fewer if fewer.chance > FITS else None
 
-    def _push(self, lines: Lines) -> float:
-        """Normal force of contacts whose fringes run as fast as the frame's [N]."""
-        beam = self._search.beam
+    def _seen(self, levels: NDArray[Any], used: Mask) -> tuple[Seen, Seen, Lines]:
+        """A frame, the same in bins while explanations are looked for, and its lines."""
+        frame = np.where(used, levels.astype(float), np.nan)
+        # single pixels that nothing explains would spoil the means over bins; fits bear them
+        alone = isolated(levels.astype(float), self.model.response)
+        sound = np.where(alone, np.nan, frame)
+        beam, drawn = self._search.beam, self.skin.uncertain.frame
+        lines = beam.lines(sound)
         pace, _ = beam.true_pace(lines, lines.light)
-        return beam.pushing(pace) * np.sqrt(len(beam.model.moments))
+        # contacts whose fringes run as fast as the frame's
+        push = beam.pushing(pace) * np.sqrt(len(beam.model.moments))
+        size = next((n for n in BINS if n <= coarsest(drawn) and n * pace.max() < SPAN), 1)
+        coarse = Seen(self.skin.in_bins(size), seen_means(sound, size, len(drawn.bias)), push)
+        return Seen(self.skin, frame, push), coarse, lines
 
-    def _silent(self, frame: Array, push: float) -> Explanation | None:
+    def _silent(self, seen: Seen) -> Explanation | None:
         """No contact, if that explains the frame."""
         nothing = Contacts(np.zeros((1, 2)), self.skin.drawn[None])
-        model, start = self.skin.frame(nothing)
-        prior = self.skin.prior(model, push)
-        precision = prior.precision.copy()
+        posterior, start = seen.posterior(nothing)
+        precision = posterior.prior.precision.copy()
         precision[:2] *= 1e8
-        alone = Posterior(model, prior._replace(precision=precision), frame)
+        alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
         top = alone.climbed(start, heats=(), steps=(0, 2))
         if top.square > HOPELESS * top.count:
             return None
         top = alone.climbed(top.unknowns, heats=(), steps=(0, 15))
         return Explanation(alone, top, nothing, nothing) if top.chance > FALSE_ALARM else None
 
-    def _explained(
-        self, frame: Array, lines: Lines, push: float, silent: Explanation | None
+    def _met(
+        self, seen: Seen, coarse: Seen, lines: Lines, silent: Explanation | None
     ) -> list[Explanation]:
+        """Explanations of a frame that may have weight, the best first, or the nearest to one."""
+        rough = self._silent(coarse) if silent is not None else None
+        found = [
+            silent if silent is not None and one is rough else renewed(seen, one)
+            for one in _distinct(self._explained(coarse, lines, rough))
+        ]
+        return _ordered(found)
+
+    def _explained(self, seen: Seen, lines: Lines, silent: Explanation | None) -> list[Explanation]:
         """Explanations of a frame, the likeliest first, or the nearest to one."""
         met, tried = list[Explanation](), list[Array]()
         for number, phase in enumerate(self._search.phases(lines)):
             tried.append(phase)
-            met = _ordered(met + self._pressed(frame, phase, push, met))
+            met = _ordered(met + self._pressed(seen, phase, met))
             if met and met[0].chance > PLAIN:
                 break
             if met and number % PAUSE == PAUSE - 1 and met[0].top.square < 2 * met[0].top.count:
-                met = _ordered(met + self._mirrored(frame, met[0], push, met, tried, WIDE))
+                met = _ordered(met + self._mirrored(seen, met[0], met, tried, WIDE))
                 if met[0].chance > PLAIN:
                     break
         if silent is not None:
             met = _ordered([*met, silent])
         if met and met[0].chance > FITS:
-            met = _ordered(met + self._mirrored(frame, met[0], push, met, tried, NEAR))
-            met = _ordered(met + self._simplified(frame, met[0], push))
+            met = _ordered(met + self._mirrored(seen, met[0], met, tried, NEAR))
+            met = _ordered(met + self._simplified(seen, met[0]))
         return met
 
-    def _pressed(
-        self, frame: Array, phase: Array, push: float, met: list[Explanation]
-    ) -> list[Explanation]:
+    def _pressed(self, seen: Seen, phase: Array, met: list[Explanation]) -> list[Explanation]:
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
         explained = bool(met) and met[0].chance > FITS
@@ -232,7 +246,7 @@ class SkinReader(StripFrames):
             contacts = self._search.divided(loads, count)
             if contacts is None:
                 break
-            one = climbed(self.skin, frame, contacts, push, bound=bound)
+            one = climbed(seen, contacts, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - CLOSE
             found.append(one)
             if one.chance > PLAIN or not better or one.top.loss > bound + HOPELESS * one.top.count:
@@ -241,34 +255,31 @@ class SkinReader(StripFrames):
 
     def _mirrored(
         self,
-        frame: Array,
+        seen: Seen,
         best: Explanation,
-        push: float,
         met: list[Explanation],
         tried: list[Array],
         growth: float,
     ) -> list[Explanation]:
         """Explanations near the mirror images of one."""
         found = list[Explanation]()
-        for count, phase in enumerate(self._search.images(best.phase, push, growth)):
+        for count, phase in enumerate(self._search.images(best.phase, seen.push, growth)):
             if count >= IMAGES:
                 break
             if any(np.abs(phase - known).max() < SAME / 2 for known in tried):
                 continue
             tried.append(phase)
-            found += self._pressed(frame, phase, push, met)
+            found += self._pressed(seen, phase, met)
         return found
 
-    def _simplified(self, frame: Array, best: Explanation, push: float) -> list[Explanation]:
+    def _simplified(self, seen: Seen, best: Explanation) -> list[Explanation]:
         """Explanations with fewer contacts, as long as they are likelier."""
         found = list[Explanation]()
         while len(best.contacts.forces) > 1:
             starts = sorted(self._fewer(best), key=lambda start: start[0])[:2]
             if not starts:
                 break
-            tried = [
-                climbed(self.skin, frame, contacts, push, best.others) for _, contacts in starts
-            ]
+            tried = [climbed(seen, contacts, best.others) for _, contacts in starts]
             found += tried
             likeliest = max(tried, key=lambda one: one.evidence)
             if likeliest.evidence < best.evidence:
@@ -305,11 +316,7 @@ class SkinReader(StripFrames):
         self, met: list[Explanation], silent: Explanation | None
     ) -> tuple[Reading, Explanation]:
         """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
-        distinct = list[Explanation]()
-        for one in sorted(met, key=lambda own: -own.evidence):
-            far = bool(distinct) and one.evidence <= distinct[0].evidence - CLOSE / 2
-            if not far and not any(_same(one, known) for known in distinct):
-                distinct.append(one)
+        distinct = _distinct(met)
         best = distinct[0]
         weights = posterior_weights(np.array([one.evidence for one in distinct]))
         mine = np.array([np.abs(one.phase - best.phase).max() < SAME for one in distinct])
@@ -350,16 +357,17 @@ class SkinReader(StripFrames):
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
         result = SkinResult(self.skin, best, like)
-        forces = result.forces
+        shape = self.forces_shape
         rivals = np.array([SkinResult(self.skin, one).forces for one in others or []])
         return Reading.of(
-            forces=forces,
+            forces=partial(getattr, result, "forces"),
+            shape=shape,
             covariance=result.covariance,
-            phase=partial(self.model.phase, forces),
+            phase=partial(result.phase, self.model),
             chi2=best.top.square / max(best.top.count - best.posterior.model.at.loads, 1.0),
             status=status,
             probability=probability,
-            alternatives=rivals.reshape(-1, *forces.shape),
+            alternatives=rivals.reshape(-1, *shape),
             tracked=tracked,
             contacts=() if status is Status.NO_CONTACT else result.contacts,
             total=result.total,
@@ -394,6 +402,16 @@ def near(found: Contacts, last: Contacts) -> bool:
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:
     return sorted(met, key=lambda one: one.top.loss)
+
+
+def _distinct(met: list[Explanation]) -> list[Explanation]:
+    """Explanations that have weight, each once, the likeliest first."""
+    found = list[Explanation]()
+    for one in sorted(met, key=lambda own: -own.evidence):
+        far = bool(found) and one.evidence <= found[0].evidence - CLOSE / 2
+        if not far and not any(_same(one, known) for known in found):
+            found.append(one)
+    return found
 
 
 def _same(one: Explanation, other: Explanation) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.contacts.resultant import Resultant
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, SkinModel
+from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Traction
 from fringeforce.reading.skin_fit import Explanation
 
@@ -58,13 +59,17 @@ class SkinResult:
         """Standard deviations of the normal forces of the contacts, shape (k,) [N]."""
         return np.sqrt(np.diag(self.joint)[:: self.values.shape[1]])
 
-    @property
+    @cached_property
     def forces(self) -> Array:
         """Forces of the line loads, shape (n, 2) [N]."""
         shares = self.skin.shares(self.one.contacts.geometry)
         found = (shares * self.one.contacts.forces[:, :, None]).sum(axis=0).T
         # the spline of line loads dies away, and never ends
         return np.where(np.abs(found) > NOTHING * np.abs(found).max(), found, 0.0)
+
+    def phase(self, model: SensorModel) -> Array:
+        """Phase lead that the line loads cause in a model of the strip, shape (P,) [rad]."""
+        return model.phase(self.forces)
 
     @cached_property
     def _rows(self) -> Array:
