@@ -12,7 +12,7 @@ from benches import presses, shots  # isort: skip
 
 import fringeforce as ff
 from fringeforce.estimation.frame_exposure import expose
-from fringeforce.estimation.frame_fit import Prior
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.reading.strip_reader import StripFrameReader
 
 pytestmark = pytest.mark.slow

@@ -19,7 +19,7 @@ from fringeforce.calibration.planning.knowledge import knowledge
 from fringeforce.calibration.planning.plan import next_presses, planning_problem
 from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.estimation.frame_exposure import expose
-from fringeforce.estimation.frame_fit import linearise
+from fringeforce.estimation.linearised_frame import linearise
 from fringeforce.models.imaging import Imaging
 from fringeforce.reading.strip_reader import StripFrameReader
 

@@ -20,12 +20,8 @@ from fringeforce.estimation.frame_exposure import (
     expose,
     node_phase,
 )
-from fringeforce.estimation.frame_fit import (
-    Linearised,
-    Prior,
-    banded,
-    shared_information,
-)
+from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.linearised_frame import Linearised, banded, shared_information
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.uncertainty import uncertainty
 

@@ -7,20 +7,18 @@ from scipy.optimize import least_squares
 from scipy.special import ive
 
 import fringeforce as ff
+from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import (
     expose,
     kernel_of,
     node_columns,
     node_phase,
 )
-from fringeforce.estimation.frame_fit import (
-    Prior,
-    climb,
-    linearise,
-)
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.linearised_frame import linearise
 from fringeforce.models.uncertainty import uncertainty
 from uncertain_strip import TOLERANCES
 

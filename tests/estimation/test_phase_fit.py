@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 
 import fringeforce as ff
 from fringeforce.estimation.binning import binned, means, seen_means
+from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import expose, node_phase
-from fringeforce.estimation.frame_fit import Prior, climb
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.phase_fit import contact_coordinates
 from fringeforce.estimation.posterior import Posterior

@@ -9,10 +9,8 @@ import fringeforce as ff
 from fringeforce.estimation.frame_exposure import (
     expose,
 )
-from fringeforce.estimation.frame_fit import (
-    information,
-    linearise,
-)
+from fringeforce.estimation.frame_information import information
+from fringeforce.estimation.linearised_frame import linearise
 from fringeforce.models.uncertainty import uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
 

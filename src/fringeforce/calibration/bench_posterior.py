@@ -24,17 +24,16 @@ from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactPhases
+from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import node_phase
-from fringeforce.estimation.frame_fit import (
-    Prior,
+from fringeforce.estimation.frame_loss import Prior, loss_at
+from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.estimation.linearised_frame import (
     banded,
-    climb,
     linearise,
-    loss_at,
     shared_information,
     spread_profiles,
 )
-from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
 from fringeforce.models.uncertainty import coefficients
 

@@ -29,14 +29,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.frame_fit import (
-    Linearised,
-    Prior,
-    banded,
-)
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.linearised_frame import Linearised, banded
 
 Array = NDArray[np.float64]
 

@@ -24,13 +24,14 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
+    by_gamma_of,
     encoded,
     fill_columns,
     fill_node_phase,
     lens,
     power_of,
 )
-from fringeforce.estimation.frame_fit import PLAIN, by_gamma_of, pixel_loss
+from fringeforce.estimation.frame_loss import PLAIN, pixel_loss
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.vector_loops import add_products, combine, factorise, invert, waves
 

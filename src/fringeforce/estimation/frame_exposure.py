@@ -267,6 +267,13 @@ def encoded(model, gamma, light):
 
 
 @sums
+def by_gamma_of(model, unknowns, level):
+    """Derivative of a grey level by the power of the response."""
+    share = max(level / model.full_scale, 1e-6)
+    return level * np.log(share) / power_of(model, unknowns)
+
+
+@sums
 def _interpolated(model, nodes, out):
     """Values at the pixels of all channels, from those at the nodes."""
     begin, weights = 0, model.weights

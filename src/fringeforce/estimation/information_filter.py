@@ -33,16 +33,16 @@ from fringeforce.estimation.followed_frames import (
     pixels_of,
     standing_at,
 )
+from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import node_columns, node_phase, point_spread
-from fringeforce.estimation.frame_fit import (
+from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.linearised_frame import (
     Linearised,
-    Prior,
     banded,
-    climb,
     linearise,
     shared_information,
 )
-from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.posterior import Top, products
 from fringeforce.estimation.residual_test import FALSE_ALARM
 

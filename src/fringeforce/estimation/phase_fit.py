@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.frame_climb import factorised, substituted
 from fringeforce.estimation.frame_exposure import (
     bend,
     bend_columns,
@@ -25,19 +26,16 @@ from fringeforce.estimation.frame_exposure import (
     fill_node_phase,
     workspace,
 )
-from fringeforce.estimation.frame_fit import (
+from fringeforce.estimation.frame_information import fill_products
+from fringeforce.estimation.frame_loss import (
     Prior,
     add_cone,
-    empty_linearised,
-    factorised,
-    fill_linearised,
-    fill_products,
     frame_loss,
     prior_loss,
-    substituted,
     weighed_squares,
 )
 from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.estimation.linearised_frame import empty_linearised, fill_linearised
 
 Array = NDArray[np.float64]
 

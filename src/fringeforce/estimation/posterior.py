@@ -21,23 +21,23 @@ from fringeforce.estimation.contact_sampling import (
     gaussian_share,
     sampled_loads,
 )
+from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import (
     contact_columns,
     node_columns,
     node_phase,
 )
-from fringeforce.estimation.frame_fit import (
+from fringeforce.estimation.frame_information import information
+from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_model import (
+    FrameModel,
+)
+from fringeforce.estimation.linearised_frame import (
     Linearised,
-    Prior,
     banded,
-    climb,
-    information,
     linearise,
     shared_information,
     spread_profiles,
-)
-from fringeforce.estimation.frame_model import (
-    FrameModel,
 )
 from fringeforce.estimation.phase_fit import (
     by_coordinates,

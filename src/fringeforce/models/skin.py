@@ -21,7 +21,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.binning import binned
-from fringeforce.estimation.frame_fit import Prior
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
 from fringeforce.models.skin_influence import (
     DEGREE,

@@ -15,16 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.frame_exposure import NARROWEST, expose, positive
-from fringeforce.estimation.frame_fit import (
+from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.estimation.linearised_frame import (
     Linearised,
-    Prior,
     banded,
     light_information,
     linearise,
     shared_information,
     spread_profiles,
 )
-from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.estimation.shared_fit import FrameTerms
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel

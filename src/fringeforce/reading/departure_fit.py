@@ -14,19 +14,16 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import (
     expose,
     node_columns,
     node_phase,
 )
-from fringeforce.estimation.frame_fit import (
-    Linearised,
-    climb,
-    linearise,
-)
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.linearised_frame import Linearised, linearise
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.departures import Departure, plain_moments
 

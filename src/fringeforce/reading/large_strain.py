@@ -16,8 +16,8 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.estimation.frame_fit import Linearised, shared_information, spread_profiles
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.linearised_frame import Linearised, shared_information, spread_profiles
 from fringeforce.models.finite_strain import beyond_second_order
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, coefficients

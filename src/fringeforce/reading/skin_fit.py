@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fringeforce.base.arrays import Array
-from fringeforce.estimation.frame_fit import Linearised
+from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
 

@@ -14,7 +14,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.frame_exposure import expose
-from fringeforce.estimation.frame_fit import information
+from fringeforce.estimation.frame_information import information
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.frame_reader import FrameReader

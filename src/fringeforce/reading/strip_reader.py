@@ -18,13 +18,10 @@ from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import node_phase
-from fringeforce.estimation.frame_fit import (
-    Linearised,
-    Prior,
-    linearise,
-)
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import MetPhases, mixture, posterior_weights
+from fringeforce.estimation.linearised_frame import Linearised, linearise
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty

@@ -29,7 +29,7 @@ from fringeforce.calibration.design_entries import (
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
-from fringeforce.estimation.frame_fit import Prior
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH

@@ -1,12 +1,11 @@
-"""The loss of a frame, its derivatives, and the climb to its smallest value, in compiled loops.
+"""The loss of a frame about a point, in compiled loops: gradient, Hessian and what they consist of.
 
-The loss is twice the negative logarithm of the posterior of all unknowns of a `FrameModel`.  What
-acts through smooth profiles is summed at the nodes, so that a step costs little more than a frame.
+What acts through smooth profiles is summed at the nodes, so that a linearisation costs little more
+than a frame.
 """
 
 from __future__ import annotations
 
-from math import erfc
 from typing import NamedTuple
 
 import numpy as np
@@ -15,47 +14,23 @@ from numpy.typing import NDArray
 from fringeforce.estimation.compiling import sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
     blurred,
+    by_gamma_of,
     dot,
     fill_columns,
     fill_exposure,
     half_waves,
     kernel_of,
     lens,
-    power_of,
     workspace,
 )
+from fringeforce.estimation.frame_information import fill_products
+from fringeforce.estimation.frame_loss import add_cone, pixel_loss
 from fringeforce.estimation.frame_model import FrameModel
 
 Array = NDArray[np.float64]
 
 BASES = 6
 """Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur, gamma."""
-UNDAMPED = 0.1
-"""Damping below which a step is nearly that of Gauss and Newton."""
-PLAIN = 2.5
-"""Standard deviations within which a pixel counts as sound; it is broken once in a thousand."""
-
-
-class Prior(NamedTuple):
-    """What is known of the unknowns before a frame: normal, and contacts push.
-
-    Attributes
-    ----------
-    mean, precision : ndarray, shape (size,)
-        Of the unknowns.
-    friction : float
-        Largest |tangential| / normal force; negative if any.
-    yielding : float
-        Force by which a contact may miss the friction cone at one standard deviation [N].
-    joint : ndarray, shape (size, size)
-        Precision of unknowns together, beside that of each; empty if none is known together.
-    """
-
-    mean: Array
-    precision: Array
-    friction: float
-    yielding: float
-    joint: Array = np.empty((0, 0))
 
 
 class Linearised(NamedTuple):
@@ -126,94 +101,6 @@ def _blurred_back(line, kernel, out):
     out[:] = padded[reach : reach + size]
     out[0] += padded[:reach].sum()
     out[size - 1] += padded[reach + size :].sum()
-
-
-@sums
-def by_gamma_of(model, unknowns, level):
-    """Derivative of a grey level by the power of the response."""
-    share = max(level / model.full_scale, 1e-6)
-    return level * np.log(share) / power_of(model, unknowns)
-
-
-@sums
-def _log_normal_cdf(x):
-    if x > -10:
-        return np.log(0.5 * erfc(-x / np.sqrt(2.0)))
-    # the asymptotic series, to 1e-4 there
-    return -0.5 * x * x - np.log(-x) - 0.5 * np.log(2 * np.pi) + np.log1p(-1 / (x * x))
-
-
-@sums
-def pixel_loss(model, frame, level, sigma):
-    """Loss of one pixel, half its derivative by the level and half its second one, in sigmas.
-
-    Most pixels are Gaussian about their level, and a share of them shows anything: the loss is that
-    of the mixture.  A clipped pixel has the likelihood that noise carries it past the limit (Tobin,
-    Econometrica 26, 24-36, 1958).
-    """
-    side = limit = 0.0
-    if frame <= model.floor:
-        side, limit = -1.0, model.floor + 0.5
-    elif frame >= model.ceiling:
-        side, limit = 1.0, model.ceiling - 0.5
-    if side != 0.0:
-        beyond = side * (level - limit) / sigma
-        log_chance = _log_normal_cdf(beyond)
-        hazard = np.exp(-0.5 * beyond * beyond - log_chance) / np.sqrt(2 * np.pi)
-        return -2 * log_chance, -side * hazard, hazard * (hazard + beyond)
-    left = (level - frame) / sigma
-    if abs(left) < PLAIN:
-        return left * left, left, 1.0
-    good = (1 - model.broken) * np.exp(-0.5 * left * left)
-    bad = model.broken * np.sqrt(2 * np.pi) * sigma / model.full_scale
-    share = good / (good + bad)
-    return -2 * np.log(good + bad), share * left, share
-
-
-@sums
-def prior_loss(prior, loads, unknowns, heat):
-    """What the prior adds to the loss."""
-    total = 0.0
-    for k in range(len(unknowns)):
-        total += prior.precision[k] * (unknowns[k] - prior.mean[k]) ** 2
-    for k in range(len(prior.joint)):
-        part = 0.0
-        for x in range(len(unknowns)):
-            part += prior.joint[k, x] * (unknowns[x] - prior.mean[x])
-        total += (unknowns[k] - prior.mean[k]) * part
-    for j in range(loads // 2):
-        normal, tangential = unknowns[2 * j], unknowns[2 * j + 1]
-        if prior.friction < 0:
-            total += (min(normal, 0.0) / prior.yielding) ** 2 / heat
-        else:
-            for side in (-1.0, 1.0):
-                miss = min(prior.friction * normal + side * tangential, 0.0)
-                total += (miss / prior.yielding) ** 2 / heat
-    return total
-
-
-@sums
-def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
-    """Twice the negative logarithm of the posterior, less a constant."""
-    total = prior_loss(prior, model.at.loads, unknowns, heat)
-    for p in range(len(frame)):
-        if np.isfinite(frame[p]):
-            total += pixel_loss(model, frame[p], level[p], sigma)[0]
-    return total
-
-
-@sums
-def weighed_squares(model, frame, level):
-    """Weighted sum of squared residuals in units of the noise, and the sum of the weights."""
-    sigma = np.sqrt(model.variance)
-    square = count = 0.0
-    for p in range(len(frame)):
-        if np.isfinite(frame[p]):
-            _, pull, weight = pixel_loss(model, frame[p], level[p], sigma)
-            if weight > 0:
-                square += pull * pull / weight
-                count += weight
-    return square, count
 
 
 @sums
@@ -369,57 +256,6 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
 
 
 @sums
-def fill_products(rows, columns, count, out):
-    """Products of the first rows with the first columns, in the lower triangle, eight at a time."""
-    for x in range(0, count - 1, 2):
-        a, b = rows[x], rows[x + 1]
-        z = 0
-        while z + 3 < count and z <= x + 1:
-            p, q, r, s = columns[z], columns[z + 1], columns[z + 2], columns[z + 3]
-            ap = aq = ar = at = bp = bq = br = bt = 0.0
-            for i in range(len(a)):
-                ap += a[i] * p[i]
-                aq += a[i] * q[i]
-                ar += a[i] * r[i]
-                at += a[i] * s[i]
-                bp += b[i] * p[i]
-                bq += b[i] * q[i]
-                br += b[i] * r[i]
-                bt += b[i] * s[i]
-            out[x, z], out[x, z + 1], out[x, z + 2], out[x, z + 3] = ap, aq, ar, at
-            out[x + 1, z], out[x + 1, z + 1], out[x + 1, z + 2], out[x + 1, z + 3] = bp, bq, br, bt
-            z += 4
-        for k in range(z, x + 2):
-            out[x, k], out[x + 1, k] = dot(a, columns[k]), dot(b, columns[k])
-    if count % 2 == 1:
-        for k in range(count):
-            out[count - 1, k] = dot(rows[count - 1], columns[k])
-
-
-@sums
-def add_cone(prior, loads, unknowns, heat, cone, gradient):
-    """Fill in what the cone adds to the Hessian, and add to the gradient."""
-    cone[:] = 0.0
-    stiff = 1 / (prior.yielding**2 * heat)
-    for j in range(loads // 2):
-        a, b = 2 * j, 2 * j + 1
-        if prior.friction < 0:
-            if unknowns[a] < 0:
-                cone[a, a] += stiff
-                gradient[a] += stiff * unknowns[a]
-            continue
-        for side in (-1.0, 1.0):
-            miss = prior.friction * unknowns[a] + side * unknowns[b]
-            if miss < 0:
-                gradient[a] += stiff * prior.friction * miss
-                gradient[b] += stiff * side * miss
-                cone[a, a] += stiff * prior.friction**2
-                cone[b, b] += stiff
-                cone[b, a] += stiff * side * prior.friction
-                cone[a, b] += stiff * side * prior.friction
-
-
-@sums
 def _weigh(band, rows, out):
     """Information at the nodes times changes of phase there, into `out`, shape (k, m)."""
     m, reach = rows.shape[1], len(band) - 1
@@ -498,49 +334,6 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
 
 
 @sums
-def factorised(hessian, cone, damping, lower):
-    """Root of H + cone + damping diag, into `lower`; False where it is not positive definite."""
-    for i in range(len(lower)):
-        for j in range(i + 1):
-            total = hessian[i, j] + cone[i, j]
-            if i == j:
-                total *= 1 + damping
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i == j:
-                if not total > 0:
-                    return False
-                lower[i, i] = np.sqrt(total)
-            else:
-                lower[i, j] = total / lower[j, j]
-    return True
-
-
-@sums
-def substituted(lower, gradient, step):
-    """Solve for the step to where the gradient vanishes, from the root of the Hessian."""
-    size = len(step)
-    for i in range(size):
-        total = -gradient[i]
-        for k in range(i):
-            total -= lower[i, k] * step[k]
-        step[i] = total / lower[i, i]
-    for i in range(size - 1, -1, -1):
-        step[i] /= lower[i, i]
-        for k in range(i):
-            step[k] -= lower[i, k] * step[i]
-
-
-@sums
-def _solve(hessian, cone, damping, gradient, lower, step):
-    """Solve (H + cone + damping diag) step = -gradient; False where it is not positive definite."""
-    if not factorised(hessian, cone, damping, lower):
-        return False
-    substituted(lower, gradient, step)
-    return True
-
-
-@sums
 def empty_linearised(model):
     """Room for what `fill_linearised` fills in."""
     size, nodes = model.at.size, len(model.fixed)
@@ -597,189 +390,6 @@ def linearise(model, prior, frame, unknowns):
     fill_exposure(model, unknowns, work)
     fill_linearised(model, prior, frame, unknowns, work, np.sqrt(model.variance), 1.0, out)
     return out
-
-
-@sums_entry
-def loss_at(model, prior, frame, unknowns):
-    """The loss at a point, and its parts; parameters as of `linearise`.
-
-    Returns
-    -------
-    loss : float
-        Twice the negative logarithm of the posterior, less a constant.
-    square, count : float
-        Weighted sum of squared residuals in units of the noise, and sum of the weights.
-    """
-    work = workspace(model)
-    fill_exposure(model, unknowns, work)
-    loss = frame_loss(model, prior, frame, unknowns, work[4], np.sqrt(model.variance), 1.0)
-    square, count = weighed_squares(model, frame, work[4])
-    return loss, square, count
-
-
-@sums_entry
-def information(model, frame, unknowns, more):
-    """Information of the sound pixels about the unknowns: an exact sum over all of them.
-
-    Parameters
-    ----------
-    model, frame, unknowns
-        As of `linearise`.
-    more : ndarray, shape (k, m)
-        Change of the phase at the nodes with further unknowns, which stand behind the others.
-
-    Returns
-    -------
-    ndarray, shape (size + k, size + k)
-        Half the second derivative of the loss without the prior (Gauss-Newton).
-    """
-    work, at, sigma = workspace(model), model.at, np.sqrt(model.variance)
-    nodes, phase, swing, seen, level, slope, bright = work
-    fill_exposure(model, unknowns, work)
-    contrast, deviation, by_blur = lens(model, unknowns)
-    columns = np.zeros((at.size, len(nodes)))
-    fill_columns(model, unknowns, columns)
-    channels, pixels = len(model.bias), len(phase) // len(model.bias)
-    total = at.size + len(more)
-    turned, rows = np.empty(pixels), np.zeros((total, len(phase)))
-    weight, kernel = np.zeros(len(phase)), np.ones(1)
-    if deviation > 0:
-        kernel = kernel_of(deviation)
-    for c in range(channels):
-        begin = c * pixels
-        lines = slice(begin, begin + pixels)
-        for k in range(pixels):
-            lead = phase[begin + k]
-            turned[k] = np.sin(lead + model.bias[c])
-            if model.spread[c] > 0:
-                share = np.exp(-0.5 * (model.spread[c] * lead) ** 2)
-                curve = model.spread[c] ** 2 * lead * swing[begin + k]
-                turned[k] = share * turned[k] + curve
-        own = np.empty(pixels)
-        for x in range(total):
-            if at.visibility <= x < at.size:
-                continue
-            row = columns[x] if x < at.size else more[x - at.size]
-            for k in range(pixels):
-                p = begin + k
-                i, w = model.first[p], model.weights[p]
-                own[k] = w[0] * row[i] + w[1] * row[i + 1]
-                own[k] += w[2] * row[i + 2] + w[3] * row[i + 3]
-                own[k] *= turned[k]
-            blurred(own, kernel, rows[x, lines])
-            for k in range(pixels):
-                p = begin + k
-                rows[x, p] *= model.dispersion[c] * model.amplitude[p] * bright[p] * contrast / 2
-        for k in range(pixels):
-            p = begin + k
-            light = model.amplitude[p] * (1 - contrast * seen[p]) / 2
-            for s in range(len(model.brightness)):
-                for t in range(4):
-                    profile = light * model.brightness[s, model.first[p] + t]
-                    profile += model.darkness[s, model.first[p] + t]
-                    rows[at.modes + s, p] += model.weights[p, t] * profile
-            amplitude = model.amplitude[p] * bright[p]
-            if at.blur > at.visibility:
-                rows[at.visibility, p] = -amplitude * model.visibility_std * seen[p] / 2
-            if at.gamma > at.blur:
-                curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
-                curve -= 2 * seen[p]
-                rows[at.blur, p] = -amplitude * contrast / 2 * deviation * by_blur * curve
-            if at.size > at.gamma:
-                by_gamma = by_gamma_of(model, unknowns, level[p])
-                rows[at.gamma, p] = model.gamma_std * by_gamma / slope[p]
-            if np.isfinite(frame[p]):
-                weight[p] = pixel_loss(model, frame[p], level[p], sigma)[2]
-    found, weighed = np.empty((total, total)), np.empty((total, len(phase)))
-    for p in range(len(phase)):
-        weight[p] *= (slope[p] / sigma) ** 2
-    for x in range(total):
-        for p in range(len(phase)):
-            weighed[x, p] = rows[x, p] * weight[p]
-    fill_products(weighed, rows, total, found)
-    for x in range(total):
-        for z in range(x):
-            found[z, x] = found[x, z]
-    return found
-
-
-def climb(
-    model: FrameModel,
-    prior: Prior,
-    frame: Array,
-    start: Array,
-    heat: float,
-    steps: int,
-    tolerance: float,
-    bound: float = np.inf,
-) -> tuple[Array, float, float, float]:
-    """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
-
-    Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
-    (Marquardt, J. SIAM 11, 431, 1963).
-
-    Parameters
-    ----------
-    model, prior, frame
-        As of `linearise`.
-    start : ndarray, shape (size,)
-        Where to start.
-    heat : float
-        Factor on the variance of the noise and of the cone: above 1 the loss has fewer valleys.
-    steps : int
-        Most steps.
-    tolerance : float
-        Fall of the loss below which it is at its smallest.
-    bound : float
-        Loss above which a top is of no use: a climb ends where twice the fall that its linearised
-        problem has left does not lead below.
-
-    Returns
-    -------
-    unknowns : ndarray, shape (size,)
-        The last point.
-    loss : float
-        Twice the negative logarithm of the posterior there, less a constant.
-    square : float
-        Weighted sum of squared residuals in units of the noise.
-    count : float
-        Sum of the weights of the pixels, their number if none is clipped or broken.
-    """
-    return _climb(model, prior, frame, start, heat, steps, tolerance, bound)
-
-
-@sums_entry
-def _climb(model, prior, frame, start, heat, steps, tolerance, bound):
-    """As `climb`; an argument that may be left out would have the loop compiled twice."""
-    sigma = np.sqrt(model.variance * heat)
-    here, there, out = workspace(model), workspace(model), empty_linearised(model)
-    lower, step = np.zeros_like(out.hessian), np.empty(len(start))
-    unknowns, damping = start.copy(), 1e-2
-    fill_exposure(model, unknowns, here)
-    loss = frame_loss(model, prior, frame, unknowns, here[4], sigma, heat)
-    for _ in range(steps):
-        fill_linearised(model, prior, frame, unknowns, here, sigma, heat, out)
-        better, reached, trial = False, loss, unknowns
-        while damping < 1e6:
-            if _solve(out.hessian, out.cone, damping, out.gradient, lower, step):
-                trial = unknowns + step
-                fill_exposure(model, trial, there)
-                reached = frame_loss(model, prior, frame, trial, there[4], sigma, heat)
-                if reached <= loss:
-                    better = True
-                    break
-            damping *= 6
-        if not better:
-            break
-        fall = -dot(step, out.gradient)
-        gain, loss, unknowns = loss - reached, reached, trial
-        here, there = there, here
-        # a short step of a large damping falls little, far from any top
-        if (gain < tolerance and damping < UNDAMPED) or loss - 2 * max(fall, gain) > bound:
-            break
-        damping = max(damping / 8, 1e-8)
-    square, count = weighed_squares(model, frame, here[4])
-    return unknowns, loss, square, count
 
 
 @sums_entry
