@@ -19,8 +19,7 @@ from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
-from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.hypotheses import MetPhases, mixture, posterior_weights
+from fringeforce.estimation.hypotheses import MetPhases, mixture
 from fringeforce.estimation.linearised_frame import Linearised, linearise
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
@@ -28,11 +27,17 @@ from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.strip_explanations import (
+    Before,
+    Explanations,
+    alike_within,
+    one_reading,
+    same_phase,
+)
 from fringeforce.reading.strip_frames import (
     CLOSE,
     FITS,
     HOPELESS,
-    SAME,
     UNSURE,
     StripFrames,
     doubted,
@@ -66,11 +71,6 @@ FOLLOWED = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
-EQUAL = 0.3
-"""Unknowns that differ by less, in their own standard deviations, are of one explanation."""
-ALIKE = 0.1
-"""Share of the largest phase below which two phases are alike, where that is less than `SAME`: the
-light of a faint touch hardly tells a phase from its mirror image, which is near."""
 WIDENED = 0.05
 """Share of a standard deviation within which stated ones hold."""
 TOLERATED = 0.5
@@ -87,33 +87,6 @@ FOLDED = (
     "Large strain: under these loads the phase beyond the second order is not known, for the "
     "surface folds or no solution is near."
 )
-MOST_KNOWN = 0.9999
-"""Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
-reasons that no frame shows."""
-Before = tuple[Array, float]
-"""Unknowns of an explanation that was followed, and its probability."""
-
-
-@dataclass(frozen=True, eq=False)
-class Weighed:
-    """An explanation of a frame and its posterior weight.
-
-    Attributes
-    ----------
-    top : Top
-        The estimate.
-    covariance : ndarray, shape (2n, 2n)
-        Of its loads [N^2].
-    phase : ndarray, shape (m,)
-        At the nodes [rad].
-    weight : float
-        Share of the posterior.
-    """
-
-    top: Top
-    covariance: Array
-    phase: Array
-    weight: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,8 +233,8 @@ class StripFrameReader(StripFrames):
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
             near = near and self._tolerated(posterior, top.unknowns)
-            if near and _Met(posterior).explains(top, FITS):
-                return self._stated(_Met(posterior, [top]), tracked=True)
+            if near and Explanations(posterior).explains(top, FITS):
+                return self._stated(Explanations(posterior, [top]), tracked=True)
         silent = self._silent(posterior)
         met = self._explained(posterior, lines, silent)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
@@ -275,14 +248,14 @@ class StripFrameReader(StripFrames):
         if not met.explained:
             return self._refused(posterior, lines), None
         if silent is not None and self._nothing(silent, met.tops[0]):
-            met = _Met(posterior, [silent])
+            met = Explanations(posterior, [silent])
             return self._stated(met, Status.NO_CONTACT)
         if self.uncertain.shapes:
             loads = met.tops[0].unknowns[: posterior.model.at.loads]
             shaped = self.posterior(frame, self._push(posterior), loads, sound)
             model = shaped.model._replace(fixed=posterior.model.fixed)
             posterior = replace(shaped, model=model, centre=posterior.centre)
-            met = _Met(posterior, [posterior.settled(top.unknowns) for top in met.tops])
+            met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
         return self._stated(met, before=before)
 
     def quieter(self, noise: float) -> StripFrameReader:
@@ -297,7 +270,7 @@ class StripFrameReader(StripFrames):
         """What some attempts find in a frame, the best first, whether it explains it or not."""
         lines = self._search.lines(frame)
         posterior = self._own(frame, lines)
-        met = _Met(posterior)
+        met = Explanations(posterior)
         self._searched(posterior, lines, met, MetPhases(posterior.even), attempts, mend)
         return posterior, met.tops
 
@@ -356,9 +329,9 @@ class StripFrameReader(StripFrames):
         shift = self.strain_shift(posterior, unknowns)
         return shift is None or shift.share(unknowns[: posterior.model.at.loads]) < share
 
-    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> _Met:
+    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> Explanations:
         """Explanations of a frame, the best first."""
-        met, tried = _Met(posterior), MetPhases(posterior.even)
+        met, tried = Explanations(posterior), MetPhases(posterior.even)
         done = self._searched(posterior, lines, met, tried)
         if silent is not None:
             met.add(silent)
@@ -382,7 +355,7 @@ class StripFrameReader(StripFrames):
         self,
         posterior: Posterior,
         lines: Lines,
-        met: _Met,
+        met: Explanations,
         tried: MetPhases,
         attempts: int | None = None,
         mend: bool = True,
@@ -399,7 +372,7 @@ class StripFrameReader(StripFrames):
                 phase = node_phase(posterior.model, start)
                 if tried.holds(phase):
                     continue
-                tried.add(phase, _limit(phase))
+                tried.add(phase, alike_within(phase))
                 if posterior.even and start[: at.loads : 2].sum() < 0:
                     start = posterior.mirrored(start)
                 if done:
@@ -409,7 +382,7 @@ class StripFrameReader(StripFrames):
                     rough = posterior.settled(start, BINS, HEATS)
                 fits.append(rough)
                 phase = posterior.phase(rough)
-                tried.add(phase, _limit(phase))
+                tried.add(phase, alike_within(phase))
                 done = met.tried(rough) or done
             if done:
                 return True
@@ -422,7 +395,7 @@ class StripFrameReader(StripFrames):
                 return True
         return False
 
-    def _improved(self, met: _Met, top: Top, tries: int, stop: bool) -> None:
+    def _improved(self, met: Explanations, top: Top, tries: int, stop: bool) -> None:
         """Look among mirror images of stretches of the phase, those of the best ones first.
 
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
@@ -446,7 +419,7 @@ class StripFrameReader(StripFrames):
                 if seen.holds(phase):
                     continue
                 seen.add(phase, self._hidden)
-                count += not _same(phase, here)
+                count += not same_phase(phase, here)
                 if count > tries:
                     break
                 bound = met.rough[0].loss + CLOSE + 8
@@ -468,57 +441,17 @@ class StripFrameReader(StripFrames):
             while rivals and known.holds(posterior.phase(rivals[0])):
                 rivals.pop(0)
 
-    def _weighed(self, met: _Met) -> list[Weighed]:
-        """Explanations with their weights, the heaviest first."""
-        found = list[tuple[Top, Linearised]]()
-        posterior, loads = met.posterior, met.posterior.model.at.loads
-        for top in met.tops:
-            if top.loss > met.tops[0].loss + CLOSE:
-                break
-            about, near = met.about(top), EQUAL * met.near(top)[:loads]
-            known = (
-                (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < near).all()
-                for other, _ in found
-            )
-            if not any(known):
-                found.append((top, about))
-        masses = np.array([posterior.evidence(top, about) for top, about in found])
-        weighed = [
-            Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
-            for (top, about), share in zip(found, posterior_weights(masses), strict=True)
-        ]
-        return sorted(weighed, key=lambda one: -one.weight)
-
-    def _after(self, weighed: list[Weighed], model: FrameModel, before: Before) -> list[Weighed]:
-        """Explanations with the weights of what earlier frames said of them as well.
-
-        The noise of frames is independent, so that likelihoods multiply: what goes on from an
-        explanation that was followed had its probability, all others together the rest.
-        """
-        phase, known = node_phase(model, before[0]), min(before[1], MOST_KNOWN)
-        factors = [
-            known if np.abs(one.phase - phase).max() < JUMP else 1 - known for one in weighed
-        ]
-        shares = np.array([one.weight for one in weighed]) * factors
-        found = [
-            replace(one, weight=float(share))
-            for one, share in zip(weighed, shares / shares.sum(), strict=True)
-        ]
-        return sorted(found, key=lambda one: -one.weight)
-
     def _stated(
         self,
-        met: _Met,
+        met: Explanations,
         status: Status | None = None,
         tracked: bool = False,
         before: Before | None = None,
     ) -> tuple[Reading, Located]:
         """The reading of explanations, and from where the next frame can be followed."""
-        posterior, weighed = met.posterior, self._weighed(met)
-        if before is not None:
-            weighed = self._after(weighed, posterior.model, before)
+        posterior, weighed = met.posterior, met.weighed(before)
         best, count = weighed[0], posterior.model.at.loads
-        same = [_alike(one, best, self._hidden) for one in weighed]
+        same = [one_reading(one, best, self._hidden) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         near = [one.top for one in own]
@@ -632,109 +565,3 @@ class StripFrameReader(StripFrames):
         if (shift := self.strain_shift(posterior, top.unknowns)) is not None:
             covariance = covariance + shift.covariance(loads)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
-
-
-def _same(phase: Array, other: Array) -> bool:
-    """Whether two phases are of one explanation."""
-    return bool(np.abs(phase - other).max() < _limit(other))
-
-
-def _limit(phase: Array) -> float:
-    """Distance from a phase below which others are of the same explanation [rad]."""
-    return min(SAME, ALIKE * float(np.abs(phase).max()))
-
-
-def _alike(one: Weighed, best: Weighed, hidden: float) -> bool:
-    """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
-
-    Phases are one where noise hides their difference.  The deviations are those that are stated, of
-    both as a mixture: their loads differ by one of them root mean square at most, and the mixture
-    has at most twice the variance of the best alone.
-    """
-    if np.abs(one.phase - best.phase).max() < min(_limit(best.phase), hidden):
-        return True
-    count = len(best.covariance)
-    apart = one.top.unknowns[:count] - best.top.unknowns[:count]
-    square = float(apart @ np.linalg.solve(best.covariance, apart))
-    share = one.weight / (one.weight + best.weight)
-    between = share * (1 - share) * square
-    return between <= count and square / (1 + between) <= count
-
-
-class _Met:
-    """Explanations of one frame that were met, the best first.
-
-    `rough` are those of the frame in bins; `explained` is whether any of them explains it.
-    """
-
-    def __init__(self, posterior: Posterior, tops: list[Top] | None = None) -> None:
-        self.posterior, self.rough, self.explained = posterior, list[Top](), False
-        self.tops = sorted(tops or [], key=lambda one: one.loss)
-        self._chances, self._abouts = dict[int, float](), dict[int, Linearised]()
-        self._nears, self._settled = dict[int, Array](), list[Top]()
-
-    @property
-    def best(self) -> list[Array]:
-        """Unknowns of the best one, whether it explains the frame or not; none if none was met."""
-        return [top.unknowns for top in (self.tops[:1] or self.rough[:1])]
-
-    @property
-    def loss(self) -> float:
-        """Loss of the best one in bins."""
-        return self.rough[0].loss if self.rough else np.inf
-
-    def about(self, top: Top) -> Linearised:
-        """The loss about an explanation."""
-        if id(top) not in self._abouts:
-            self._abouts[id(top)] = self.posterior.linearised(top)
-        return self._abouts[id(top)]
-
-    def chance(self, top: Top) -> float:
-        """Chance that noise leaves as large waves of phase."""
-        if id(top) not in self._chances:
-            self._chances[id(top)] = self.posterior.waves_chance(top, self.about(top))
-        return self._chances[id(top)]
-
-    def tried(self, rough: Top) -> bool:
-        """Keep an explanation of the frame in bins; whether it explains the frame plainly."""
-        self.rough.append(rough)
-        self.rough.sort(key=lambda one: one.loss)
-        if rough is not self.rough[0] or rough.loss > (1 + BINS) * rough.count:
-            return False
-        return self.explains(self._settle(rough), UNSURE)
-
-    def _settle(self, rough: Top) -> Top:
-        self._settled.append(rough)
-        top = self.posterior.settled(rough.unknowns, tolerance=0.03)
-        self.add(top)
-        return top
-
-    def settle(self) -> None:
-        """Add all explanations that may have weight."""
-        for rough in self.rough:
-            if rough.loss > self.rough[0].loss + CLOSE:
-                break
-            if not self.tops:
-                self._settle(rough)
-                continue
-            apart = EQUAL * self.near(self.tops[0])
-            if not any(
-                (np.abs(rough.unknowns - known.unknowns) < apart).all() for known in self._settled
-            ):
-                self._settle(rough)
-
-    def near(self, top: Top) -> Array:
-        """Standard deviations of all unknowns about an explanation, shape (size,)."""
-        if id(top) not in self._nears:
-            self._nears[id(top)] = np.sqrt(np.diag(np.linalg.inv(self.about(top).hessian)))
-        return self._nears[id(top)]
-
-    def add(self, top: Top) -> None:
-        self.tops.append(top)
-        self.tops.sort(key=lambda one: one.loss)
-
-    def explains(self, top: Top, chance: float) -> bool:
-        """Whether an explanation leaves nothing but noise."""
-        if top.chance < FITS:
-            return False
-        return self.chance(top) > chance

@@ -1,0 +1,203 @@
+"""Explanations of a strip's frame that were met: which have weight, and which are one reading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.followed_frames import JUMP
+from fringeforce.estimation.frame_exposure import node_phase
+from fringeforce.estimation.hypotheses import posterior_weights
+from fringeforce.estimation.linearised_frame import Linearised
+from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.reading.posterior_search import BINS
+from fringeforce.reading.strip_frames import CLOSE, FITS, SAME, UNSURE
+
+Array = NDArray[np.float64]
+
+EQUAL = 0.3
+"""Unknowns that differ by less, in their own standard deviations, are of one explanation."""
+ALIKE = 0.1
+"""Share of the largest phase below which two phases are alike, where that is less than `SAME`: the
+light of a faint touch hardly tells a phase from its mirror image, which is near."""
+MOST_KNOWN = 0.9999
+"""Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
+reasons that no frame shows."""
+Before = tuple[Array, float]
+"""Unknowns of an explanation that was followed, and its probability."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """An explanation of a frame and its posterior weight.
+
+    Attributes
+    ----------
+    top : Top
+        The estimate.
+    covariance : ndarray, shape (2n, 2n)
+        Of its loads [N^2].
+    phase : ndarray, shape (m,)
+        At the nodes [rad].
+    weight : float
+        Share of the posterior.
+    """
+
+    top: Top
+    covariance: Array
+    phase: Array
+    weight: float
+
+
+class Explanations:
+    """Explanations of one frame that were met, the best first.
+
+    `rough` are those of the frame in bins; `explained` is whether any of them explains it.
+    """
+
+    def __init__(self, posterior: Posterior, tops: list[Top] | None = None) -> None:
+        self.posterior, self.rough, self.explained = posterior, list[Top](), False
+        self.tops = sorted(tops or [], key=lambda one: one.loss)
+        self._chances, self._abouts = dict[int, float](), dict[int, Linearised]()
+        self._nears, self._settled = dict[int, Array](), list[Top]()
+
+    @property
+    def best(self) -> list[Array]:
+        """Unknowns of the best one, whether it explains the frame or not; none if none was met."""
+        return [top.unknowns for top in (self.tops[:1] or self.rough[:1])]
+
+    @property
+    def loss(self) -> float:
+        """Loss of the best one in bins."""
+        return self.rough[0].loss if self.rough else np.inf
+
+    def about(self, top: Top) -> Linearised:
+        """The loss about an explanation."""
+        if id(top) not in self._abouts:
+            self._abouts[id(top)] = self.posterior.linearised(top)
+        return self._abouts[id(top)]
+
+    def chance(self, top: Top) -> float:
+        """Chance that noise leaves as large waves of phase."""
+        if id(top) not in self._chances:
+            self._chances[id(top)] = self.posterior.waves_chance(top, self.about(top))
+        return self._chances[id(top)]
+
+    def tried(self, rough: Top) -> bool:
+        """Keep an explanation of the frame in bins; whether it explains the frame plainly."""
+        self.rough.append(rough)
+        self.rough.sort(key=lambda one: one.loss)
+        if rough is not self.rough[0] or rough.loss > (1 + BINS) * rough.count:
+            return False
+        return self.explains(self._settle(rough), UNSURE)
+
+    def _settle(self, rough: Top) -> Top:
+        self._settled.append(rough)
+        top = self.posterior.settled(rough.unknowns, tolerance=0.03)
+        self.add(top)
+        return top
+
+    def settle(self) -> None:
+        """Add all explanations that may have weight."""
+        for rough in self.rough:
+            if rough.loss > self.rough[0].loss + CLOSE:
+                break
+            if not self.tops:
+                self._settle(rough)
+                continue
+            apart = EQUAL * self.near(self.tops[0])
+            if not any(
+                (np.abs(rough.unknowns - known.unknowns) < apart).all() for known in self._settled
+            ):
+                self._settle(rough)
+
+    def near(self, top: Top) -> Array:
+        """Standard deviations of all unknowns about an explanation, shape (size,)."""
+        if id(top) not in self._nears:
+            self._nears[id(top)] = np.sqrt(np.diag(np.linalg.inv(self.about(top).hessian)))
+        return self._nears[id(top)]
+
+    def add(self, top: Top) -> None:
+        """Keep an explanation of the frame."""
+        self.tops.append(top)
+        self.tops.sort(key=lambda one: one.loss)
+
+    def explains(self, top: Top, chance: float) -> bool:
+        """Whether an explanation leaves nothing but noise."""
+        if top.chance < FITS:
+            return False
+        return self.chance(top) > chance
+
+    def weighed(self, before: Before | None = None) -> list[Weighed]:
+        """Explanations with their weights, the heaviest first.
+
+        Parameters
+        ----------
+        before : tuple of ndarray and float, optional
+            Unknowns of an explanation that was followed to the last frame, and its probability.
+        """
+        found = list[tuple[Top, Linearised]]()
+        posterior, loads = self.posterior, self.posterior.model.at.loads
+        for top in self.tops:
+            if top.loss > self.tops[0].loss + CLOSE:
+                break
+            about, near = self.about(top), EQUAL * self.near(top)[:loads]
+            known = (
+                (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < near).all()
+                for other, _ in found
+            )
+            if not any(known):
+                found.append((top, about))
+        masses = np.array([posterior.evidence(top, about) for top, about in found])
+        weighed = [
+            Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
+            for (top, about), share in zip(found, posterior_weights(masses), strict=True)
+        ]
+        if before is not None:
+            weighed = self._after(weighed, before)
+        return sorted(weighed, key=lambda one: -one.weight)
+
+    def _after(self, weighed: list[Weighed], before: Before) -> list[Weighed]:
+        """Explanations with the weights of what earlier frames said of them as well.
+
+        The noise of frames is independent, so that likelihoods multiply: what goes on from an
+        explanation that was followed had its probability, all others together the rest.
+        """
+        phase, known = node_phase(self.posterior.model, before[0]), min(before[1], MOST_KNOWN)
+        factors = [
+            known if np.abs(one.phase - phase).max() < JUMP else 1 - known for one in weighed
+        ]
+        shares = np.array([one.weight for one in weighed]) * factors
+        return [
+            replace(one, weight=float(share))
+            for one, share in zip(weighed, shares / shares.sum(), strict=True)
+        ]
+
+
+def same_phase(phase: Array, other: Array) -> bool:
+    """Whether two phases are of one explanation."""
+    return bool(np.abs(phase - other).max() < alike_within(other))
+
+
+def alike_within(phase: Array) -> float:
+    """Distance from a phase below which others are of the same explanation [rad]."""
+    return min(SAME, ALIKE * float(np.abs(phase).max()))
+
+
+def one_reading(one: Weighed, best: Weighed, hidden: float) -> bool:
+    """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
+
+    Phases are one where noise hides their difference.  The deviations are those that are stated, of
+    both as a mixture: their loads differ by one of them root mean square at most, and the mixture
+    has at most twice the variance of the best alone.
+    """
+    if np.abs(one.phase - best.phase).max() < min(alike_within(best.phase), hidden):
+        return True
+    count = len(best.covariance)
+    apart = one.top.unknowns[:count] - best.top.unknowns[:count]
+    square = float(apart @ np.linalg.solve(best.covariance, apart))
+    share = one.weight / (one.weight + best.weight)
+    between = share * (1 - share) * square
+    return between <= count and square / (1 + between) <= count
