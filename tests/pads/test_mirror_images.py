@@ -11,7 +11,8 @@ from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
-from fringeforce.reading.pads.fit import Fit, Optimum, Place
+from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.light import Place
 from fringeforce.reading.pads.mirror_images import Mirror, weighed
 from fringeforce.reading.pads.sampling import lattice
 from fringeforce.reading.pads.search import Search
@@ -162,7 +163,16 @@ def test_a_frame_that_two_loads_explain_names_both(
 
 def optimum(forces: list[float], loss: float) -> Optimum:
     one = np.zeros(1)
-    place = Place(np.array(forces), np.zeros((2, 1, 1, 1), np.float32), [], one)
+    place = Place(
+        forces=np.array(forces),
+        modes=np.zeros((2, 1, 1, 1), np.float32),
+        lights=[],
+        level=one,
+        pictures=(),
+        lens=None,
+        amplitude=1.0,
+        intensity=one,
+    )
     return Optimum(np.array(forces), Curvature(np.eye(3)), place, Misfit(loss, one, one))
 
 

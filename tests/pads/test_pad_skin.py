@@ -252,10 +252,6 @@ def test_moving_contacts_are_followed_and_end_and_new_ones_are_searched(model: P
 
 
 def test_what_the_skin_of_a_pad_does_not_allow_for_is_told(model: PadModel) -> None:
-    with pytest.raises(InputError, match=r"camera\.drift"):
-        ff.Reader(model.with_tolerances(**{"camera.drift": "1 %"}))
-    with pytest.raises(InputError, match=r"camera\.amplitude"):
-        ff.Reader(model.with_tolerances(**{"camera.amplitude": "240 +/- 2 %"}))
     with pytest.raises(InputError, match="friction of a pad's skin"):
         ff.Reader(model, friction=0.5)
 

@@ -158,7 +158,7 @@ class BuiltPad:
                 return np.array([self.intensity(one) for one in forces])
             pad = self.model.sensor
             slices = press_slices(pad, forces, *pad.pixel_positions)
-            return self._seen(slices).reshape(self.model.frame_shape).astype(float)
+            return self.seen(slices).reshape(self.model.frame_shape).astype(float)
         loads = self.model.checked(cast(ArrayLike, forces))
         flat = loads.reshape(-1, *loads.shape[-2:])
         spread = (
@@ -181,13 +181,14 @@ class BuiltPad:
                 for places, end in zip(pad.pixel_positions, ends, strict=True)
             )
             slices += slice_retardance(pad, loads, x, y, len(slices))
-        return self._seen(slices)
+        return self.seen(slices)
 
-    def _seen(self, slices: Array) -> Single:
-        """Intensity of light through slices that have the residual as well."""
-        weights = block_of(self.model.sensor).depths(len(slices))[1]
+    def seen(self, slices: ArrayLike) -> Single:
+        """Intensity of light through slices, as of `PadModel.seen`, with the residual as well."""
+        stack = np.asarray(slices)
+        weights = block_of(self.model.sensor).depths(len(stack))[1]
         share = weights / (2 * weights.sum())
-        return self.model.seen(slices + share[:, None, None, None] * self.residual)
+        return self.model.seen(stack + share[:, None, None, None] * self.residual)
 
     def expose(
         self,

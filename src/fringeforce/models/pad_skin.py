@@ -32,6 +32,7 @@ from scipy.special import eval_jacobi, roots_jacobi
 from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.fourier import retardance_waves
+from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_spectra import DEGREES, add_loads, fill_terms, pull, radial_table
 from fringeforce.models.pad_synthesis import Synthesis
@@ -140,41 +141,52 @@ class PadSkinModel:
     def _waves(self) -> tuple[Array, Array, Single, Single]:
         """Wave numbers, waves (2, modes, 3, m, n) of (A, B) per harmonic, and profiles."""
         block = block_of(self.pad)
-        alpha, beta, found = retardance_waves(block, SLICES, DIGITS)
-        layer, light = self.pad.transducer.photoelastic, self.pad.polariscope
-        constant = stress_optic_constant(layer, light.wavelength)
-        weights = block.depths(SLICES)[1]
-        stack = constant * weights[:, None, None, None, None] * found  # (S, 2, 3, m, n)
+        alpha, beta, stack = _retardance_of(self.pad, DIGITS)
         # damped twice, for loads have weaker short waves than a point has
         kappa = np.hypot(alpha[:, None], beta)
         flat = (stack * np.exp(-kappa * block.compliant.thickness / 4)).reshape(SLICES, -1)
         # the mean over the depth is one of them, which is nearly all that light sees
-        mean = np.full((SLICES, 1), SLICES**-0.5)
-        rest = flat - mean @ (mean.T @ flat)
+        first = np.full((SLICES, 1), SLICES**-0.5)
+        if RESIDUAL in self.pad.tolerances:  # which is even in depth
+            first, _ = np.linalg.qr(np.column_stack([first, block.depths(SLICES)[1]]))
+        rest = flat - first @ (first.T @ flat)
         vectors, sizes, _ = np.linalg.svd(rest @ rest.T)
         lost = np.sqrt(np.append(sizes[::-1].cumsum()[::-1], 0) / np.vdot(flat, flat))
-        profile = np.column_stack([mean, vectors[:, : int(np.argmax(lost <= KEPT))]])
+        profile = np.column_stack([first, vectors[:, : int(np.argmax(lost <= KEPT))]])
         waves = np.einsum("sk,sfcmn->fkcmn", profile, stack, optimize=True)
         return alpha, beta, waves.astype(np.float32), profile.astype(np.float32)
+
+    @property
+    def waves(self) -> Single:
+        """Retardance of the modes per harmonic of N, T_x and T_y, shape (2, modes, 3, m, n)."""
+        return self._waves[2]
+
+    def waves_of(self, pad: Pad) -> Array:
+        """The same of a pad with other layers, for the same harmonics and depth profiles."""
+        own, other = (one.transducer.compliant.thickness for one in (self.pad, pad))
+        # as many harmonics, or one more where rounding says so
+        _, _, stack = _retardance_of(pad, DIGITS * other / own * (1 + 1e-12))
+        m, n = self.waves.shape[-2:]
+        return np.einsum("sk,sfcmn->fkcmn", self.profile, stack[..., :m, :n], optimize=True)
 
     @property
     def profile(self) -> Single:
         """What each mode adds to each slice, shape (slices, modes)."""
         return self._waves[3]
 
-    def synthesis(self, x: Array, y: Array) -> Synthesis:
-        """From harmonics of `loads` to retardance at columns and rows [m]."""
-        return Synthesis.of(self._waves[2], self._sides, x, y)
+    def synthesis(self, x: Array, y: Array, waves: Single | None = None) -> Synthesis:
+        """From harmonics of `loads` to retardance at columns and rows [m], by waves if given."""
+        return Synthesis.of(self.waves if waves is None else waves, self._sides, x, y)
 
     @cached_property
     def pixels(self) -> Synthesis:
         """The same at the columns and rows of the camera."""
         return self.synthesis(*self.pad.pixel_positions)
 
-    def rough(self, x: Array, y: Array, mixed: Single) -> Synthesis:
+    def rough(self, x: Array, y: Array, mixed: Single, waves: Single) -> Synthesis:
         """The same from harmonics of `derivatives`, for mixtures (modes, k) of depth profiles."""
         m, n = self._fewer
-        lowest = self._waves[2][..., :m, :n]
+        lowest = waves[..., :m, :n]
         few = np.einsum("kr,fkcmn->frcmn", mixed, lowest, optimize=True)
         return Synthesis.of(few, self._sides, x, y)
 
@@ -201,6 +213,11 @@ class PadSkinModel:
         alpha, beta, reach, norm, table = self._grid
         m, n = self._fewer
         return alpha[:m], beta[:n], np.minimum(reach[:m], n), norm[:m, :n].copy(), table
+
+    def lowest(self, loads: Single) -> Single:
+        """Those harmonics of `loads` that count for curvatures."""
+        m, n = self._fewer
+        return loads[..., :m, :n]
 
     @cached_property
     def _fewer(self) -> tuple[int, int]:
@@ -333,6 +350,15 @@ class PadSkinModel:
         std[FIRST : FIRST + len(PRESSURES)] = [PRESSURE_STDS[TERMS[i].degree] for i in PRESSURES]
         std[FIRST + len(PRESSURES) :] = [SHEAR_STDS[TERMS[i].degree] for i in SHEARS] * 2
         return np.tile(mean, (count, 1)), np.tile(std, (count, 1))
+
+
+def _retardance_of(pad: Pad, digits: float) -> tuple[Array, Array, Array]:
+    """Wave numbers, and retardance of slices (S, 2, 3, m, n) per harmonic of tractions."""
+    block = block_of(pad)
+    alpha, beta, found = retardance_waves(block, SLICES, digits)
+    constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+    weights = block.depths(SLICES)[1]
+    return alpha, beta, constant * weights[:, None, None, None, None] * found
 
 
 _SCALES = np.array([(1, 1, -1, -1)[term.degree % 4] * term.scale for term in TERMS])

@@ -117,9 +117,18 @@ class Synthesis:
 
     def modes(self, loads: Single) -> Single:
         """Retardance of every depth profile, shape (2, modes, rows, columns) [rad]."""
-        sums = np.zeros((*self.waves.shape[:2], *self.waves.shape[3:]), dtype=np.float32)
-        _mix(self.waves, *self.orders, loads, sums)
-        return self._spread(sums)
+        return self._spread(self._mixed(self.waves, loads))
+
+    def mixed(self, waves: Single, loads: Single) -> Single:
+        """Sums (2, modes, m, n) over the components of other waves, as they come, and loads."""
+        first, second = self.orders
+        own = np.ascontiguousarray(waves[..., first[:, None], second])
+        return self._mixed(own, loads)
+
+    def _mixed(self, waves: Single, loads: Single) -> Single:
+        sums = np.zeros((*waves.shape[:2], *waves.shape[3:]), dtype=np.float32)
+        _mix(waves, *self.orders, loads, sums)
+        return sums
 
     def columns(self, component: int, harmonics: Single) -> Single:
         """The same of several harmonics of one component, or, as component 3, of all three.
@@ -156,13 +165,21 @@ class Synthesis:
 
     def adjoint(self, by_modes: Single) -> Single:
         """From derivatives by the modes, shape (2, modes, rows, columns), to those by loads."""
+        return self.back(self.gather(by_modes))
+
+    def back(self, sums: Single) -> Single:
+        """The same from derivatives by sums of harmonics."""
+        found = np.zeros(self.waves.shape[2:], dtype=np.float32)
+        _unmix(self.waves, *self.orders, sums, found)
+        return found
+
+    def gather(self, by_modes: Single) -> Single:
+        """The same to those by sums of harmonics, shape (2, modes, m, n)."""
         sums = []
         for field, values in enumerate(by_modes):
             lines = self.along[field].adjoint(values)
             sums.append(self.across[field].adjoint(lines.swapaxes(1, 2)))
-        found = np.zeros(self.waves.shape[2:], dtype=np.float32)
-        _unmix(self.waves, *self.orders, np.stack(sums), found)
-        return found
+        return np.stack(sums)
 
 
 @njit(cache=True, error_model="numpy", fastmath=True, nogil=True)

@@ -180,7 +180,7 @@ class PadUncertainty:
                 covariance = np.linalg.inv(self.expected[1])
                 square += self.residual_square(np.asarray(np.diag(covariance)[group.place], float))
             elif group.path in ("camera.amplitude", "polariscope.visibility"):
-                square += (group.std / (2 * _value(pad, group.path))) ** 2
+                square += (group.std / (2 * value_of(pad, group.path))) ** 2
             elif group.path == "camera.offset":
                 square += (2 * group.std / pad.camera.amplitude) ** 2
             elif group.path == DRIFTS[0]:
@@ -214,7 +214,7 @@ class PadUncertainty:
         pad, found = self.model.sensor, []
         for group in self.groups:
             if _is_form(group.path):
-                value = _value(pad, group.path)
+                value = value_of(pad, group.path)
                 step = STEP * group.std
                 low, high = _room(pad, group.path, value, step)
                 ends = [pictures(with_values(pad, {group.path: end})) for end in (low, high)]
@@ -271,7 +271,7 @@ class PadUncertainty:
         """The design with its camera where it is under unknowns."""
         pad = self.model.sensor
         values = {
-            group.path: _value(pad, group.path) + group.std * float(extra[group.begin])
+            group.path: value_of(pad, group.path) + group.std * float(extra[group.begin])
             for group in self.registration
         }
         return with_values(pad, values)
@@ -327,7 +327,7 @@ class PadUncertainty:
 
     def _changes(self, group: Group) -> tuple[PadInfluence, ...]:
         pad, base = self.model.sensor, self.model.influence
-        value = _value(pad, group.path)
+        value = value_of(pad, group.path)
         if group.path in SCALING:
             share = group.std / value
             powers = (share,) if group.path in EFFECTS else (-share, share**2)
@@ -402,8 +402,7 @@ class PadUncertainty:
         sizes = np.outer(*(np.square(field).sum(axis=1) for field in fields))
         chosen = np.argwhere(sizes > SMALLEST * sizes.max())
         weights = block_of(pad).depths(len(base.profile))[1]
-        even = (base.profile / weights[:, None]).T @ (weights / weights.sum())
-        even /= 2 * (base.profile @ even).sum()
+        even, *_ = np.linalg.lstsq(base.profile, weights / (2 * weights.sum()))
         return across, along, chosen, even
 
     def coefficients(self, forces: Array, extra: Array, reference: Array | None = None) -> Single:
@@ -427,11 +426,14 @@ class PadUncertainty:
             share = std * extra[place]
             if share.any():
                 grid += influence.forward((spread.reshape(-1, 3) * share[:, None]).ravel())
-        if group := self.group(RESIDUAL):
-            grid += self._residual(group, extra)
+        if self.group(RESIDUAL):
+            grid += self.residual(extra)
         return grid
 
-    def _residual(self, group: Group, extra: Array) -> Single:
+    def residual(self, extra: Array) -> Single:
+        """Spline coefficients of the retardance without forces, shape (2, modes, ny, nx) [rad]."""
+        group = self.group(RESIDUAL)
+        assert group is not None
         across, along, chosen, even = self._fields
         shares = np.zeros((2, len(across), len(along)))
         shares[:, chosen[:, 0], chosen[:, 1]] = extra[group.place].reshape(2, -1)
@@ -457,11 +459,17 @@ class PadUncertainty:
             if reference is None:
                 by_forces = by_forces + (extra[place, None] * back).ravel()
         if group := self.group(RESIDUAL):
-            across, along, chosen, even = self._fields
-            fields = np.einsum("fkyx,k->fyx", grid, even)
-            shares = group.std * across @ fields @ along.T
-            by_extra[group.place] = shares[:, chosen[:, 0], chosen[:, 1]].ravel()
+            by_extra[group.place] = self.residual_adjoint(grid)
         return by_forces, by_extra
+
+    def residual_adjoint(self, grid: Single) -> Array:
+        """Derivatives by the unknowns of the residual from that by spline coefficients."""
+        group = self.group(RESIDUAL)
+        assert group is not None
+        across, along, chosen, even = self._fields
+        fields = np.einsum("fkyx,k->fyx", grid, even)
+        shares = group.std * across @ fields @ along.T
+        return shares[:, chosen[:, 0], chosen[:, 1]].ravel()
 
     def residual_square(self, squares: Array) -> float:
         """Mean square of the residual over the pad, from those of its unknowns [rad^2]."""
@@ -476,7 +484,7 @@ class PadUncertainty:
         group, mean = self.group(RESIDUAL), self.expected[0]
         if group is None or not mean[group.place].any():
             return None
-        return self._residual(group, mean)
+        return self.residual(mean)
 
     def residual_at(self, x: Array, y: Array) -> tuple[Single, Single]:
         """Modes of one part of the residual, and depth profiles.
@@ -515,7 +523,9 @@ def refusal(pad: Pad, path: str) -> str:
             "polariscope.wavelength has a tolerance beside channels of their own wavelengths; give "
             f"{effect} one instead, which acts on all."
         )
-    known = (*LIGHT, *REGISTRATION, *SCALING, BLUR, RESIDUAL, PLACEMENT, SIZE, PITCH, DRIFTS[0])
+    known = (*LIGHT, *REGISTRATION, *SCALING, BLUR, RESIDUAL, DRIFTS[0])
+    if pad.skin is None:
+        known = (*known, PLACEMENT, SIZE, PITCH)
     if path in known or path.startswith(LAYERS) or _is_form(path):
         return ""
     return (
@@ -531,7 +541,8 @@ def _is_form(path: str) -> bool:
     )
 
 
-def _value(pad: Pad, path: str) -> float:
+def value_of(pad: Pad, path: str) -> float:
+    """The number that a design states at a path."""
     found = number_at(pad, path)
     assert found is not None
     return found[0]

@@ -22,7 +22,8 @@ from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.estimation.shared_fit import FrameTerms
 from fringeforce.models.pad_contacts import NARROWEST, Contact, ContactSeries
-from fringeforce.reading.pads.fit import Fit, Place, Prior
+from fringeforce.reading.pads.fit import Fit
+from fringeforce.reading.pads.light import Place, Prior
 from fringeforce.reading.pads.sampling import Sampling, lattice
 
 SIDE = 32

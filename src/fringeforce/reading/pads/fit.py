@@ -9,18 +9,17 @@ prior, and the loss is twice the negative logarithm of the posterior.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
-from fringeforce.estimation.likelihood import Misfit, Response, misfit
+from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty
-from fringeforce.optics.area_camera import Lens, Picture
+from fringeforce.reading.pads.light import FrameLight, Place, Prior, Start, nothing
 from fringeforce.reading.pads.sampling import Sampling
 
 Array = NDArray[np.float64]
@@ -41,99 +40,6 @@ SILENT_STEPS = 10
 RIDGE, MASKED = 1e-9, 1e-6
 """Shares of the mean information that keep steps finite where a load leaves no trace, and where a
 mask may hide it, beyond what sums in single precision leave."""
-
-
-def nothing() -> Array:
-    """Unknowns of a pad without tolerances, shape (0,)."""
-    return np.empty(0)
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """Forces, and the retardance that they cause.
-
-    Attributes
-    ----------
-    forces : ndarray, shape (3 n,)
-        N, T_x, T_y of tactel after tactel [N].
-    modes : ndarray, shape (2, modes, rows, columns)
-        Retardance [rad].
-    extra : ndarray, shape (q,)
-        Unknowns of tolerances.
-    """
-
-    forces: Array
-    modes: Single
-    extra: Array = field(default_factory=nothing, kw_only=True)
-
-    def onward(self, share: float, before: Start) -> Start:
-        """A share of the way from another to here further on, for retardance follows forces.
-
-        Unknowns of tolerances stay as they are.
-        """
-        modes = np.float32(1 + share) * self.modes
-        modes -= np.float32(share) * before.modes
-        forces = self.forces + share * (self.forces - before.forces)
-        return Start(forces, modes, extra=self.extra)
-
-
-@dataclass(frozen=True, eq=False)
-class Place(Start):
-    """Forces, and the light that they cause.
-
-    Attributes
-    ----------
-    lights : list of ndarray, shape (3, P)
-        Light of every channel.
-    level : ndarray, shape (channels * P,)
-        Expected grey levels.
-    pictures : tuple of Picture
-        What the channels measure.
-    lens : Lens, optional
-        What blurs the light.
-    amplitude : float
-        Of the camera, grey levels.
-    intensity : ndarray, shape (channels * P,)
-        Of the light that pixels get.
-    reference : ndarray, shape (3 n,), optional
-        Forces that the spread of tractions is relative to, if not these.
-    """
-
-    lights: Sequence[Single]
-    level: Array
-    pictures: tuple[Picture, ...] = field(default=(), kw_only=True)
-    lens: Lens | None = field(default=None, kw_only=True)
-    amplitude: float = field(default=1.0, kw_only=True)
-    intensity: Array = field(default_factory=nothing, kw_only=True)
-    reference: Array | None = field(default=None, kw_only=True)
-
-
-@dataclass(frozen=True, eq=False)
-class Prior:
-    """What is known of the unknowns of tolerances before a frame.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (q,)
-    precision : ndarray, shape (q, q)
-        Inverse of their covariance.
-    """
-
-    mean: Array
-    precision: Array
-
-    @classmethod
-    def stated(cls, uncertain: PadUncertainty) -> Prior:
-        """By the tolerances, and by what is known of them together."""
-        return cls(*uncertain.expected)
-
-    def slope(self, extra: Array) -> Array:
-        """Half the derivative of the loss, shape (q,)."""
-        return np.asarray(self.precision @ (extra - self.mean))
-
-    def loss(self, extra: Array) -> float:
-        """Twice the negative logarithm, less a constant."""
-        return float((extra - self.mean) @ self.slope(extra))
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,62 +135,28 @@ class Fit:
         modes = self.uncertain.retarding(other).spread(grid)
         return self.place(Start(forces, modes, extra=other))
 
+    @cached_property
+    def _light(self) -> FrameLight:
+        return FrameLight(self.model, self.response, self.frame, self.used, self.uncertain)
+
     def place(self, start: Start) -> Place:
         """Evaluate where the retardance is known."""
-        modes, extra, known = start.modes, start.extra, self.uncertain
-        pictures, lens = self.model.pictures, self.model.lens
-        if known is not None:
-            pictures, lens = known.pictures(extra), known.lens(extra)
-        lights = [self.model.light(modes, picture) for picture in pictures]
-        seen = [
-            self.model.measured(light, picture, lens)
-            for light, picture in zip(lights, pictures, strict=True)
-        ]
-        intensity = np.concatenate(seen).astype(float)
-        gain, dark = 1.0, 0.0
-        if known is not None:
-            gain, dark = 1.0 + known.brightness @ extra, known.darkness @ extra
-        level = np.asarray(gain * self.response.amplitude * intensity + self.response.offset + dark)
-        return Place(
-            start.forces,
-            modes,
-            lights,
-            level,
-            extra=extra,
-            pictures=pictures,
-            lens=lens,
-            amplitude=float(gain * np.mean(self.response.amplitude)),
-            intensity=intensity,
-            reference=self.reference,
-        )
+        shone = self._light.shone(start.modes, start.extra)
+        return Place(forces=start.forces, reference=self.reference, **vars(shone))
 
     def misfit(self, place: Place) -> Misfit:
         """What a place leaves of the frame; nothing at pixels that do not count.
 
         The loss is that of the frame and of the unknowns of tolerances.
         """
-        if self.used is None:
-            found = misfit(self.frame, place.level, self.response)
-        else:
-            few = misfit(self.frame[self.used], place.level[self.used], self.response)
-            slope, weight = np.zeros((2, len(self.frame)))
-            slope[self.used], weight[self.used] = few.slope, few.weight
-            found = Misfit(few.loss, slope, weight)
+        found = self._light.misfit(place.level)
         if self.uncertain is None:
             return found
         return replace(found, loss=found.loss + self._prior.loss(place.extra))
 
     def gradient(self, place: Place, left: Misfit) -> Array:
         """Half the derivative of the loss, shape (3 n + q,), exact."""
-        scale = np.float32(place.amplitude / np.sqrt(self.response.variance))
-        pulls = (scale * left.slope.astype(np.float32)).reshape(len(place.lights), -1)
-        by_modes = reduce(
-            np.add,
-            (
-                self.model.picture_adjoint(place.modes, picture, light, pull, place.lens)
-                for picture, light, pull in zip(place.pictures, place.lights, pulls, strict=True)
-            ),
-        )
+        by_modes, by_light = self._light.back(place, left.slope)
         known = self.uncertain
         if known is None:
             return self.model.retarding.adjoint(by_modes).ravel()
@@ -292,30 +164,8 @@ class Fit:
         by_forces, by_extra = known.coefficients_adjoint(
             place.forces, place.extra, grid, self.reference
         )
-        for group in known.registration:
-            by_extra[group.begin] = np.vdot(known.moved(place.modes, group), by_modes)
-        by_extra += self._by_light(place, left.slope, pulls)
-        return np.concatenate([by_forces, by_extra + self._prior.slope(place.extra)])
-
-    def _by_light(self, place: Place, slope: Array, pulls: Single) -> Array:
-        """Half the derivative by what acts on light and camera, shape (q,)."""
-        known = self.uncertain
-        assert known is not None
-        unit = slope / np.sqrt(self.response.variance)
-        bright = float(np.vdot(unit, self.response.amplitude * place.intensity))
-        found = bright * known.brightness + float(unit.sum()) * known.darkness
-        for number, changes in known.forms:
-            for pull, picture, light, change in zip(
-                pulls, place.pictures, place.lights, changes, strict=True
-            ):
-                turned = replace(picture, forms=change)
-                found[number] += np.vdot(pull, self.model.measured(light, turned, place.lens))
-        if blur := known.group("camera.blur"):
-            low, high, apart = known.lens_change(place.extra)
-            for pull, picture, light in zip(pulls, place.pictures, place.lights, strict=True):
-                ends = (self.model.measured(light, picture, lens) for lens in (high, low))
-                found[blur.begin] += np.vdot(pull, np.subtract(*ends)) / apart
-        return found
+        by_extra += by_light + self._prior.slope(place.extra)
+        return np.concatenate([by_forces, by_extra])
 
     def information(self, place: Place) -> Array:
         """Half the expected second derivative of the loss, from some pixels.

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
-from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
-from fringeforce.reading.pads.fit import Optimum, Prior, Start
+from fringeforce.reading.pads.fit import Optimum
+from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.pad_frames import PadFramesFollower
 from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.reading import Reading
 
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
-REMEMBERED = 0.9
-"""Share of what frames tell about lasting unknowns that the next ones believe, so that about ten
-count."""
 
 
 class PadFollower(PadFramesFollower):
@@ -71,18 +67,7 @@ class PadFollower(PadFramesFollower):
         if known is None or optimum is None:
             self._prior = self._told = None
             return
-        loads, lasting = len(optimum.forces), known.lasting
-        first = Prior.stated(known)
-        before = self._prior or first
-        precision = before.precision
-        if optimum.curvature is not self._told:
-            # a matrix that served before has told already
-            self._told = optimum.curvature
-            order = np.concatenate([np.flatnonzero(lasting), np.flatnonzero(~lasting)]) + loads
-            order = np.concatenate([order, np.arange(loads)])
-            whole = optimum.curvature.information[np.ix_(order, order)]
-            own = marginal_information(whole, int(lasting.sum()))
-            stated = first.precision[np.ix_(lasting, lasting)]
-            precision = np.eye(known.size)
-            precision[np.ix_(lasting, lasting)] = stated + REMEMBERED * (own - stated)
-        self._prior = Prior(np.where(lasting, optimum.extra, 0.0), precision)
+        # a matrix that served before has told already
+        fresh = optimum.curvature if optimum.curvature is not self._told else None
+        self._told = optimum.curvature
+        self._prior = (self._prior or Prior.stated(known)).after(known, optimum.extra, fresh)

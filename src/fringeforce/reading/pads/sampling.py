@@ -7,10 +7,9 @@ forms.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -22,6 +21,7 @@ from fringeforce.models.pad_influence import PadInfluence
 from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
 from fringeforce.optics.area_camera import Lens, Picture
 from fringeforce.optics.integrated import turn_modes_back
+from fringeforce.reading.pads.light import Place, Shone
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -29,7 +29,7 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Sampling:
+class Lattice:
     """A lattice of pixels.
 
     Attributes
@@ -38,23 +38,125 @@ class Sampling:
         Of the pad.
     rows, columns : ndarray of int, shape (r,), (c,)
         Those of the image that the lattice is made of.
-    influence : ndarray, shape (2, modes, r * c, 3 n)
-        Retardance of the modes per force [rad/N].
-    uncertain : PadUncertainty, optional
-        What is uncertain about the pad, if anything is.
     """
 
     model: PadModel
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
-    influence: Single
-    uncertain: PadUncertainty | None = None
 
     @property
     def pixels(self) -> NDArray[np.intp]:
         """Numbers of the pixels in the flattened image, shape (r * c,)."""
         width = self.model.frame_shape[-1]
         return (self.rows[:, None] * width + self.columns).ravel()
+
+    def slopes(self, modes: Single, picture: Picture, light: Single) -> list[Single]:
+        """Derivatives by the modes whose squares add up to the mean of all kinds of pixels."""
+        profile = np.float32(picture.dispersion) * self.model.profile
+        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
+        if self.model.lens is None:
+            few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
+            return [_back(few, profile, shone, pull) for pull in _roots(shone, picture.forms)]
+        share = np.float32(1 / np.sqrt(len(picture.forms)))
+        return [share * slope for slope in self.each(modes, picture, light, self.model.lens)]
+
+    def by_light(
+        self, uncertain: PadUncertainty, here: Shone, k: int
+    ) -> Iterator[tuple[int, Single]]:
+        """Derivatives of the intensity of a picture by what acts on light and camera.
+
+        Parameters
+        ----------
+        uncertain : PadUncertainty
+            What does.
+        here : Shone
+            Where to take them.
+        k : int
+            Number of the picture.
+
+        Yields
+        ------
+        number : int
+            Of the unknown.
+        change : ndarray, shape (forms, r * c)
+            For every kind of pixels.
+        """
+        light, forms = here.lights[k], here.pictures[k].forms
+        shone = light[:, self.pixels]
+        seen = np.stack([_seen(form, shone) for form in forms])
+        for number in np.flatnonzero(uncertain.brightness).tolist():
+            yield number, np.float32(uncertain.brightness[number]) * seen
+        for number in np.flatnonzero(uncertain.darkness).tolist():
+            share = uncertain.darkness[number] / here.amplitude
+            yield number, np.full(seen.shape, share, np.float32)
+        for number, changes in uncertain.forms:
+            yield number, np.stack([_seen(change, shone) for change in changes[k]])
+        if blur := uncertain.group(BLUR):
+            low, high, apart = uncertain.lens_change(here.extra)
+            sharp = np.stack([_seen(form, light) for form in forms])
+            images = sharp.reshape(len(forms), *self.model.frame_shape[-2:])
+            change = (high.forward(images) - low.forward(images)) / np.float32(apart)
+            few = change[:, self.rows[:, None], self.columns]
+            yield blur.begin, few.reshape(len(forms), -1)
+
+    def moved(self, uncertain: PadUncertainty, modes: Single) -> Iterator[tuple[int, Single]]:
+        """Number and derivative of the modes, (2, modes, r * c), of where the pixels look."""
+        for group in uncertain.registration:
+            whole = uncertain.moved(modes, group)
+            few = whole[..., self.rows[:, None], self.columns]
+            yield group.begin, few.reshape(*whole.shape[:2], -1)
+
+    @property
+    def places(self) -> tuple[Array, Array]:
+        """Where the columns and the rows look, shapes (c,) and (r,) [m]."""
+        x, y = self.model.sensor.pixel_positions
+        return x[self.columns], y[self.rows]
+
+    def each(
+        self, modes: Single, picture: Picture, light: Single, lens: Lens | None
+    ) -> list[Single]:
+        """Derivatives of the intensity by the modes for every kind of pixels."""
+        profile = np.float32(picture.dispersion) * self.model.profile
+        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
+        found = []
+        for form in picture.forms:
+            slope = (2 * form).astype(np.float32)
+            if lens is None:
+                few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
+                found.append(_back(few, profile, shone, slope @ shone))
+                continue
+            # influences hardly change over the blur, so that it may act on the other factor alone
+            image = _back(flat, profile, light, slope @ light).reshape(modes.shape)
+            blurred = lens.forward(image)[..., self.rows[:, None], self.columns]
+            found.append(blurred.reshape(*modes.shape[:2], -1))
+        return found
+
+    def shares(self, used: Mask) -> Single:
+        """Share of the pixels around each of the lattice that are used, shape (r * c,)."""
+        whole = used.reshape(self.model.frame_shape[-2:]).astype(np.float32)
+        for axis, places in enumerate((self.rows, self.columns)):
+            middles = (places[1:] + places[:-1] + 1) // 2
+            starts = np.concatenate([[0], middles])
+            counts = np.diff(np.append(starts, whole.shape[axis]))
+            sums = np.add.reduceat(whole, starts, axis=axis)
+            whole = sums / np.expand_dims(counts, 1 - axis)
+        return whole.ravel().astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling(Lattice):
+    """The influence of squares at a lattice of pixels.
+
+    Attributes
+    ----------
+    influence : ndarray, shape (2, modes, r * c, 3 n)
+        Retardance of the modes per force [rad/N].
+    uncertain : PadUncertainty, optional
+        What is uncertain about the pad, if anything is.
+    """
+
+    influence: Single
+    uncertain: PadUncertainty | None = None
 
     def modes(self, forces: Array) -> Single:
         """Retardance of the modes, shape (2, modes, r * c) [rad]."""
@@ -85,17 +187,7 @@ class Sampling:
         flat = rows.reshape(-1, size)
         return (flat.T @ flat).astype(float) / len(shares)
 
-    def slopes(self, modes: Single, picture: Picture, light: Single) -> list[Single]:
-        """Derivatives by the modes whose squares add up to the mean of all kinds of pixels."""
-        profile = np.float32(picture.dispersion) * self.model.profile
-        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
-        if self.model.lens is None:
-            few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
-            return [_back(few, profile, shone, pull) for pull in _roots(shone, picture.forms)]
-        share = np.float32(1 / np.sqrt(len(picture.forms)))
-        return [share * slope for slope in self._each(modes, picture, light, self.model.lens)]
-
-    def joint_information(self, state: State, used: Mask | None = None) -> tuple[Array, Mask]:
+    def joint_information(self, state: Place, used: Mask | None = None) -> tuple[Array, Mask]:
         """Mean over the pixels of the squared derivatives of the intensity by all unknowns.
 
         Parameters
@@ -128,16 +220,18 @@ class Sampling:
                 if few is None
                 else self.shares(few) / np.float32(forms)
             )
-            slopes = [root * slope for slope in self._each(state.modes, picture, light, state.lens)]
+            slopes = [root * slope for slope in self.each(state.modes, picture, light, state.lens)]
             weights = np.stack(slopes).reshape(forms, -1, count)
             rows = np.empty((count, forms, columns.shape[2]), dtype=np.float32)
             _combine(columns, weights, rows)
-            self._add_light(rows, state, (k, shown), root)
+            place = loads + np.cumsum(shown) - 1
+            for number, change in self.by_light(uncertain, state, k):
+                rows[:, :, place[number]] = (root * change).T
             flat = rows.reshape(-1, rows.shape[2])
             total += (flat.T @ flat).astype(float) / count
         return total, held
 
-    def _columns(self, state: State, shown: Mask) -> Single:
+    def _columns(self, state: Place, shown: Mask) -> Single:
         """Derivatives of the retardance by forces and unknowns that show, (2 modes, r c, m)."""
         uncertain, forces, extra = self.uncertain, state.forces, state.extra
         assert uncertain is not None
@@ -164,10 +258,8 @@ class Sampling:
             if spread.any() and state.reference is None:
                 mine = columns[..., :loads].reshape(*matrix.shape[:3], -1, 3)
                 mine[..., own, :] += shaped * spread[:, None]
-        for group in uncertain.registration:
-            moved = uncertain.moved(state.modes, group)
-            few = moved[..., self.rows[:, None], self.columns]
-            columns[..., place[group.begin]] = few.reshape(*moved.shape[:2], -1)
+        for number, moved in self.moved(uncertain, state.modes):
+            columns[..., place[number]] = moved
         if group := uncertain.group(RESIDUAL):
             fields, even = self._residual
             half = len(fields)
@@ -175,30 +267,6 @@ class Sampling:
                 begin = int(place[group.begin]) + part * half
                 columns[part, :, :, begin : begin + half] = even[:, None, None] * fields.T
         return columns.reshape(-1, len(self.pixels), size)
-
-    def _add_light(self, rows: Single, state: State, which: tuple[int, Mask], root: Single) -> None:
-        """Fill in what unknowns of light, forms and blur do to every kind of pixel."""
-        uncertain, (k, shown) = self.uncertain, which
-        assert uncertain is not None
-        loads = self.influence.shape[3]
-        place = loads + np.cumsum(shown) - 1
-        light, picture = state.lights[k], state.pictures[k]
-        shone = light[:, self.pixels]
-        blur = uncertain.group(BLUR)
-        for kind, form in enumerate(picture.forms):
-            seen = _seen(form, shone)
-            for number in np.flatnonzero(uncertain.brightness):
-                rows[:, kind, place[number]] = root * (uncertain.brightness[number] * seen)
-            for number in np.flatnonzero(uncertain.darkness):
-                rows[:, kind, place[number]] = root * (uncertain.darkness[number] / state.amplitude)
-            for number, changes in uncertain.forms:
-                rows[:, kind, place[number]] = root * _seen(changes[k][kind], shone)
-            if blur is not None:
-                sharp = _seen(form, light).reshape(self.model.frame_shape[-2:])
-                low, high, apart = uncertain.lens_change(state.extra)
-                change = (high.forward(sharp) - low.forward(sharp)) / apart
-                few = change[self.rows[:, None], self.columns].ravel()
-                rows[:, kind, place[blur.begin]] = root * few
 
     @cached_property
     def _values(self) -> list[list[Single]]:
@@ -213,87 +281,13 @@ class Sampling:
         return [self._matrix(influence) for _, _, influence in self.uncertain.contacts]
 
     def _matrix(self, influence: PadInfluence) -> Single:
-        return influence.matrix(*_places(self.model, self.rows, self.columns))
+        return influence.matrix(*self.places)
 
     @cached_property
     def _residual(self) -> tuple[Single, Single]:
         """Modes of one part of the residual at the lattice, and its depth profiles."""
         assert self.uncertain is not None
-        return self.uncertain.residual_at(*_places(self.model, self.rows, self.columns))
-
-    def _each(
-        self, modes: Single, picture: Picture, light: Single, lens: Lens | None
-    ) -> list[Single]:
-        """Derivatives of the intensity by the modes for every kind of pixels."""
-        profile = np.float32(picture.dispersion) * self.model.profile
-        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
-        found = []
-        for form in picture.forms:
-            slope = (2 * form).astype(np.float32)
-            if lens is None:
-                few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
-                found.append(_back(few, profile, shone, slope @ shone))
-                continue
-            # influences hardly change over the blur, so that it may act on the other factor alone
-            image = _back(flat, profile, light, slope @ light).reshape(modes.shape)
-            blurred = lens.forward(image)[..., self.rows[:, None], self.columns]
-            found.append(blurred.reshape(*modes.shape[:2], -1))
-        return found
-
-    def shares(self, used: Mask) -> Single:
-        """Share of the pixels around each of the lattice that are used, shape (r * c,)."""
-        whole = used.reshape(self.model.frame_shape[-2:]).astype(np.float32)
-        for axis, places in enumerate((self.rows, self.columns)):
-            middles = (places[1:] + places[:-1] + 1) // 2
-            starts = np.concatenate([[0], middles])
-            counts = np.diff(np.append(starts, whole.shape[axis]))
-            sums = np.add.reduceat(whole, starts, axis=axis)
-            whole = sums / np.expand_dims(counts, 1 - axis)
-        return whole.ravel().astype(np.float32)
-
-
-class State(Protocol):
-    """Unknowns of a frame, and the light that they cause; `fit.Place` is one."""
-
-    @property
-    def forces(self) -> Array:
-        """Forces, shape (3 n,) [N]."""
-        ...
-
-    @property
-    def extra(self) -> Array:
-        """Other unknowns, shape (q,)."""
-        ...
-
-    @property
-    def reference(self) -> Array | None:
-        """Forces that the spread of tractions is relative to, if not these."""
-        ...
-
-    @property
-    def modes(self) -> Single:
-        """Retardance at all pixels [rad]."""
-        ...
-
-    @property
-    def lights(self) -> Sequence[Single]:
-        """Light of every channel."""
-        ...
-
-    @property
-    def pictures(self) -> Sequence[Picture]:
-        """What the channels measure."""
-        ...
-
-    @property
-    def lens(self) -> Lens | None:
-        """What blurs it."""
-        ...
-
-    @property
-    def amplitude(self) -> float:
-        """Amplitude of the camera, grey levels."""
-        ...
+        return self.uncertain.residual_at(*self.places)
 
 
 def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None) -> Sampling:
@@ -302,16 +296,8 @@ def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None)
         ((np.arange(min(side, n)) + 0.5) * n / min(side, n)).astype(np.intp)
         for n in model.frame_shape[-2:]
     )
-    influence = model.influence.matrix(*_places(model, rows, columns))
+    influence = model.influence.matrix(*Lattice(model, rows, columns).places)
     return Sampling(model, rows, columns, influence, uncertain)
-
-
-def _places(
-    model: PadModel, rows: NDArray[np.intp], columns: NDArray[np.intp]
-) -> tuple[Array, Array]:
-    """Where the columns and the rows of a lattice look, shapes (c,) and (r,) [m]."""
-    x, y = model.sensor.pixel_positions
-    return x[columns], y[rows]
 
 
 def _seen(form: Array, light: Single) -> Single:

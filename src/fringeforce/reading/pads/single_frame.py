@@ -14,7 +14,8 @@ from fringeforce.estimation.covariance import covariance_of, marginal_informatio
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
-from fringeforce.reading.pads.fit import Fit, Optimum, Prior, Start
+from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice

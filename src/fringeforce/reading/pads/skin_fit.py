@@ -7,7 +7,7 @@ takes some thousands of pixels, dense beside the contacts and sparse elsewhere.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,14 @@ from scipy.ndimage import maximum_filter
 
 from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
-from fringeforce.estimation.likelihood import Misfit, Response, misfit
+from fringeforce.estimation.likelihood import Misfit, Response
+from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, matrix_of
-from fringeforce.reading.pads.sampling import Sampling
+from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
+from fringeforce.models.pad_synthesis import Synthesis
+from fringeforce.reading.pads.light import FrameLight, Prior, Shone
+from fringeforce.reading.pads.sampling import Lattice
 
 CLOSE = 8.0
 """Gain of the loss that a step promises, below which it is taken without evaluating it any more:
@@ -37,25 +41,25 @@ SMALLEST, LARGEST = 0.1, 12.0
 """Limits of half axes, in thicknesses of the cover."""
 
 
-@dataclass(frozen=True, eq=False)
-class SkinPlace:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SkinPlace(Shone):
     """Contacts, and the light that they cause.
 
     Attributes
     ----------
     contacts : ndarray, shape (k, SIZE_OF)
         Their unknowns, as of `PadSkinModel`.
-    modes : ndarray, shape (2, modes, rows, columns)
-        Retardance [rad].
-    lights : list of ndarray, shape (3, P)
-        Light of every channel.
+    loads : ndarray, shape (3, m, n)
+        Harmonics of their tractions.
+    synthesis : Synthesis
+        From these to the retardance.
     left : Misfit
         What is left of the frame; its loss has the prior as well.
     """
 
     contacts: Array
-    modes: Single
-    lights: list[Single]
+    loads: Single
+    synthesis: Synthesis
     left: Misfit
 
 
@@ -67,17 +71,20 @@ class SkinOptimum:
     ----------
     contacts : ndarray, shape (k, SIZE_OF)
         Their unknowns.
+    extra : ndarray, shape (q,)
+        Unknowns of tolerances.
     loss : float
         Twice the negative logarithm of the posterior, less a constant.
     place : SkinPlace
         Where all was evaluated last, a short step before.
     curvature : Curvature
-        Used last, of the unknowns that were fitted.
+        Used last, of the unknowns of contacts that were fitted and then of tolerances.
     free : ndarray of bool, shape (k, SIZE_OF)
-        Those.
+        Those that were fitted.
     """
 
     contacts: Array
+    extra: Array
     loss: float
     place: SkinPlace
     curvature: Curvature
@@ -100,6 +107,10 @@ class SkinFit:
         Grey levels.
     used : ndarray of bool, shape (channels * P,), optional
         Pixels that count; all if not given.
+    uncertain : PadSkinUncertainty, optional
+        What is uncertain about the pad, if anything is.
+    prior : Prior, optional
+        Of the unknowns of tolerances; as stated if not given.
     """
 
     model: PadModel
@@ -107,26 +118,40 @@ class SkinFit:
     response: Response
     frame: Array
     used: Mask | None = None
+    uncertain: PadSkinUncertainty | None = None
+    prior: Prior | None = None
 
-    def at(self, contacts: Array) -> SkinPlace:
-        """Evaluate contacts."""
-        modes = self.skin.pixels.modes(self.skin.loads(contacts))
-        lights = [self.model.light(modes, picture) for picture in self.model.pictures]
-        seen = [
-            self.model.measured(light, picture, self.model.lens)
-            for light, picture in zip(lights, self.model.pictures, strict=True)
-        ]
-        level = self.response.amplitude * np.concatenate(seen).astype(float) + self.response.offset
-        if self.used is None:
-            left = misfit(self.frame, level, self.response)
+    @cached_property
+    def known(self) -> Prior:
+        """What is known of the unknowns of tolerances before the frame."""
+        if self.uncertain is None:
+            return Prior(np.zeros(0), np.zeros((0, 0)))
+        return self.prior or Prior.stated(self.uncertain)
+
+    @cached_property
+    def _light(self) -> FrameLight:
+        return FrameLight(self.model, self.response, self.frame, self.used, self.uncertain)
+
+    def at(self, contacts: Array, extra: Array | None = None) -> SkinPlace:
+        """Evaluate contacts, and unknowns (q,) of tolerances, at their means if not given."""
+        other, loads = self.known.mean if extra is None else extra, self.skin.loads(contacts)
+        if self.uncertain is None:
+            synthesis = self.skin.pixels
+            modes = synthesis.modes(loads)
         else:
-            few = misfit(self.frame[self.used], level[self.used], self.response)
-            slope, weight = np.zeros((2, len(self.frame)))
-            slope[self.used], weight[self.used] = few.slope, few.weight
-            left = Misfit(few.loss, slope, weight)
+            synthesis = self.uncertain.synthesis(other)
+            modes = self.uncertain.modes(synthesis, loads, other)
+        shone = self._light.shone(modes, other)
+        left = self._light.misfit(shone.level)
         mean, std = self.skin.drawn(len(contacts))
-        prior = float(np.square((contacts - mean) / std).sum())
-        return SkinPlace(contacts, modes, lights, replace(left, loss=left.loss + prior))
+        loss = left.loss + np.square((contacts - mean) / std).sum() + self.known.loss(other)
+        return SkinPlace(
+            contacts=contacts,
+            loads=loads,
+            synthesis=synthesis,
+            left=replace(left, loss=float(loss)),
+            **vars(shone),
+        )
 
     def below(self, place: SkinPlace, limit: float, margin: float = 0.0) -> Mask:
         """Pixels that count and near which contacts cause less than a retardance [rad].
@@ -148,68 +173,124 @@ class SkinFit:
         return few if self.used is None else few & self.used
 
     def gradient(self, place: SkinPlace, free: Mask) -> Array:
-        """Half the derivative of the loss by the free unknowns."""
-        scale = np.float32(np.mean(self.response.amplitude) / np.sqrt(self.response.variance))
-        pulls = (scale * place.left.slope.astype(np.float32)).reshape(len(place.lights), -1)
-        by_modes = reduce(
-            np.add,
-            (
-                self.model.picture_adjoint(place.modes, picture, light, pull, self.model.lens)
-                for picture, light, pull in zip(
-                    self.model.pictures, place.lights, pulls, strict=True
-                )
-            ),
-        )
-        by_loads = self.skin.pixels.adjoint(by_modes)
-        found = np.array([self.skin.gradient(one, by_loads) for one in place.contacts])
+        """Half the derivative of the loss by the free unknowns, and by those of tolerances."""
+        by_modes, by_light = self._light.back(place, place.left.slope)
+        sums = place.synthesis.gather(by_modes)
+        by_loads = place.synthesis.back(sums)
+        found = np.zeros(place.contacts.shape)
+        for one, own in zip(place.contacts, found, strict=True):
+            own[:] = self.skin.gradient(one, by_loads)
         mean, std = self.skin.drawn(len(free))
-        return (found + (place.contacts - mean) / np.square(std))[free]
+        by_contacts = (found + (place.contacts - mean) / np.square(std))[free]
+        by_extra = by_light + self.known.slope(place.extra)
+        if self.uncertain is not None:
+            by_extra += self.uncertain.by_mechanics(
+                place.synthesis, place.loads, place.extra, by_modes, sums
+            )
+        return np.concatenate([by_contacts, by_extra])
 
     def information(self, place: SkinPlace, free: Mask) -> Array:
-        """Half the expected second derivative of the loss by the free unknowns."""
+        """Half the expected second derivative of the loss by the same unknowns."""
         (rows, tall), (across, wide) = self._lattice(place.contacts)
-        x, y = self.model.pixel_positions
+        lattice, known = Lattice(self.model, rows, across), self.uncertain
         pixels = place.lights[0].shape[1]
-        sampling = Sampling(self.model, rows, across, np.empty((0, 0, 0, 0), np.float32))
-        shares, slopes = np.outer(tall, wide).ravel().astype(np.float32), list[Single]()
-        for k, (picture, light) in enumerate(zip(self.model.pictures, place.lights, strict=True)):
-            counts = shares
+        shares, slopes, light = np.outer(tall, wide).ravel(), list[Single](), list[Array]()
+        for k, (picture, shone) in enumerate(zip(place.pictures, place.lights, strict=True)):
+            root = np.sqrt(shares).astype(np.float32)
             if self.used is not None:
-                counts = shares * sampling.shares(self.used[k * pixels : (k + 1) * pixels])
-            found = sampling.slopes(place.modes, picture, light)
-            slopes += [np.sqrt(counts) * slope for slope in found]
-        mixed, pulls = _mixtures(np.stack(slopes), place.modes[..., rows[:, None], across])
-        synthesis = self.skin.rough(x[across], y[rows], mixed)
+                root *= np.sqrt(lattice.shares(self.used[k * pixels : (k + 1) * pixels]))
+            if known is None:
+                found = lattice.slopes(place.modes, picture, shone)
+            else:
+                root /= np.float32(np.sqrt(len(picture.forms)))
+                found = lattice.each(place.modes, picture, shone, place.lens)
+                own = np.zeros((known.size, len(found), len(root)))
+                for number, change in lattice.by_light(known, place, k):
+                    own[number] = root * change
+                light.append(own)
+            slopes += [root * slope for slope in found]
+        stacked = np.stack(slopes)
+        few = _mixtures(stacked, place.modes[..., rows[:, None], across])
+        by = [self._by_contacts(place, free, lattice, few)]
+        if known is not None:
+            by_extra = np.concatenate(light, axis=1)
+            self._add_retardance(by_extra, place, lattice, stacked)
+            self._add_values(by_extra, place, lattice, few)
+            by.append(by_extra.reshape(known.size, -1))
+        # in double precision, for shapes are hardly told apart
+        flat = np.concatenate(by)
+        total = flat @ flat.T
+        total *= place.amplitude**2 / float(np.mean(self.response.variance))
+        _, std = self.skin.drawn(len(free))
+        count = int(free.sum())
+        total[np.diag_indices(count)] += 1 / np.square(std[free])
+        total[count:, count:] += self.known.precision
+        return total
+
+    def _by_contacts(
+        self, place: SkinPlace, free: Mask, lattice: Lattice, few: tuple[Single, Single]
+    ) -> Array:
+        """Derivatives of the intensity by the free unknowns of contacts."""
+        mixed, pulls = few
+        waves = self.skin.waves if self.uncertain is None else self.uncertain.waves(place.extra)
+        synthesis = self.skin.rough(*self._places(place, lattice), mixed, waves)
         columns = [
             one
             for each, which in zip(place.contacts, free, strict=True)
             for one in self.skin.derivatives(each, which)
         ]
-        by = np.empty((len(columns), len(pulls) * len(shares)))
+        by = np.empty((len(columns), len(pulls) * pulls.shape[-1]))
         for component in range(4):
             own = [k for k, (which, _) in enumerate(columns) if which == component]
             if own:
-                few = synthesis.columns(component, np.stack([columns[k][1] for k in own]))
-                each = few.swapaxes(0, 1).reshape(len(own), -1, len(shares))
+                some = synthesis.columns(component, np.stack([columns[k][1] for k in own]))
+                each = some.swapaxes(0, 1).reshape(len(own), -1, pulls.shape[-1])
                 by[own] = np.einsum("sfp,qfp->qsp", pulls, each).reshape(len(own), -1)
-        # in double precision, for shapes are hardly told apart
-        total = by @ by.T
-        total *= float(np.mean(self.response.amplitude)) ** 2 / float(
-            np.mean(self.response.variance)
-        )
-        _, std = self.skin.drawn(len(free))
-        total[np.diag_indices(len(total))] += 1 / np.square(std[free])
-        return total
+        return by
+
+    def _add_retardance(
+        self, by_extra: Array, place: SkinPlace, lattice: Lattice, slopes: Single
+    ) -> None:
+        """Add what unknowns of camera and residual do to the intensity by the retardance."""
+        known = self.uncertain
+        assert known is not None
+        for number, moved in lattice.moved(known, place.modes):
+            by_extra[number] += np.einsum("sfkp,fkp->sp", slopes, moved)
+        if group := known.group(RESIDUAL):
+            fields, even = known.residual_at(*lattice.places)
+            pulls = np.einsum("sfkp,k->fsp", slopes, even)
+            each = pulls[:, None] * fields[:, None]
+            by_extra[group.place] += each.reshape(-1, *each.shape[2:])
+
+    def _add_values(
+        self, by_extra: Array, place: SkinPlace, lattice: Lattice, few: tuple[Single, Single]
+    ) -> None:
+        """Add what unknowns of sizes and materials do."""
+        known, (mixed, pulls) = self.uncertain, few
+        assert known is not None
+        lowest = self.skin.lowest(place.loads)
+        for number, waves in known.waves_by_values(place.extra):
+            synthesis = self.skin.rough(*self._places(place, lattice), mixed, waves)
+            column = synthesis.columns(3, lowest[None]).reshape(-1, pulls.shape[-1])
+            by_extra[number] += np.einsum("sfp,fp->sp", pulls, column)
+
+    def _places(self, place: SkinPlace, lattice: Lattice) -> tuple[Array, Array]:
+        """Where columns and rows of a lattice look under unknowns [m]."""
+        if self.uncertain is None:
+            return lattice.places
+        x, y = self.uncertain.looking(place.extra).pixel_positions
+        return x[lattice.columns], y[lattice.rows]
 
     def _lattice(self, contacts: Array) -> list[tuple[NDArray[np.intp], Array]]:
         """Rows and columns of the matrix, and how many each stands for."""
         found, margin = [], BESIDE * self.model.sensor.transducer.compliant.thickness
-        reach = np.array([np.linalg.norm(matrix_of(one[SHAPE:FIRST]), axis=1) for one in contacts])
+        matrices = np.array([matrix_of(one[SHAPE:FIRST]) for one in contacts])
+        reach = np.linalg.norm(matrices.reshape(-1, 2, 2), axis=2)
         for axis, places in zip((1, 0), self.model.pixel_positions[::-1], strict=True):
             middle = contacts[:, PLACE + axis]
             half = reach[:, axis] + margin
             distances = np.abs(places[:, None] - middle) - half
-            near = distances.min(axis=1) < 0
+            near = (distances < 0).any(axis=1)
             dense = max(DENSE, int(near.sum()) // MOST_DENSE)
             kept, last = [], -SPARSE
             for i, close in enumerate(near.tolist()):
@@ -244,14 +325,14 @@ class SkinFit:
         here = start if isinstance(start, SkinPlace) else self.at(start)
         own = np.flatnonzero(free)
 
-        def moved(place: SkinPlace, step: Array) -> Array:
+        def moved(place: SkinPlace, step: Array) -> tuple[Array, Array]:
             found = place.contacts.copy().ravel()
-            found[own] += step
-            return self.limited(found.reshape(free.shape))
+            found[own] += step[: len(own)]
+            return self.limited(found.reshape(free.shape)), place.extra + step[len(own) :]
 
         def expanded(place: SkinPlace) -> Expansion[SkinPlace]:
             def ahead(step: Array) -> tuple[SkinPlace, float]:
-                there = self.at(moved(place, step))
+                there = self.at(*moved(place, step))
                 return there, there.left.loss
 
             return Expansion(
@@ -265,7 +346,7 @@ class SkinFit:
         place, matrix = found.place, found.curvature
         assert matrix is not None
         loss = place.left.loss - found.gain
-        return SkinOptimum(moved(place, found.step), loss, place, matrix, free)
+        return SkinOptimum(*moved(place, found.step), loss, place, matrix, free)
 
     def limited(self, contacts: Array) -> Array:
         """Contacts that push, are on the pad, and have sizes that make sense."""

@@ -11,17 +11,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
-from fringeforce.models.pad_uncertainty import uncertain
+from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
 from fringeforce.reading.pads.following import KEPT
+from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
-from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum
+from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum, SkinPlace
 from fringeforce.reading.pads.skin_result import PadSkinResult
 from fringeforce.reading.pads.skin_search import Patches
 from fringeforce.reading.pads.verdict import FrameClassifier
@@ -46,10 +47,37 @@ FAR = 1.2
 """Mean square of what is left there, below which it is: shapes do not show far away."""
 STEPS = 25
 """Steps of a climb at most."""
+BEGUN = 2
+"""Steps without contacts after which tolerances explain most of what they can."""
 FOLLOWED = 6
 """Steps of a climb from the last frame at most."""
 SAME = 5.0
 """Standard deviations of total force and centre up to which two explanations are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """What the last frames let expect of the next one.
+
+    Attributes
+    ----------
+    contacts : ndarray, shape (k, SIZE_OF)
+        Where to follow it from.
+    free : ndarray of bool, shape (k, SIZE_OF)
+        Which of their unknowns are fitted.
+    extra : ndarray, shape (q,)
+        Unknowns of tolerances.
+    prior : Prior, optional
+        What is known of these; as stated if not given.
+    probability : float
+        Of the explanation that is followed.
+    """
+
+    contacts: Array
+    free: Mask
+    extra: Array
+    prior: Prior | None
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +86,8 @@ class PadSkinReader(PadFrames):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if uncertain(self.model.sensor):
-            names = ", ".join([*self.model.sensor.tolerances, "camera.drift"])
-            raise InputError(
-                f"A pad with a skin is read as drawn, and its design is uncertain ({names}); state "
-                "no tolerances and no drift, or read tactels."
-            )
+        if self.uncertain is not None:
+            _ = self.uncertain.groups  # what cannot be allowed for is refused at once
         self.check_signed()
 
     @cached_property
@@ -78,8 +102,18 @@ class PadSkinReader(PadFrames):
         return replace(self.model, influence=influence)
 
     @cached_property
+    def uncertain(self) -> PadSkinUncertainty | None:
+        """What is uncertain about the pad; none if nothing is."""
+        if not uncertain(self.model.sensor):
+            return None
+        return PadSkinUncertainty(self._optics, skin=self.skin)
+
+    @cached_property
     def _search(self) -> Search:
-        return Search(self.model, self.response)
+        if self.uncertain is None:
+            return Search(self.model, self.response)
+        squares = PadUncertainty.of(self.model)
+        return Search(squares.model, self.response, squares.looseness, squares.still)
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
@@ -89,8 +123,7 @@ class PadSkinReader(PadFrames):
         self,
         levels: NDArray[Any],
         used: Mask,
-        expected: tuple[Array, Mask] | None = None,
-        probability: float = 1.0,
+        expected: Expected | None = None,
         start: Array | None = None,
     ) -> tuple[Reading, SkinOptimum | None]:
         """Reading of a frame, and its contacts.
@@ -99,28 +132,31 @@ class PadSkinReader(PadFrames):
         ----------
         levels, used, start
             As of `search`.
-        expected : (ndarray, ndarray), optional
-            Contacts that the last frames let expect, and which of their unknowns are free; the
-            frame is searched where following them fails.
-        probability : float
-            Of the explanation that is followed.
+        expected : Expected, optional
+            What the last frames let expect; the frame is searched where following it fails.
         """
         classifier = self.classifier(used)
         grey = classifier.filled(levels)
-        fit = SkinFit(self._optics, self.skin, self.response, grey, classifier.used)
+        fit = self.fit(grey, classifier)
         if expected is not None:
-            contacts, free = expected
-            one = self._touching(fit, fit.climb(fit.limited(contacts), free, FOLLOWED))
+            following = replace(fit, prior=expected.prior)
+            start_at = following.at(following.limited(expected.contacts), expected.extra)
+            one = following.climb(start_at, expected.free, FOLLOWED)
+            one = self._touching(following, one)
             if one is not None and self.explains(fit, classifier, one):
-                return self._stated(fit, one, probability, tracked=True), one
-        nothing = fit.at(np.zeros((0, SIZE_OF)))
+                return self._stated(fit, one, expected.probability, tracked=True), one
+        nothing = self._silence(fit)
         silent = classifier.noise(nothing.left.slope, 0)
-        met = list[SkinOptimum]()
+        met, ends = list[SkinOptimum](), list[SkinOptimum]()
         starts = self._starts(fit, classifier) if start is None else iter([start])
         for forces in starts:
-            met += self._pressed(fit, classifier, forces, silent)
-            if silent or any(self.explains(fit, classifier, one) for one in met):
+            own = self._pressed(fit, classifier, forces, silent, ends)
+            met += own
+            if silent or any(self.explains(fit, classifier, one) for one in own):
                 break
+            if own and any(self._again(own[-1], end) for end in ends):
+                break
+            ends += own[-1:]
         good = [one for one in met if self.explains(fit, classifier, one)]
         if silent and not any(
             nothing.left.loss - one.loss > _noise_makes(one.free) for one in good
@@ -142,19 +178,37 @@ class PadSkinReader(PadFrames):
         )
         return reading, best if reading.ok else None
 
+    def fit(self, grey: Array, classifier: FrameClassifier) -> SkinFit:
+        """The posterior of a frame, as a row of grey levels."""
+        return SkinFit(
+            self._optics, self.skin, self.response, grey, classifier.used, self.uncertain
+        )
+
+    def _silence(self, fit: SkinFit) -> SkinPlace:
+        """No contact, with the unknowns of tolerances that explain a frame best without any."""
+        none = np.zeros((0, SIZE_OF))
+        if self.uncertain is None:
+            return fit.at(none)
+        free = none.astype(bool)
+        found = fit.climb(none, free, BEGUN)
+        if found.loss < PROMISING * len(fit.frame):
+            found = fit.climb(fit.at(none, found.extra), free, STEPS)
+        return fit.at(none, found.extra)
+
     def _touching(self, fit: SkinFit, one: SkinOptimum) -> SkinOptimum | None:
         """The same without contacts that noise may have made, or None if all are such."""
         gone = self._faint(one)
         if not gone.any() or gone.all():
             return None if gone.all() else one
-        fewer = fit.climb(one.contacts[~gone], one.free[~gone], FOLLOWED)
+        fewer = fit.climb(fit.at(one.contacts[~gone], one.extra), one.free[~gone], FOLLOWED)
         return fewer if fewer.loss - one.loss < _noise_makes(one.free[gone]) else one
 
     def _faint(self, one: SkinOptimum) -> Mask:
         """Contacts whose force alone does not tell them from what noise makes, shape (k,)."""
         normal = np.zeros(one.free.size, dtype=bool)
         normal[::SIZE_OF] = True
-        variance = np.diag(one.curvature.covariance)[normal[one.free.ravel()]]
+        own = np.diag(one.curvature.covariance)[: one.free.sum()]
+        variance = own[normal[one.free.ravel()]]
         limits = [_noise_makes(own) for own in one.free]
         return np.square(one.contacts[:, 0]) < limits * variance
 
@@ -163,11 +217,17 @@ class PadSkinReader(PadFrames):
             yield forces.reshape(-1, 3)
 
     def _pressed(
-        self, fit: SkinFit, classifier: FrameClassifier, forces: Array, weak: bool
+        self,
+        fit: SkinFit,
+        classifier: FrameClassifier,
+        forces: Array,
+        weak: bool,
+        ends: list[SkinOptimum],
     ) -> list[SkinOptimum]:
         """What contacts that act about like forces on squares explain, as few as do.
 
         Where nothing may touch, the strongest alone is looked for, whose shape would not show.
+        What earlier forces ended at is not divided any more.
         """
         patches = Patches.of(self.model.sensor, forces, self._least)
         if not patches.members:
@@ -175,20 +235,29 @@ class PadSkinReader(PadFrames):
         if weak:
             return [self._climbed(fit, patches.strongest.contacts, shapes=False)]
         met = [self._climbed(fit, patches.contacts)]
-        while not self._plain(classifier, met[-1]) and len(patches.members) < MOST:
+        if any(self._again(met[0], end) for end in ends):
+            return met
+        while not self._plain(fit, classifier, met[-1]) and len(patches.members) < MOST:
             divided = patches.divided(self._worst(fit, met[-1]))
             if divided is None:
                 break
             patches = divided
-            met.append(self._climbed(fit, patches.contacts))
-            if met[-1].loss > met[-2].loss:
+            one = self._climbed(fit, patches.contacts)
+            if met[-1].loss - one.loss < _noise_makes(one.free[0]):
                 break
+            met.append(one)
         while self.explains(fit, classifier, met[-1]):
             fewer = self._without_weakest(fit, met[-1])
             if fewer is None or not self.explains(fit, classifier, fewer):
                 break
             met.append(fewer)
         return met
+
+    def _again(self, one: SkinOptimum, other: SkinOptimum) -> bool:
+        """Whether two searches have ended at the same contacts, as far as noise tells."""
+        alike = one.free.shape == other.free.shape and bool((one.free == other.free).all())
+        near = alike and abs(one.loss - other.loss) < _noise_makes(one.free)
+        return near and self._same(one, other)
 
     def _without_weakest(self, fit: SkinFit, one: SkinOptimum) -> SkinOptimum | None:
         """The same without its weakest contact, if that is faint, or beside another.
@@ -204,7 +273,7 @@ class PadSkinReader(PadFrames):
         near = BESIDE * self._cover + reach[weak] + np.delete(reach, weak)
         if (apart > near).all() and not self._faint(one)[weak]:
             return None
-        return fit.climb(rest, np.ones(rest.shape, dtype=bool), FOLLOWED)
+        return fit.climb(fit.at(rest, one.extra), np.ones(rest.shape, dtype=bool), FOLLOWED)
 
     @cached_property
     def _least(self) -> float:
@@ -225,9 +294,9 @@ class PadSkinReader(PadFrames):
             sums.append(float(left[inside].sum()))
         return int(np.argmax(sums))
 
-    def _plain(self, classifier: FrameClassifier, one: SkinOptimum) -> bool:
+    def _plain(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
         """Whether contacts leave plainly nothing but noise."""
-        return classifier.noise(one.place.left.slope, self._taken(one), PLAIN)
+        return classifier.noise(one.place.left.slope, self._taken(fit, one), PLAIN)
 
     @property
     def _cover(self) -> float:
@@ -247,38 +316,40 @@ class PadSkinReader(PadFrames):
             return one
         return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
 
-    def _far(self, fit: SkinFit, contacts: Array, free: Mask) -> tuple[Array, float]:
+    def _far(self, fit: SkinFit, contacts: Array, free: Mask) -> tuple[SkinPlace, float]:
         """Contacts that explain what is far from them, where nothing is ambiguous, and how well.
 
         Those that are taken for too large leave too little out, and smaller ones are tried.
         """
-        tried = list[tuple[Array, float]]()
+        tried = list[tuple[SkinPlace, float]]()
         for smaller in SMALLER:
             start = contacts.copy()
             start[:, SHAPE] -= smaller
-            tried.append(self._below(fit, fit.limited(start), free, LIMITS[0]))
+            tried.append(self._below(fit, fit.at(fit.limited(start)), free, LIMITS[0]))
             if tried[-1][1] < FAR:
                 break
         return min(tried, key=lambda one: one[1])
 
     def _below(
-        self, fit: SkinFit, contacts: Array, free: Mask, limit: tuple[float, float]
-    ) -> tuple[Array, float]:
+        self, fit: SkinFit, here: SkinPlace, free: Mask, limit: tuple[float, float]
+    ) -> tuple[SkinPlace, float]:
         """Contacts after some steps by the pixels below a retardance, and what they leave there."""
-        far = fit.below(fit.at(contacts), limit[0], limit[1] * self._cover)
+        far = fit.below(here, limit[0], limit[1] * self._cover)
         few, count = replace(fit, used=far), max(int(far.sum()), 1)
-        one = few.climb(contacts, free, NEARER, close=COARSE * count)
-        return one.contacts, one.loss / count
+        one = few.climb(few.at(here.contacts, here.extra), free, NEARER, close=COARSE * count)
+        return fit.at(one.contacts, one.extra), one.loss / count
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
         """Whether contacts leave nothing but noise."""
-        return classifier.noise(one.place.left.slope, self._taken(one))
+        return classifier.noise(one.place.left.slope, self._taken(fit, one))
 
-    def _taken(self, one: SkinOptimum) -> int:
+    def _taken(self, fit: SkinFit, one: SkinOptimum) -> int:
         """Degrees of freedom that the contacts take: those that the prior does not hold."""
         _, std = self.skin.drawn(len(one.contacts))
-        held = np.diag(one.curvature.covariance) / np.square(std[one.free])
-        return int(np.clip(len(held) - held.sum(), 0, len(held)))
+        covariance, count = one.curvature.covariance, int(one.free.sum())
+        held = float((np.diag(covariance)[:count] / np.square(std[one.free])).sum())
+        held += float(np.vdot(covariance[count:, count:], fit.known.precision))
+        return int(np.clip(len(covariance) - held, 0, len(covariance)))
 
     def _mass(self, one: SkinOptimum) -> float:
         """Logarithm of the posterior mass about an explanation, by Laplace's approximation."""
@@ -297,7 +368,7 @@ class PadSkinReader(PadFrames):
         def joint() -> Array:
             whole = np.zeros((one.free.size,) * 2)
             own = np.flatnonzero(one.free)
-            whole[np.ix_(own, own)] = one.curvature.covariance
+            whole[np.ix_(own, own)] = one.curvature.covariance[: len(own), : len(own)]
             return whole
 
         return PadSkinResult(self.model.sensor, one.contacts, joint)
@@ -321,7 +392,7 @@ class PadSkinReader(PadFrames):
             forces=result.forces,
             covariance=result.covariance,
             phase=partial(self._retardance, fit, one),
-            chi2=float(left @ left) / max(count - self._taken(one), 1),
+            chi2=float(left @ left) / max(count - self._taken(fit, one), 1),
             status=status,
             probability=probability,
             alternatives=rivals.reshape(-1, *result.forces.shape),
@@ -371,11 +442,11 @@ class PadSkinReader(PadFrames):
         patches = Patches.of(self.model.sensor, loads)
         if not patches.members:  # what small forces change depends on where they are
             return np.full(self.forces_shape, np.inf)
-        fit = SkinFit(self._optics, self.skin, self.response, np.zeros(self.pixels))
+        fit = self.fit(np.zeros(self.pixels), self.classifier(self.usable(None)))
         contacts = patches.contacts
         free = np.ones(contacts.shape, dtype=bool)
         place = fit.at(contacts)
-        joint = covariance_of(fit.information(place, free))
+        joint = covariance_of(fit.information(place, free))[: free.size, : free.size]
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
 
 
@@ -400,17 +471,24 @@ class PadSkinFollower(PadFramesFollower):
     def reset(self) -> None:
         """Forget the last readings: the next frame is searched."""
         self._last: SkinOptimum | None = None
-        self._expected: tuple[Array, Mask] | None = None
-        self._probability = 1.0
+        self._expected: Expected | None = None
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
-        reading, here = self._single.found(levels, used, self._expected, self._probability)
-        before, self._last, self._probability = self._last, here, reading.probability
-        self._expected = None if here is None else (here.contacts, here.free)
-        if here is None or before is None or not reading.tracked:
+        expected = self._expected
+        reading, here = self._single.found(levels, used, expected)
+        before, self._last = self._last, here
+        if here is None:
+            self._expected = None
             return reading
-        if len(here.contacts) == len(before.contacts):  # none has gone
-            ahead = here.contacts + KEPT * (here.contacts - before.contacts)
-            self._expected = ahead, here.free
+        known, prior = self._single.uncertain, None
+        if known is not None:
+            earlier = None if expected is None or not reading.tracked else expected.prior
+            first = earlier or Prior.stated(known)
+            prior = first.after(known, here.extra, here.curvature)
+        ahead = here.contacts
+        if before is not None and reading.tracked and len(before.contacts) == len(ahead):
+            ahead = ahead + KEPT * (ahead - before.contacts)  # none has gone
+        extra = here.extra if prior is None else prior.mean
+        self._expected = Expected(ahead, here.free, extra, prior, reading.probability)
         return reading

@@ -1,0 +1,262 @@
+"""From the retardance of a pad to the grey levels of one frame, and back by the adjoint.
+
+What is uncertain about light and camera acts here, whatever causes the retardance: forces on
+squares, or contacts anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Mask, Single
+from fringeforce.estimation.covariance import marginal_information
+from fringeforce.estimation.levenberg_marquardt import Curvature
+from fringeforce.estimation.likelihood import Misfit, Response, misfit
+from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.optics.area_camera import Lens, Picture
+
+REMEMBERED = 0.9
+"""Share of what frames tell about lasting unknowns that the next ones believe, so that about ten
+count."""
+
+
+def nothing() -> Array:
+    """Unknowns of a pad without tolerances, shape (0,)."""
+    return np.empty(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What is known of the unknowns of tolerances before a frame.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (q,)
+    precision : ndarray, shape (q, q)
+        Inverse of their covariance.
+    """
+
+    mean: Array
+    precision: Array
+
+    @classmethod
+    def stated(cls, uncertain: PadUncertainty) -> Prior:
+        """By the tolerances, and by what is known of them together."""
+        return cls(*uncertain.expected)
+
+    def slope(self, extra: Array) -> Array:
+        """Half the derivative of the loss, shape (q,)."""
+        return np.asarray(self.precision @ (extra - self.mean))
+
+    def loss(self, extra: Array) -> float:
+        """Twice the negative logarithm, less a constant."""
+        return float((extra - self.mean) @ self.slope(extra))
+
+    def after(self, uncertain: PadUncertainty, extra: Array, curvature: Curvature | None) -> Prior:
+        """What is known before the next frame.
+
+        Parameters
+        ----------
+        uncertain : PadUncertainty
+            What is uncertain about the pad.
+        extra : ndarray, shape (q,)
+            The unknowns as a frame tells them.
+        curvature : Curvature, optional
+            Of all unknowns of that frame under this prior, these last; none if it told nothing new.
+        """
+        lasting, precision = uncertain.lasting, self.precision
+        if curvature is not None:
+            first, count = Prior.stated(uncertain), len(curvature.information) - len(extra)
+            order = np.concatenate([np.flatnonzero(lasting), np.flatnonzero(~lasting)]) + count
+            order = np.concatenate([order, np.arange(count)])
+            whole = curvature.information[np.ix_(order, order)]
+            own = marginal_information(whole, int(lasting.sum()))
+            stated = first.precision[np.ix_(lasting, lasting)]
+            precision = np.eye(uncertain.size)
+            precision[np.ix_(lasting, lasting)] = stated + REMEMBERED * (own - stated)
+        return Prior(np.where(lasting, extra, 0.0), precision)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Shone:
+    """Retardance, and the light that it causes.
+
+    Attributes
+    ----------
+    modes : ndarray, shape (2, modes, rows, columns)
+        Retardance [rad].
+    extra : ndarray, shape (q,)
+        Unknowns of tolerances.
+    lights : list of ndarray, shape (3, P)
+        Light of every channel.
+    level : ndarray, shape (channels * P,)
+        Expected grey levels.
+    pictures : tuple of Picture
+        What the channels measure.
+    lens : Lens, optional
+        What blurs the light.
+    amplitude : float
+        Of the camera, grey levels.
+    intensity : ndarray, shape (channels * P,)
+        Of the light that pixels get.
+    """
+
+    modes: Single
+    extra: Array
+    lights: Sequence[Single]
+    level: Array
+    pictures: tuple[Picture, ...]
+    lens: Lens | None
+    amplitude: float
+    intensity: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Forces, and the retardance that they cause.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (3 n,)
+        N, T_x, T_y of tactel after tactel [N].
+    modes : ndarray, shape (2, modes, rows, columns)
+        Retardance [rad].
+    extra : ndarray, shape (q,)
+        Unknowns of tolerances.
+    """
+
+    forces: Array
+    modes: Single
+    extra: Array = field(default_factory=nothing, kw_only=True)
+
+    def onward(self, share: float, before: Start) -> Start:
+        """A share of the way from another to here further on, for retardance follows forces.
+
+        Unknowns of tolerances stay as they are.
+        """
+        modes = np.float32(1 + share) * self.modes
+        modes -= np.float32(share) * before.modes
+        forces = self.forces + share * (self.forces - before.forces)
+        return Start(forces, modes, extra=self.extra)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Place(Start, Shone):
+    """Forces, and the light that they cause.
+
+    Attributes
+    ----------
+    reference : ndarray, shape (3 n,), optional
+        Forces that the spread of tractions is relative to, if not these.
+    """
+
+    reference: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FrameLight:
+    """One frame, and what light makes of retardance.
+
+    Attributes
+    ----------
+    model : PadModel
+        Of the pad.
+    response : Response
+        Of its camera.
+    frame : ndarray, shape (channels * P,)
+        Grey levels.
+    used : ndarray of bool, shape (channels * P,), optional
+        Pixels that count; all if not given.
+    uncertain : PadUncertainty, optional
+        What is uncertain about the pad, if anything is.
+    """
+
+    model: PadModel
+    response: Response
+    frame: Array
+    used: Mask | None = None
+    uncertain: PadUncertainty | None = None
+
+    def shone(self, modes: Single, extra: Array) -> Shone:
+        """The light of retardance, shape (2, modes, rows, columns), under unknowns (q,)."""
+        known, pictures, lens = self.uncertain, self.model.pictures, self.model.lens
+        gain, dark = 1.0, 0.0
+        if known is not None:
+            pictures, lens = known.pictures(extra), known.lens(extra)
+            gain, dark = 1.0 + known.brightness @ extra, known.darkness @ extra
+        lights = [self.model.light(modes, picture) for picture in pictures]
+        seen = [
+            self.model.measured(light, picture, lens)
+            for light, picture in zip(lights, pictures, strict=True)
+        ]
+        intensity = np.concatenate(seen).astype(float)
+        level = np.asarray(gain * self.response.amplitude * intensity + self.response.offset + dark)
+        return Shone(
+            modes=modes,
+            extra=extra,
+            lights=lights,
+            level=level,
+            pictures=pictures,
+            lens=lens,
+            amplitude=float(gain * np.mean(self.response.amplitude)),
+            intensity=intensity,
+        )
+
+    def misfit(self, level: Array) -> Misfit:
+        """What grey levels leave of the frame; nothing at pixels that do not count."""
+        if self.used is None:
+            return misfit(self.frame, level, self.response)
+        few = misfit(self.frame[self.used], level[self.used], self.response)
+        slope, weight = np.zeros((2, len(self.frame)))
+        slope[self.used], weight[self.used] = few.slope, few.weight
+        return Misfit(few.loss, slope, weight)
+
+    def back(self, here: Shone, slope: Array) -> tuple[Single, Array]:
+        """Half the derivative of the loss by the modes, and what light and camera add by unknowns.
+
+        Parameters
+        ----------
+        here : Shone
+            Where to take them.
+        slope : ndarray, shape (channels * P,)
+            Of the misfit there.
+
+        Returns
+        -------
+        by_modes : ndarray, shape (2, modes, rows, columns)
+        by_extra : ndarray, shape (q,)
+        """
+        scale = np.float32(here.amplitude / np.sqrt(self.response.variance))
+        pulls = (scale * slope.astype(np.float32)).reshape(len(here.lights), -1)
+        by_modes = reduce(
+            np.add,
+            (
+                self.model.picture_adjoint(here.modes, picture, light, pull, here.lens)
+                for picture, light, pull in zip(here.pictures, here.lights, pulls, strict=True)
+            ),
+        )
+        known = self.uncertain
+        if known is None:
+            return by_modes, np.zeros(0)
+        unit = slope / np.sqrt(self.response.variance)
+        bright = float(np.vdot(unit, self.response.amplitude * here.intensity))
+        found = bright * known.brightness + float(unit.sum()) * known.darkness
+        for group in known.registration:
+            found[group.begin] += np.vdot(known.moved(here.modes, group), by_modes)
+        for number, changes in known.forms:
+            for pull, picture, light, change in zip(
+                pulls, here.pictures, here.lights, changes, strict=True
+            ):
+                turned = replace(picture, forms=change)
+                found[number] += np.vdot(pull, self.model.measured(light, turned, here.lens))
+        if blur := known.group(BLUR):
+            low, high, apart = known.lens_change(here.extra)
+            for pull, picture, light in zip(pulls, here.pictures, here.lights, strict=True):
+                ends = (self.model.measured(light, picture, lens) for lens in (high, low))
+                found[blur.begin] += np.vdot(pull, np.subtract(*ends)) / apart
+        return by_modes, found
