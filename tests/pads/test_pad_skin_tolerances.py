@@ -55,6 +55,11 @@ def drawn() -> PadModel:
     return found
 
 
+@pytest.fixture(scope="module")
+def reader(drawn: PadModel) -> ff.Reader:
+    return ff.Reader(drawn)
+
+
 def loosened(model: PadModel, **stated: object) -> PadModel:
     return replace(model, sensor=model.sensor.replace(**stated))
 
@@ -166,3 +171,22 @@ def test_frames_that_follow_carry_on_what_lasts(drawn: PadModel) -> None:
 def test_tolerances_that_skins_of_pads_do_not_allow_for_are_told(drawn: PadModel) -> None:
     with pytest.raises(InputError, match=r"transducer\.length has a tolerance"):
         ff.Reader(loosened(drawn, **{"transducer.length": "16 +/- 0.1 mm"}))
+
+
+@pytest.mark.parametrize(
+    ("departs", "words"),
+    [
+        ({"camera.amplitude": 232.0}, "dimmer than drawn"),
+        ({"camera.blur": 0.15e-3}, "blurred by 0.15 mm"),
+    ],
+)
+def test_a_finding_names_what_departs(
+    drawn: PadModel, reader: ff.Reader, departs: dict[str, float], words: str
+) -> None:
+    made = loosened(drawn, **departs)
+    reading = reader.search(made.expose(PRESSES[0], rng=3))
+    assert reading.status is Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert words in finding
+    assert "standard deviations" in finding
+    assert next(iter(departs)) in finding

@@ -17,7 +17,7 @@ from fringeforce.models.pad_as_built import SHAPES, smooth_image, spreads
 from fringeforce.models.pad_slices import slice_retardance
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics import camera as camera_optics
-from fringeforce.reading.pads.diagnosis import PadDiagnosis
+from fringeforce.reading.pads.diagnosis import PadSquaresDiagnosis
 from fringeforce.reading.pads.fit import Fit
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.single_frame import PadFrameReader
@@ -218,7 +218,7 @@ def test_a_search_ends_where_a_climb_from_the_truth_does(roller: PadModel) -> No
 
 def test_findings_of_more_frames_keep_no_more_matrices(roller: PadModel) -> None:
     reader, rng = PadFrameReader(roller), np.random.default_rng(5)
-    diagnosis, used, counts = PadDiagnosis(reader), reader.usable(None), []
+    diagnosis, used, counts = PadSquaresDiagnosis(reader), reader.usable(None), []
     one = {"camera.amplitude": 232.0}
     # the second is explained by no single departure, so that combinations are tried
     for departing in (one, {**one, "camera.shift_x": 0.06e-3}):

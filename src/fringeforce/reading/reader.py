@@ -20,7 +20,7 @@ from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
-from fringeforce.reading.pads.diagnosis import PadDiagnosis
+from fringeforce.reading.pads.diagnosis import PadSkinDiagnosis, PadSquaresDiagnosis
 from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.pads.skin_reader import PadSkinFollower, PadSkinReader
@@ -58,7 +58,12 @@ def _of_skin(single: FrameReader) -> Findings:
 
 def _of_pad(single: FrameReader) -> Findings:
     assert isinstance(single, PadFrameReader)
-    return PadDiagnosis(single).findings
+    return PadSquaresDiagnosis(single).findings
+
+
+def _of_pad_skin(single: FrameReader) -> Findings:
+    assert isinstance(single, PadSkinReader)
+    return PadSkinDiagnosis(single).findings
 
 
 _KINDS: dict[
@@ -67,7 +72,7 @@ _KINDS: dict[
     "strip": (StripFrameReader, StripFollower, _of_strip),
     "skin": (SkinReader, SkinFollower, _of_skin),
     "pad": (PadFrameReader, PadFollower, _of_pad),
-    "pad skin": (PadSkinReader, PadSkinFollower, _of_skin),
+    "pad skin": (PadSkinReader, PadSkinFollower, _of_pad_skin),
 }
 """What reads single frames, what follows them, and what diagnoses them, by the kind of sensor."""
 

@@ -8,17 +8,20 @@ several at once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad_as_built import CENTRE, WIDTH, spreads
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
+from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.findings import (
     HOPELESS,
@@ -29,8 +32,11 @@ from fringeforce.reading.findings import (
     together,
 )
 from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
+from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.pads.verdict import FrameClassifier
 
 Array = NDArray[np.float64]
@@ -51,8 +57,29 @@ BEGUN = 2
 """Steps after which departures are compared."""
 FOLLOWED, STEPS = 6, 20
 """Departures that are followed to their best, and steps for each."""
+UNSEEN = "camera.shift_x", "camera.shift_y", PLACEMENT, SIZE
+"""Departures of which a skin shows nothing."""
 MOST = 3
 """Departures that are named together at most."""
+
+
+class AnyOptimum(Protocol):
+    """Where a posterior is largest; `Optimum` and `SkinOptimum` are such."""
+
+    @property
+    def loss(self) -> float:
+        """Twice the negative logarithm, less a constant."""
+        ...
+
+    @property
+    def extra(self) -> Array:
+        """Unknowns of tolerances."""
+        ...
+
+    @property
+    def curvature(self) -> Curvature:
+        """Of loads and then of the unknowns of tolerances."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,22 +90,39 @@ class Candidate:
     ----------
     departures : tuple of PadDeparture
         What departs.
-    fit : Fit
-        The posterior of the frame with their unknowns.
-    optimum : Optimum
-        Where it is largest.
+    known : PadUncertainty
+        The same as unknowns.
+    optimum : AnyOptimum
+        Where the posterior of the frame is largest.
+    start : ndarray
+        Its forces on squares, or contacts.
+    shown : ndarray of bool, shape (q,)
+        Unknowns that show at all.
+    left : ndarray, shape (channels * P,)
+        Residuals.
+    taken : int
+        Degrees of freedom that loads take.
+    information : callable
+        Computes half the second derivative of the loss.
+    followed : callable
+        The same some steps further on.
     """
 
     departures: tuple[PadDeparture, ...]
-    fit: Fit
-    optimum: Optimum
+    known: PadUncertainty
+    optimum: AnyOptimum
+    start: Array
+    shown: Mask
+    left: Array
+    taken: int
+    information: Callable[[], Array]
+    followed: Callable[[int], Candidate]
 
     @cached_property
     def evidence(self) -> float:
         """Logarithm of the posterior mass, less a constant of the frame."""
-        matrix = self.fit.information(self.optimum.place)
-        _, size = np.linalg.slogdet(matrix)
-        return -(self.optimum.misfit.loss + float(size)) / 2
+        _, size = np.linalg.slogdet(self.information())
+        return -(self.optimum.loss + float(size)) / 2
 
     def sized(self) -> list[Sized]:
         """Each departure with its size, the most significant first."""
@@ -86,38 +130,34 @@ class Candidate:
         return sorted(found, key=lambda one: -one.significance)
 
     def _sized(self, departure: PadDeparture) -> Sized:
-        known, extra = self.fit.uncertain, self.optimum.extra
-        assert known is not None
-        group = known.group(PLACEMENT if departure.path == SIZE else departure.path)
+        extra, covariance = self.optimum.extra, self.optimum.curvature.covariance
+        group = self.known.group(PLACEMENT if departure.path == SIZE else departure.path)
         assert group is not None
-        begin = len(self.optimum.forces)
         own = np.arange(group.begin, group.end)
-        own = own[known.shown(self.optimum.forces)[own]]
-        part = self.optimum.curvature.covariance[np.ix_(begin + own, begin + own)]
+        own = own[self.shown[own]]
+        begin = len(covariance) - len(extra)
+        part = covariance[np.ix_(begin + own, begin + own)]
         if departure.one:
             size = float(extra[own[0]]) * group.std / departure.unit
             return Sized(departure, size, float(abs(extra[own[0]]) / np.sqrt(part[0, 0])))
         square = float(extra[own] @ np.linalg.solve(part, extra[own]))
         # the normal deviate of a chi-square number (Fisher)
         significance = float(np.sqrt(2 * square) - np.sqrt(2 * len(own) - 1))
-        return Sized(departure, self._spread(departure, extra), max(significance, 0.0))
+        return Sized(departure, self._spread(departure), max(significance, 0.0))
 
-    def _spread(self, departure: PadDeparture, extra: Array) -> float:
+    def _spread(self, departure: PadDeparture) -> float:
         """Root mean square of many numbers, of contacts that show."""
-        known = self.fit.uncertain
-        assert known is not None
+        known, extra = self.known, self.optimum.extra
         if departure.path == RESIDUAL:
-            grid = known.coefficients(np.zeros_like(self.optimum.forces), extra)
-            modes = known.model.retarding.spread(grid)
+            modes = known.model.retarding.spread(known.residual(extra))
             whole = 2 * np.einsum("k,fkrc->frc", known.model.profile.sum(axis=0), modes)
             return float(np.sqrt(np.mean(np.square(whole))))
-        seen = known.shown(self.optimum.forces)
         side, stds = known.model.sensor.tactels.side, spreads(known.model.sensor)
         first = departure.path == PLACEMENT
         wanted = [std for std in (stds[:2] if first else stds[2:4]) if std]
         chosen = [one for one in known.contacts if one[0] in wanted]
         share = CENTRE if first else WIDTH
-        moved = [share * side * std * extra[place][seen[place]] for std, place, _ in chosen]
+        moved = [share * side * std * extra[place][self.shown[place]] for std, place, _ in chosen]
         return float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
 
 
@@ -140,25 +180,39 @@ class Sized:
     significance: float
 
 
-class PadDiagnosis:
+class PadDiagnosis(ABC):
     """Names the departures of one pad in frames that its reader refuses.
 
     Parameters
     ----------
-    reader : PadFrameReader
-        Of the design.
+    frames : PadFrames
+        Reader of the design.
     """
 
-    def __init__(self, reader: PadFrameReader) -> None:
-        self.reader = reader
-        self.departures = pad_departures(reader.model)
-        self._samplings: dict[tuple[PadDeparture, ...], Sampling] = {}
-        self._first = reader.uncertain or PadUncertainty.of(reader.model)
+    def __init__(self, frames: PadFrames) -> None:
+        self.frames = frames
+        self.departures = self.possible()
+        self._wide = departing(
+            frames.model, tuple(one for one in self.departures if one.path in TOGETHER)
+        )
 
-    @cached_property
-    def _everything(self) -> PadFrameReader:
-        wide = tuple(one for one in self.departures if one.path in TOGETHER)
-        return PadFrameReader(departing(self.reader.model, wide))
+    def possible(self) -> tuple[PadDeparture, ...]:
+        """All departures that can be told."""
+        return pad_departures(self.frames.model)
+
+    @abstractmethod
+    def starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
+        """Loads from which departures are looked for."""
+
+    @abstractmethod
+    def begun(
+        self,
+        grey: Array,
+        classifier: FrameClassifier,
+        start: Array,
+        departures: tuple[PadDeparture, ...],
+    ) -> Candidate:
+        """Departures after some steps from loads."""
 
     def findings(self, levels: NDArray[Any], used: Mask) -> tuple[str, ...]:
         """Sentences about a frame: the likeliest departure, or that there is none.
@@ -170,37 +224,35 @@ class PadDiagnosis:
         used : ndarray of bool, same shape
             Pixels that count.
         """
-        classifier = self.reader.classifier(used)
+        classifier = self.frames.classifier(used)
         grey = classifier.filled(levels)
-        starts = self._starts(levels, used)
+        starts = self.starts(levels, used)
         chosen: tuple[PadDeparture, ...] = ()
         first: Candidate | None = None
-        model, among = self.reader.model, self.departures
-        for _ in range(MOST):
+        model, among = self.frames.model, self.departures
+
+        def explained(one: Candidate) -> bool:
+            return classifier.noise(one.left, one.taken)
+
+        for _ in range(MOST if starts else 0):
             left = tuple(one for one in among if one not in chosen)
             found = self._candidates(grey, classifier, starts, (chosen, left))
             best = found[0]
             first = first or best
-            if classifier.explained(best.optimum):
+            if explained(best):
                 if len(best.departures) > 1:
                     return (together(best.sized(), model),)
                 named = [one for one in found if one.evidence > best.evidence - RIVAL]
-                alike = [one for one in named if classifier.explained(one.optimum)]
+                alike = [one for one in named if explained(one)]
                 return (sentence([one.sized()[0] for one in alike], model),)
-            chosen, starts = best.departures, [best.optimum.forces]
+            chosen, starts = best.departures, [best.start]
             # what explained little alone explains little beside others
             among = tuple(one.departures[-1] for one in found)
             if len(among) < 2:
                 break
-        assert first is not None
-        if classifier.chi2(first.optimum) < PARTLY:
+        if first is not None and classifier.reduced(first.left, first.taken) < PARTLY:
             return (sentence(first.sized(), model, explained=False),)
         return (UNEXPLAINED,)
-
-    def _starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
-        """Forces from which departures are looked for."""
-        reading = self._everything.search(levels, used)
-        return [reading.forces.ravel()]
 
     def _candidates(
         self,
@@ -215,37 +267,77 @@ class PadDiagnosis:
         """
         chosen, tried = which
         begun = [
-            self._begun(grey, classifier, start, (*chosen, departure))
+            self.begun(grey, classifier, start, (*chosen, departure))
             for departure in tried
             for start in starts
         ]
-        begun.sort(key=lambda one: one.optimum.misfit.loss)
-        least = begun[0].optimum.misfit.loss
-        promising = [one for one in begun if one.optimum.misfit.loss < HOPELESS * least]
-        found = []
-        for one in promising[:FOLLOWED]:
-            here = one.fit.at(one.optimum.forces, one.optimum.extra)
-            found.append(replace(one, optimum=one.fit.climb(here, STEPS)))
+        begun.sort(key=lambda one: one.optimum.loss)
+        least = begun[0].optimum.loss
+        promising = [one for one in begun if one.optimum.loss < HOPELESS * least]
+        found = [one.followed(STEPS) for one in promising[:FOLLOWED]]
         return sorted(found, key=lambda one: -one.evidence)
 
-    def _begun(
+
+class PadSquaresDiagnosis(PadDiagnosis):
+    """The same of forces on squares.
+
+    Parameters
+    ----------
+    reader : PadFrameReader
+        Of the design.
+    """
+
+    def __init__(self, reader: PadFrameReader) -> None:
+        super().__init__(reader)
+        self._samplings: dict[tuple[PadDeparture, ...], Sampling] = {}
+        self._first = reader.uncertain or PadUncertainty.of(reader.model)
+
+    @cached_property
+    def _everything(self) -> PadFrameReader:
+        return PadFrameReader(self._wide)
+
+    def starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
+        """As of `PadDiagnosis`."""
+        reading = self._everything.search(levels, used)
+        return [reading.forces.ravel()]
+
+    def begun(
         self,
         grey: Array,
         classifier: FrameClassifier,
-        forces: Array,
+        start: Array,
         departures: tuple[PadDeparture, ...],
     ) -> Candidate:
+        """As of `PadDiagnosis`."""
         sampling = self._sampling(departures)
         known = sampling.uncertain
         assert known is not None
-        response = self.reader.response
-        fit = Fit(known.model, response, sampling, grey, classifier.used)
-        extra = np.zeros(known.size)
-        for departure in departures:
-            group = known.group(departure.path)
-            if departure.begin and group is not None:
-                extra[group.place] = departure.begin
-        return Candidate(departures, fit, fit.climb(fit.at(forces, extra), BEGUN))
+        fit = Fit(known.model, self.frames.response, sampling, grey, classifier.used)
+        here = fit.at(start, _begin(known, departures))
+        return self._candidate(departures, known, fit, fit.climb(here, BEGUN))
+
+    def _candidate(
+        self,
+        departures: tuple[PadDeparture, ...],
+        known: PadUncertainty,
+        fit: Fit,
+        optimum: Optimum,
+    ) -> Candidate:
+        def followed(steps: int) -> Candidate:
+            here = fit.at(optimum.forces, optimum.extra)
+            return self._candidate(departures, known, fit, fit.climb(here, steps))
+
+        return Candidate(
+            departures,
+            known,
+            optimum,
+            optimum.forces,
+            known.shown(optimum.forces),
+            optimum.misfit.slope,
+            len(optimum.forces),
+            lambda: fit.information(optimum.place),
+            followed,
+        )
 
     def _sampling(self, departures: tuple[PadDeparture, ...]) -> Sampling:
         """What a fit needs of departures; kept of single ones, for all combinations are too many.
@@ -254,8 +346,92 @@ class PadDiagnosis:
         """
         if departures in self._samplings:
             return self._samplings[departures]
-        known = PadUncertainty.of(departing(self.reader.model, departures), self._first)
+        known = PadUncertainty.of(departing(self.frames.model, departures), self._first)
         found = lattice(known.model, SIDE, known)
         if len(departures) == 1:
             self._samplings[departures] = found
         return found
+
+
+class PadSkinDiagnosis(PadDiagnosis):
+    """The same of contacts anywhere on a skin.
+
+    Parameters
+    ----------
+    reader : PadSkinReader
+        Of the design.
+    """
+
+    def __init__(self, reader: PadSkinReader) -> None:
+        super().__init__(reader)
+        self._known: dict[PadDeparture, PadSkinUncertainty] = {}
+
+    def possible(self) -> tuple[PadDeparture, ...]:
+        """As of `PadDiagnosis`; contacts beside where they are explain a camera that is shifted."""
+        return tuple(one for one in super().possible() if one.path not in UNSEEN)
+
+    @cached_property
+    def _everything(self) -> PadSkinReader:
+        return PadSkinReader(self._wide)
+
+    def starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
+        """As of `PadDiagnosis`; none where nothing touches."""
+        best = self._everything.likeliest(levels, used)
+        return [] if best is None else [best.contacts]
+
+    def begun(
+        self,
+        grey: Array,
+        classifier: FrameClassifier,
+        start: Array,
+        departures: tuple[PadDeparture, ...],
+    ) -> Candidate:
+        """As of `PadDiagnosis`."""
+        known = self._uncertain(departures)
+        fit = replace(self._everything.fit(grey, classifier), model=known.model, uncertain=known)
+        here, free = fit.at(start, _begin(known, departures)), np.ones(start.shape, dtype=bool)
+        return self._candidate(departures, known, fit, fit.climb(here, free, BEGUN))
+
+    def _candidate(
+        self,
+        departures: tuple[PadDeparture, ...],
+        known: PadSkinUncertainty,
+        fit: SkinFit,
+        optimum: SkinOptimum,
+    ) -> Candidate:
+        def followed(steps: int) -> Candidate:
+            here = fit.at(optimum.contacts, optimum.extra)
+            return self._candidate(departures, known, fit, fit.climb(here, optimum.free, steps))
+
+        return Candidate(
+            departures,
+            known,
+            optimum,
+            optimum.contacts,
+            np.ones(known.size, dtype=bool),
+            optimum.place.left.slope,
+            optimum.taken(fit),
+            lambda: fit.information(optimum.place, optimum.free),
+            followed,
+        )
+
+    def _uncertain(self, departures: tuple[PadDeparture, ...]) -> PadSkinUncertainty:
+        """Departures as unknowns, with the depth profiles of all; single ones are kept."""
+        if len(departures) == 1 and departures[0] in self._known:
+            return self._known[departures[0]]
+        everything = self._everything
+        sensor = departing(self.frames.model, departures).sensor
+        found = PadSkinUncertainty(replace(everything.optics, sensor=sensor), skin=everything.skin)
+        if len(departures) == 1:
+            self._known[departures[0]] = found
+        return found
+
+
+def _begin(known: PadUncertainty, departures: tuple[PadDeparture, ...]) -> Array:
+    """Unknowns from which departures are looked for, shape (q,)."""
+    extra = np.zeros(known.size)
+    for departure in departures:
+        group = known.group(departure.path)
+        if departure.begin and group is not None:
+            extra[group.place] = departure.begin
+    return extra

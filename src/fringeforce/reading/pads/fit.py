@@ -67,10 +67,15 @@ class Optimum:
     extra: Array = field(default_factory=nothing, kw_only=True)
 
     @property
+    def loss(self) -> float:
+        """Twice the negative logarithm of the posterior, less a constant."""
+        return self.misfit.loss
+
+    @property
     def mass(self) -> float:
         """Logarithm of the posterior mass about it, less a constant, by Laplace's approximation."""
         _, size = np.linalg.slogdet(self.curvature.information)
-        return -(self.misfit.loss + float(size)) / 2
+        return -(self.loss + float(size)) / 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,6 +90,14 @@ class SkinOptimum:
     curvature: Curvature
     free: Mask
 
+    def taken(self, fit: SkinFit) -> int:
+        """Degrees of freedom that the unknowns take: those that their prior does not hold."""
+        _, std = fit.skin.drawn(len(self.contacts))
+        covariance, count = self.curvature.covariance, int(self.free.sum())
+        held = float((np.diag(covariance)[:count] / np.square(std[self.free])).sum())
+        held += float(np.vdot(covariance[count:, count:], fit.known.precision))
+        return int(np.clip(len(covariance) - held, 0, len(covariance)))
+
 
 @dataclass(frozen=True, eq=False)
 class SkinFit:

@@ -96,7 +96,7 @@ class PadSkinReader(PadFrames):
         return PadSkinModel(self.model.sensor)
 
     @cached_property
-    def _optics(self) -> PadModel:
+    def optics(self) -> PadModel:
         """The model with the depth profiles of the skin."""
         influence = replace(self.model.influence, profile=self.skin.profile.astype(float))
         return replace(self.model, influence=influence)
@@ -106,7 +106,7 @@ class PadSkinReader(PadFrames):
         """What is uncertain about the pad; none if nothing is."""
         if not uncertain(self.model.sensor):
             return None
-        return PadSkinUncertainty(self._optics, skin=self.skin)
+        return PadSkinUncertainty(self.optics, skin=self.skin)
 
     @cached_property
     def _search(self) -> Search:
@@ -147,16 +147,7 @@ class PadSkinReader(PadFrames):
                 return self._stated(fit, one, expected.probability, tracked=True), one
         nothing = self._silence(fit)
         silent = classifier.noise(nothing.left.slope, 0)
-        met, ends = list[SkinOptimum](), list[SkinOptimum]()
-        starts = self._starts(fit, classifier) if start is None else iter([start])
-        for forces in starts:
-            own = self._pressed(fit, classifier, forces, silent, ends)
-            met += own
-            if silent or any(self.explains(fit, classifier, one) for one in own):
-                break
-            if own and any(self._again(own[-1], end) for end in ends):
-                break
-            ends += own[-1:]
+        met = self._met(fit, classifier, silent, start)
         good = [one for one in met if self.explains(fit, classifier, one)]
         if silent and not any(
             nothing.left.loss - one.loss > _noise_makes(one.free) for one in good
@@ -178,11 +169,35 @@ class PadSkinReader(PadFrames):
         )
         return reading, best if reading.ok else None
 
+    def likeliest(self, levels: NDArray[Any], used: Mask) -> SkinOptimum | None:
+        """The contacts that explain a checked frame best, if only roughly; none if none do."""
+        classifier = self.classifier(used)
+        met = self._met(self.fit(classifier.filled(levels), classifier), classifier)
+        return min(met, key=lambda one: one.loss, default=None)
+
+    def _met(
+        self,
+        fit: SkinFit,
+        classifier: FrameClassifier,
+        silent: bool = False,
+        start: Array | None = None,
+    ) -> list[SkinOptimum]:
+        """Where a search ends, or a start, in turn; the last explain the frame if any do."""
+        met, ends = list[SkinOptimum](), list[SkinOptimum]()
+        starts = self._starts(fit, classifier) if start is None else iter([start])
+        for forces in starts:
+            own = self._pressed(fit, classifier, forces, silent, ends)
+            met += own
+            if silent or any(self.explains(fit, classifier, one) for one in own):
+                break
+            if own and any(self._again(own[-1], end) for end in ends):
+                break
+            ends += own[-1:]
+        return met
+
     def fit(self, grey: Array, classifier: FrameClassifier) -> SkinFit:
         """The posterior of a frame, as a row of grey levels."""
-        return SkinFit(
-            self._optics, self.skin, self.response, grey, classifier.used, self.uncertain
-        )
+        return SkinFit(self.optics, self.skin, self.response, grey, classifier.used, self.uncertain)
 
     def _silence(self, fit: SkinFit) -> SkinPlace:
         """No contact, with the unknowns of tolerances that explain a frame best without any."""
@@ -296,7 +311,7 @@ class PadSkinReader(PadFrames):
 
     def _plain(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
         """Whether contacts leave plainly nothing but noise."""
-        return classifier.noise(one.place.left.slope, self._taken(fit, one), PLAIN)
+        return classifier.noise(one.place.left.slope, one.taken(fit), PLAIN)
 
     @property
     def _cover(self) -> float:
@@ -341,15 +356,7 @@ class PadSkinReader(PadFrames):
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
         """Whether contacts leave nothing but noise."""
-        return classifier.noise(one.place.left.slope, self._taken(fit, one))
-
-    def _taken(self, fit: SkinFit, one: SkinOptimum) -> int:
-        """Degrees of freedom that the contacts take: those that the prior does not hold."""
-        _, std = self.skin.drawn(len(one.contacts))
-        covariance, count = one.curvature.covariance, int(one.free.sum())
-        held = float((np.diag(covariance)[:count] / np.square(std[one.free])).sum())
-        held += float(np.vdot(covariance[count:, count:], fit.known.precision))
-        return int(np.clip(len(covariance) - held, 0, len(covariance)))
+        return classifier.noise(one.place.left.slope, one.taken(fit))
 
     def _mass(self, one: SkinOptimum) -> float:
         """Logarithm of the posterior mass about an explanation, by Laplace's approximation."""
@@ -392,7 +399,7 @@ class PadSkinReader(PadFrames):
             forces=result.forces,
             covariance=result.covariance,
             phase=partial(self._retardance, fit, one),
-            chi2=float(left @ left) / max(count - self._taken(fit, one), 1),
+            chi2=float(left @ left) / max(count - one.taken(fit), 1),
             status=status,
             probability=probability,
             alternatives=rivals.reshape(-1, *result.forces.shape),

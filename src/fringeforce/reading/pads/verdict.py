@@ -149,8 +149,11 @@ class FrameClassifier:
 
     def chi2(self, optimum: Optimum) -> float:
         """Reduced chi-square of what an explanation leaves."""
-        residuals = optimum.misfit.slope if self.used is None else optimum.misfit.slope[self.used]
-        return reduced_chi_square(residuals, len(optimum.forces))
+        return self.reduced(optimum.misfit.slope, len(optimum.forces))
+
+    def reduced(self, slope: Array, unknowns: int) -> float:
+        """The same of residuals of all pixels, shape (channels * P,)."""
+        return reduced_chi_square(slope if self.used is None else slope[self.used], unknowns)
 
     @property
     def _shape(self) -> tuple[int, int]:
