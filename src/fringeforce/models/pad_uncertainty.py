@@ -15,6 +15,7 @@ A value without a tolerance has no unknown and costs nothing.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
@@ -296,18 +298,42 @@ class PadUncertainty:
             found.append(csr_array(np.where(shown, slopes, 0.0).astype(np.float32)))
         return found[0], found[1]
 
-    def moved(self, modes: Single, group: Group) -> Single:
-        """Derivative of the retardance of the modes by an unknown of where the pixels look."""
+    def moved(self, modes: Single, rows: Index, columns: Index) -> Iterator[tuple[int, Single]]:
+        """Derivatives of retardance by unknowns of where the pixels look, at a lattice.
+
+        Parameters
+        ----------
+        modes : ndarray, shape (2, modes, rows, columns)
+            At all pixels [rad].
+        rows, columns : ndarray of int, shape (r,), (c,)
+            Of the lattice.
+
+        Yields
+        ------
+        number : int
+            Of the unknown.
+        derivative : ndarray, shape (2, modes, r, c)
+        """
+        if not self.registration:
+            return
         (x, y), (by_x, by_y) = self.model.sensor.pixel_positions, self._slopes
-        along, across = group.path != "camera.shift_y", group.path != "camera.shift_x"
-        found = np.zeros_like(modes)
-        for wanted, places, axis in ((along, x, 3), (across, y, 2)):
-            if wanted:
-                slope = along_axis(by_x if axis == 3 else by_y, modes, axis)
-                if group.path == "camera.scale":
-                    far = np.expand_dims(places, 0 if axis == 3 else 1).astype(np.float32)
-                    slope = slope * far
-                found += np.float32(group.std) * slope
+        along = modes[:, :, rows] @ by_x[columns].toarray().T
+        across = by_y[rows].toarray() @ modes[..., columns]
+        for group in self.registration:
+            a, b = _shares(group.path, x[columns], y[rows])
+            yield group.begin, np.float32(group.std) * (a * along + b[:, None] * across)
+
+    def by_registration(self, modes: Single, by_modes: Single) -> Array:
+        """Derivative by the same unknowns, shape (size,), from that by the modes at all pixels."""
+        found = np.zeros(self.size)
+        if not self.registration:
+            return found
+        (x, y), (by_x, by_y) = self.model.sensor.pixel_positions, self._slopes
+        along = np.einsum("fkrc,fkrc->c", along_axis(by_x, modes, 3), by_modes)
+        across = np.einsum("fkrc,fkrc->r", along_axis(by_y, modes, 2), by_modes)
+        for group in self.registration:
+            a, b = _shares(group.path, x, y)
+            found[group.begin] = group.std * float(a @ along + b @ across)
         return found
 
     # mechanics
@@ -539,6 +565,14 @@ def _is_form(path: str) -> bool:
         path.startswith(("polariscope.plates.", "polariscope.channels."))
         and not path.endswith(".wavelength")
     )
+
+
+def _shares(path: str, x: Array, y: Array) -> tuple[Single, Single]:
+    """How far columns and rows look further along x and along y, shapes of x and y."""
+    if path == "camera.scale":
+        return x.astype(np.float32), y.astype(np.float32)
+    along = np.float32(path == "camera.shift_x")
+    return np.full(len(x), along, np.float32), np.full(len(y), 1 - along, np.float32)
 
 
 def value_of(pad: Pad, path: str) -> float:

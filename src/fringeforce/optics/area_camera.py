@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.special import ndtr
 
-from fringeforce.base.arrays import Array, Single
+from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.base.linear_map import LinearMap
 from fringeforce.design.pad import Pad
 from fringeforce.optics.arrangement import arranged
@@ -104,6 +104,11 @@ class Lens(LinearMap):
     def forward(self, values: Single) -> Single:
         """An image, shape (..., rows, columns), as the sensor sees it."""
         return along_axis(self.rows, along_axis(self.columns, values, -1), -2)
+
+    def part(self, values: Single, rows: Index, columns: Index) -> Single:
+        """The same at some rows and columns alone, shape (..., r, c)."""
+        across, along = self.rows[rows].toarray(), self.columns[columns].toarray()
+        return np.asarray(across @ values @ along.T)
 
     def adjoint(self, values: Single) -> Single:
         """The derivative by the image, from that by what the sensor sees."""

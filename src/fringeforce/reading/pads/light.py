@@ -246,8 +246,7 @@ class FrameLight:
         unit = slope / np.sqrt(self.response.variance)
         bright = float(np.vdot(unit, self.response.amplitude * here.intensity))
         found = bright * known.brightness + float(unit.sum()) * known.darkness
-        for group in known.registration:
-            found[group.begin] += np.vdot(known.moved(here.modes, group), by_modes)
+        found += known.by_registration(here.modes, by_modes)
         for number, changes in known.forms:
             for pull, picture, light, change in zip(
                 pulls, here.pictures, here.lights, changes, strict=True

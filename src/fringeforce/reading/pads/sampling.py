@@ -95,16 +95,9 @@ class Lattice:
             low, high, apart = uncertain.lens_change(here.extra)
             sharp = np.stack([_seen(form, light) for form in forms])
             images = sharp.reshape(len(forms), *self.model.frame_shape[-2:])
-            change = (high.forward(images) - low.forward(images)) / np.float32(apart)
-            few = change[:, self.rows[:, None], self.columns]
-            yield blur.begin, few.reshape(len(forms), -1)
-
-    def moved(self, uncertain: PadUncertainty, modes: Single) -> Iterator[tuple[int, Single]]:
-        """Number and derivative of the modes, (2, modes, r * c), of where the pixels look."""
-        for group in uncertain.registration:
-            whole = uncertain.moved(modes, group)
-            few = whole[..., self.rows[:, None], self.columns]
-            yield group.begin, few.reshape(*whole.shape[:2], -1)
+            ends = [lens.part(images, self.rows, self.columns) for lens in (high, low)]
+            change = (ends[0] - ends[1]) / np.float32(apart)
+            yield blur.begin, change.reshape(len(forms), -1)
 
     @property
     def places(self) -> tuple[Array, Array]:
@@ -127,7 +120,7 @@ class Lattice:
                 continue
             # influences hardly change over the blur, so that it may act on the other factor alone
             image = _back(flat, profile, light, slope @ light).reshape(modes.shape)
-            blurred = lens.forward(image)[..., self.rows[:, None], self.columns]
+            blurred = lens.part(image, self.rows, self.columns)
             found.append(blurred.reshape(*modes.shape[:2], -1))
         return found
 
@@ -258,8 +251,8 @@ class Sampling(Lattice):
             if spread.any() and state.reference is None:
                 mine = columns[..., :loads].reshape(*matrix.shape[:3], -1, 3)
                 mine[..., own, :] += shaped * spread[:, None]
-        for number, moved in self.moved(uncertain, state.modes):
-            columns[..., place[number]] = moved
+        for number, moved in uncertain.moved(state.modes, self.rows, self.columns):
+            columns[..., place[number]] = moved.reshape(*moved.shape[:2], -1)
         if group := uncertain.group(RESIDUAL):
             fields, even = self._residual
             half = len(fields)

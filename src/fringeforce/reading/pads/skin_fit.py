@@ -262,8 +262,9 @@ class SkinFit:
         """Add what unknowns of camera and residual do to the intensity by the retardance."""
         known = self.uncertain
         assert known is not None
-        for number, moved in lattice.moved(known, place.modes):
-            by_extra[number] += np.einsum("sfkp,fkp->sp", slopes, moved)
+        for number, moved in known.moved(place.modes, lattice.rows, lattice.columns):
+            flat = moved.reshape(*moved.shape[:2], -1)
+            by_extra[number] += np.einsum("sfkp,fkp->sp", slopes, flat)
         if group := known.group(RESIDUAL):
             fields, even = known.residual_at(*lattice.places)
             pulls = np.einsum("sfkp,k->fsp", slopes, even)
