@@ -33,7 +33,7 @@ from fringeforce.optics import camera
 from fringeforce.reading.reading import Status
 
 FRAMES, SEED = 20, 1
-SELDOM, NAMED = 4, False
+SELDOM = 4
 ROWS = {
     "nothing": {},
     "amplitude": {"camera.amplitude": "235 +/- 3 %"},
@@ -105,7 +105,7 @@ def row(base: PadModel, name: str, frames: int, seed: int) -> str:
         else:
             refused += 1
             if name not in ("nothing", "all"):
-                named += NAMED and any(path in f for path in paths for f in other.findings)
+                named += any(path in finding for path in paths for finding in other.findings)
     off = np.array(found).reshape(-1, 5)
     wrong = int((np.abs(off) > FAR).any(axis=1).sum())
     cells = [f"{name:11s}{len(off):4d}{ambiguous:10d}{wrong:7d}"]
@@ -129,7 +129,7 @@ def main(frames: int = FRAMES, seed: int = SEED, part: str = "") -> None:
     assert isinstance(model, PadModel)
     print(
         f"{'':11s}{'OK':>4s}{'ambiguous':>10s}{'wrong':>7s}{'inside N':>13s}{'inside T':>13s}"
-        f"{'centre':>13s}{'without':>8s}{'wrong':>6s}{'refused':>6s}{'named':>7s}{'seconds':>9s}"
+        f"{'centre':>13s}{'without':>8s}{'wrong':>6s}{'refused':>8s}{'named':>7s}{'seconds':>9s}"
     )
     for name in ROWS:
         if part in name:

@@ -23,3 +23,15 @@ def pad() -> Pad:
 @pytest.fixture(scope="session")
 def model(pad: Pad) -> PadModel:
     return characterize_pad(pad, samples=48, slices=6)
+
+
+@pytest.fixture(scope="session")
+def small_skin() -> PadModel:
+    """A pad of 16 x 14 mm with a skin."""
+    drawn = ff.load_sensor("pad-skin").replace(
+        **{"camera.pixels": [128, 128], "transducer.length": "16 mm", "transducer.width": "14 mm"},
+        skin={"extent": ["14 mm", "12 mm"]},
+    )
+    found = ff.characterize(drawn)
+    assert isinstance(found, PadModel)
+    return found

@@ -24,14 +24,8 @@ VALUES = [0, 1, 2, 6, 7]
 
 
 @pytest.fixture(scope="module")
-def model() -> PadModel:
-    pad = ff.load_sensor("pad-skin").replace(
-        **{"camera.pixels": [128, 128], "transducer.length": "16 mm", "transducer.width": "14 mm"},
-        skin={"extent": ["14 mm", "12 mm"]},
-    )
-    found = ff.characterize(pad)
-    assert isinstance(found, PadModel)
-    return found
+def model(small_skin: PadModel) -> PadModel:
+    return small_skin
 
 
 @pytest.fixture(scope="module")
