@@ -32,9 +32,9 @@ from fringeforce.reading.skin_search import MOST
 COARSE = 1e-3
 """Gain of the loss for a pixel that a step of contacts without shapes promises, below which shapes
 join in."""
-PROMISING = 3.0
+PROMISING = 4.0
 """Mean square that contacts without shapes leave, below which it is worth while to add these: those
-of flat punches and of edges leave up to 2.6."""
+of flat punches leave up to 2.6, and a long edge under 6 N 3.1."""
 LIMITS = (0.7, 2.0), (0.9, 0.8), (1.4, 0.4), (2.2, 0.0), (3.5, 0.0), (6.0, 0.0)
 """Retardances of the pixels that count at first [rad], and how far beside them it is as low, in
 thicknesses of the cover: what is far from a contact is below a quarter wave and tells its force and
@@ -49,6 +49,9 @@ STEPS = 25
 """Steps of a climb at most."""
 BEGUN = 2
 """Steps without contacts after which tolerances explain most of what they can."""
+VAIN = 2
+"""Divisions in a row that gain no more than noise makes, after which no more are tried: one alone
+may end beside the contacts, as of a long edge."""
 FOLLOWED = 6
 """Steps of a climb from the last frame at most."""
 SAME = 5.0
@@ -190,9 +193,9 @@ class PadSkinReader(PadFrames):
             met += own
             if silent or any(self.explains(fit, classifier, one) for one in own):
                 break
-            if own and any(self._again(own[-1], end) for end in ends):
+            if own and any(self._again(own[0], end) for end in ends):
                 break
-            ends += own[-1:]
+            ends += own[:1]
         return met
 
     def fit(self, grey: Array, classifier: FrameClassifier) -> SkinFit:
@@ -242,7 +245,7 @@ class PadSkinReader(PadFrames):
         """What contacts that act about like forces on squares explain, as few as do.
 
         Where nothing may touch, the strongest alone is looked for, whose shape would not show.
-        What earlier forces ended at is not divided any more.
+        What was divided in vain before is not divided again.
         """
         patches = Patches.of(self.model.sensor, forces, self._least)
         if not patches.members:
@@ -252,15 +255,22 @@ class PadSkinReader(PadFrames):
         met = [self._climbed(fit, patches.contacts)]
         if any(self._again(met[0], end) for end in ends):
             return met
+        vain = 0
         while not self._plain(fit, classifier, met[-1]) and len(patches.members) < MOST:
             divided = patches.divided(self._worst(fit, met[-1]))
             if divided is None:
                 break
             patches = divided
-            one = self._climbed(fit, patches.contacts)
-            if met[-1].loss - one.loss < _noise_makes(one.free[0]):
+            one, before = self._climbed(fit, patches.contacts), met[-1]
+            gain = before.loss - one.loss
+            if gain < 0:
                 break
             met.append(one)
+            # without shapes, what is left says little of how many there are
+            shaped = _whole(before) and _whole(one)
+            vain = vain + 1 if shaped and gain < _noise_makes(one.free[0]) else 0
+            if vain == VAIN:
+                break
         while self.explains(fit, classifier, met[-1]):
             fewer = self._without_weakest(fit, met[-1])
             if fewer is None or not self.explains(fit, classifier, fewer):
@@ -270,7 +280,7 @@ class PadSkinReader(PadFrames):
 
     def _again(self, one: SkinOptimum, other: SkinOptimum) -> bool:
         """Whether two searches have ended at the same contacts, as far as noise tells."""
-        alike = one.free.shape == other.free.shape and bool((one.free == other.free).all())
+        alike = one.free.shape == other.free.shape and _whole(one) and _whole(other)
         near = alike and abs(one.loss - other.loss) < _noise_makes(one.free)
         return near and self._same(one, other)
 
@@ -455,6 +465,11 @@ class PadSkinReader(PadFrames):
         place = fit.at(contacts)
         joint = covariance_of(fit.information(place, free))[: free.size, : free.size]
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
+
+
+def _whole(one: SkinOptimum) -> bool:
+    """Whether all unknowns of contacts were fitted, their shapes as well."""
+    return bool(one.free.all())
 
 
 def _noise_makes(free: Mask) -> float:
