@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from fringeforce.acquisition.sinks.choice import open_sink
     from fringeforce.base.errors import FringeforceError
     from fringeforce.calibration.calibrate import calibrate
-    from fringeforce.calibration.drift import Drift, update
+    from fringeforce.calibration.drift import update
+    from fringeforce.calibration.drift_report import Drift
     from fringeforce.calibration.light.references import References
     from fringeforce.calibration.planning.candidates import Limits
     from fringeforce.calibration.planning.plan import Plan, assess_presses, plan_presses
@@ -82,7 +83,7 @@ _HOME = {
     "Batch": "reading.batch",
     "BuiltSensor": "models.as_built",
     "Contact": "contacts.contact",
-    "Drift": "calibration.drift",
+    "Drift": "calibration.drift_report",
     "Friction": "contacts.contact",
     "FringeforceError": "base.errors",
     "Limits": "calibration.planning.candidates",

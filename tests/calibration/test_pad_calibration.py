@@ -1,10 +1,24 @@
 """Pads calibrated on frames of presses anywhere, made by the exact series at finer depths."""
 
+import re
 from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
 import pytest
+from pad_benches import (
+    COVER,
+    DARK,
+    DEAD,
+    PIXELS,
+    PRESSES,
+    TRUE,
+    WRONG,
+    bench,
+    built,
+    drawing,
+    measured,
+)
 
 import fringeforce as ff
 from fringeforce.base.errors import InputError
@@ -15,7 +29,7 @@ from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.pads.bench_uncertainty import SHIFT
 from fringeforce.calibration.pads.search import PadSearch
-from fringeforce.contacts.press import Press, Profile
+from fringeforce.contacts.press import Press
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models.pad import PadModel, characterize_pad
@@ -24,58 +38,7 @@ from fringeforce.models.pad_influence import Retardance
 from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of, slice_retardance
-
-COVER = "transducer.compliant.thickness"
-EFFECT = "transducer.photoelastic.strain_optic_coefficient"
-TRUE = {COVER: 0.54e-3, EFFECT: 0.053, "camera.shift_x": 0.15e-3, "camera.amplitude": 228.0}
-DARK, PRESSES, PIXELS = 2, 10, 40
-PROFILES: tuple[Profile, ...] = "hertz", "flat", "punch"
-WRONG, DEAD = 5, (7, 900, 1311)
-
-
-def drawing() -> Pad:
-    return ff.load_sensor("pad").replace(
-        **{
-            "transducer.length": "7 mm",
-            "transducer.width": "7 mm",
-            "tactels.count": [2, 2],
-            "camera.pixels": [PIXELS, PIXELS],
-            "camera.amplitude": 235.0,
-        }
-    )
-
-
-def built() -> PadModel:
-    """The pad that was made."""
-    made = drawing().replace(**TRUE, **{"camera.drift": 0.01})
-    return characterize_pad(made, None, 48, 8)
-
-
-def measured(mirrored: bool = False) -> tuple[np.ndarray, BenchLoads]:
-    """Frames of single presses, 0.05 mm rms beside what is written down; one is wrong."""
-    rng, model, presses = np.random.default_rng(11), built(), []
-    for number in range(PRESSES):
-        x, y = rng.uniform(-1.5e-3, 1.5e-3, 2)
-        normal, angle = rng.uniform(0.8, 2.5), rng.uniform(0, 2 * np.pi)
-        shear = 0.3 * normal * np.array([np.cos(angle), np.sin(angle)])
-        width, profile = rng.uniform(1.4e-3, 2.2e-3), PROFILES[number % 3]
-        tangential = shear[0], shear[1]
-        presses.append(
-            Press(x=x, y=y, normal=normal, tangential=tangential, width=width, profile=profile)
-        )
-    silent = model.expose(np.zeros((DARK, 4, 3)), rng)
-    pressed = model.expose([[one] for one in presses], rng)
-    frames = np.concatenate([silent, pressed]).reshape(DARK + PRESSES, -1)
-    frames[:, DEAD] = 0
-    places = np.array([[one.x, one.y] for one in presses])
-    places += 0.05e-3 * rng.standard_normal(places.shape)
-    forces = np.array([[one.normal, *one.shear] for one in presses])
-    forces *= 1 + 0.01 * rng.standard_normal(forces.shape)
-    forces[WRONG - DARK] *= 1.4
-    if mirrored:
-        places[:, 0] *= -1
-    loads = bench_loads(places, forces, np.arange(DARK, DARK + PRESSES), DARK + PRESSES)
-    return frames.reshape(-1, PIXELS, PIXELS), loads
+from fringeforce.plotting.calibration_report import calibration_report
 
 
 @pytest.fixture(scope="module")
@@ -234,6 +197,7 @@ class Fitted:
 
     explained: np.ndarray
     right: BenchLoads
+    sensor: Pad = field(default_factory=drawing)
     kept: np.ndarray = field(default_factory=lambda: np.ones(DARK + PRESSES, dtype=bool))
     checked: Check = NONE
     chi2: float = 50.0
@@ -270,25 +234,78 @@ def test_frames_that_are_not_explained_must_not_be_used(change, words):
     )
     levels = np.tile(TAGS[:, None], 4).astype(float)
     odd, loaded = (cast(BenchFit, Fitted(some, right)) for some in (TAGS % 2 > 0, TAGS >= DARK))
-    found = judgement(odd, levels, written)
+    found = judgement(odd, levels, written, {})
     assert not found.usable
     assert found.words[0].startswith("Do not use this model: 6 of its 12 frames are not explained")
     assert words in found.words[0]
-    assert judgement(loaded, levels, written).usable
+    assert judgement(loaded, levels, written, {}).usable
 
 
 def test_forces_that_scatter_as_those_of_no_load_cell_are_not_believed():
     loads = bench_loads(np.zeros((1, 2)), np.ones((1, 3)), np.array([2]), DARK + PRESSES)
     fit = cast(BenchFit, Fitted(TAGS >= 0, loads, beyond=("normal",)))
-    found = judgement(fit, np.zeros((DARK + PRESSES, 4)), loads)
+    found = judgement(fit, np.zeros((DARK + PRESSES, 4)), loads, {})
     assert not found.usable
     assert "another day" in found.words[0]
 
 
+def test_a_value_far_beyond_its_tolerance_is_another_sensor():
+    loads = bench_loads(np.zeros((1, 2)), np.ones((1, 3)), np.array([2]), DARK + PRESSES)
+    stated = drawing(**{COVER: "1 +/- 0.02 mm"})
+    frames, values = np.zeros((DARK + PRESSES, 4)), {COVER: (0.54e-3, 0.01e-3)}
+    for pad, usable, words in (
+        (stated, False, "21 standard deviations from the 1 mm of the drawing"),
+        (drawing(**{COVER: 1e-3}), True, "0.54 mm, and 1 mm in the drawing"),
+        (drawing(**{COVER: "0.55 +/- 0.02 mm"}), True, ""),
+        (drawing(), True, ""),
+    ):
+        fit = cast(BenchFit, Fitted(TAGS >= 0, loads, pad))
+        found = judgement(fit, frames, loads, values)
+        assert found.usable == usable
+        assert words in " ".join(found.words)
+        assert bool(found.words) == bool(words)
+
+
+@pytest.mark.slow
+def test_the_record_has_contacts_nearer_to_the_truth_than_written(calibrated):
+    record, true = calibrated.calibration.record, bench()[2]
+    kept = record.frames != WRONG
+    off, written = ((v[:, :2] - true)[kept] for v in (record.found, record.written))
+    assert np.abs(off).mean() < 0.5 * np.abs(written).mean()
+    assert (np.abs(off) < 5 * record.std[kept, :2]).all()
+    assert np.isnan(record.found[~kept]).all()
+    # residuals of groups of pixels have the variance of noise
+    explained = np.arange(DARK + PRESSES) != WRONG
+    assert np.nanstd(record.residuals[explained]) == pytest.approx(1, abs=0.1)
+    assert record.misfits[WRONG] > 2 * record.misfits[explained].max()
+
+
+@pytest.mark.slow
+def test_the_page_of_a_saved_pad_holds_every_picture(calibrated, tmp_path):
+    calibrated.save(tmp_path / "pad.h5")
+    calibration_report(ff.load_model(tmp_path / "pad.h5"), tmp_path / "r.html")
+    page = (tmp_path / "r.html").read_text()
+    # nothing was put aside: there are too few frames
+    titles = [
+        "What the model leaves of the frames",
+        "Contacts as written and as found",
+        "Fields found",
+        "Values beside the drawing",
+    ]
+    assert re.findall(r"<h2>(.*)</h2>\n<p>", page) == titles
+    assert page.count("data:image/png;base64,") == len(titles)
+    assert f"Frame {WRONG}, recorded as" in page
+
+
 def test_what_is_for_strips_is_refused_with_a_remedy():
     frames, loads = np.zeros((6, PIXELS, PIXELS)), bench_loads([[0, 0]], [[1, 0, 0]], count=6)
-    with pytest.raises(InputError, match="for strips"):
-        ff.calibrate(drawing(), frames, loads, columns=True)  # type: ignore[call-overload]
+    dark = ff.References(dark=frames)
+    pressed = bench_loads(np.zeros((6, 2)), np.tile([1.0, 0, 0], (6, 1)), np.arange(6), 6)
+    noisy = np.random.default_rng(0).integers(0, 200, frames.shape)
+    with pytest.raises(InputError, match="are for strips"):
+        ff.calibrate(drawing(), noisy, pressed, references=dark)
+    with pytest.raises(InputError, match="give loads of tactels"):
+        ff.calibrate(drawing(), noisy, pressed, columns=True)  # type: ignore[call-overload]
     with pytest.raises(InputError, match="at least 4"):
         ff.calibrate(drawing(), frames, loads)
     with pytest.raises(InputError, match="do not fit this pad"):

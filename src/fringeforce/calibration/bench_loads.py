@@ -287,7 +287,10 @@ def _words(loads: BenchLoads, frame: int, contact: int) -> str:
     if not loads.forces[frame, contact].any():
         return ""
     tactel = -1 if loads.tactels is None else loads.tactels[frame, contact]
-    place = [f"{value * 1e3:.1f}" for value in np.atleast_1d(loads.places[frame, contact])]
+    where = [f"{value * 1e3:.1f} mm" for value in np.atleast_1d(loads.places[frame, contact])]
+    place = (
+        [f"{axis} {one}" for axis, one in zip("xy", where, strict=False)] if where[1:] else where
+    )
     on = f"on tactel {tactel + 1} " if tactel >= 0 else ""
     names: Sequence[tuple[str, str]] = (("down", "up"), ("right", "left"))
     if shear[1:]:
@@ -298,4 +301,4 @@ def _words(loads: BenchLoads, frame: int, contact: int) -> str:
         if f"{abs(value):.3g}" != "0"
     ]
     verb = "press" if normal > 0 else "push" if normal == 0 else "pull"
-    return f"{verb} {on}at {', '.join(place)} mm, {', '.join(forces)}"
+    return f"{verb} {on}at {', '.join([*place, *forces])}"

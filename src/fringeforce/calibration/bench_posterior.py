@@ -304,6 +304,31 @@ class BenchPosterior:
             return np.hypot(whole, FULL_SCALE * self.bench.largest)
         return np.ones(len(self.group(name, f)))
 
+    def expanded(self, f: int) -> tuple[Array, float, Array, float]:
+        """Where contacts of a frame are expanded, shape (k,) or (k, 2), their widths, and units."""
+        bench, own, size = self.bench, self._contacts(f), self.bench.contacts.size
+        places = bench.loads.places[f, own] - bench.beside[f, own]
+        return places, size.place, np.full(len(own), size.width), size.width_std
+
+    def table(self, f: int, own: Array, deviations: bool = False) -> Array:
+        """Places, forces and widths of the contacts of a frame, shape (k, m), as in `BenchRecord`.
+
+        Parameters
+        ----------
+        f : int
+            Number of the frame.
+        own : ndarray, shape (l,)
+            Its own unknowns, or standard deviations of these.
+        deviations : bool
+            Which of the two.
+        """
+        places, unit, widths, wide = self.expanded(f)
+        k, whole = len(widths), 0.0 if deviations else 1.0
+        moved = own[self.group("place", f)].reshape(-1, k).T
+        forces = own[: k * self.bench.loads.forces.shape[2]].reshape(k, -1)
+        width = whole * widths + wide * own[self.group("width", f)]
+        return np.column_stack([whole * places.reshape(k, -1) + unit * moved, forces, width])
+
     def models(self, shared: Array) -> FrameModels:
         """Models of all frames for values of the shared unknowns."""
         return FrameModels.of(self.bench, shared, self.heat)

@@ -3,123 +3,81 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.bench_search import BenchSearch
 from fringeforce.calibration.fit import BenchFit
-from fringeforce.contacts.resultant import Resultant, touch
-from fringeforce.design.strip import Sensor
-from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.shared_fit import Eliminated
-from fringeforce.models.as_built import PLACEMENT
 from fringeforce.models.bench_record import BenchRecord
-from fringeforce.models.strip import SensorModel
-from fringeforce.reading.reader import Reader
 
-GROUPS = 128
-"""Groups of neighbouring pixels at most, of which residuals are kept: a picture shows no more."""
-READ = 5
-"""Frames left out that are read to say where their contact was; the others are only marked."""
+GROUPS = 128, 32
+"""Groups of neighbouring pixels at most along each axis, of lines and of images, of which residuals
+are kept: a picture shows no more."""
 
 
 def bench_record(
-    fit: BenchFit, model: SensorModel, levels: Array, loads: BenchLoads
+    search: BenchSearch, fit: BenchFit, levels: Array, loads: BenchLoads
 ) -> BenchRecord:
-    """What pictures of a calibration need.
+    """What pictures of a calibration need; contacts of frames left out are not found.
 
     Parameters
     ----------
+    search : BenchSearch
+        Where it was found.
     fit : BenchFit
         The fit.
-    model : SensorModel
-        The calibrated model, by which the single contacts of frames left out are read.
     levels : ndarray, shape (F, P)
         Frames with loads.
     loads : BenchLoads
         What was written down for them.
     """
-    count = len(levels)
+    count, sensor = len(levels), fit.sensor
     posterior = replace(fit.posterior, shares=np.ones(len(fit.posterior.shares)))
     models = fit.models
     _, squares, counts = posterior.loss(fit.state, models)
-    size, bench = posterior.bench.contacts.size, posterior.bench
     covariance, terms = fit.covariance, posterior.terms(fit.state, models)
-    frames, written, found, std, residuals = [], [], [], [], []
-    left_out = np.flatnonzero(~fit.kept[:count])
-    # a model of no use reads nothing that can be believed
-    usable = model.calibration is not None and model.calibration.usable
-    reader = _anywhere(model) if usable and left_out.size else None
+    left = np.where(fit.sound & search.seen, search.residuals(models), np.nan)[:count]
+    columns = len(sensor.components) + sensor.dimensions + 1
+    written, there, unsure = ([np.empty((0, columns))] for _ in range(3))
+    frames = list[int]()
     for f, told in zip(range(count), terms, strict=False):
-        unknowns, frame = fit.state.own[f], models.of_frame(f)
-        level = expose(frame, models.unknowns(f, unknowns, fit.state.shared))[0]
-        left = (levels[f] - level) / np.sqrt(frame.variance)
-        residuals.append(_grouped(np.where(np.isfinite(bench.frames[f]), left, np.nan)))
-        own = np.flatnonzero(bench.which[f] >= 0)
-        k = len(own)
+        k = int((search.which[f] >= 0).sum())
+        own = np.flatnonzero(loads.present[f])
         if not k:
             continue
-        stated = np.column_stack([loads.places[f, own], loads.forces[f, own], loads.widths[f, own]])
-        grid = loads.places[f, own] - bench.beside[f, own]
-        deviations = np.sqrt(np.maximum(Eliminated.of(told).variances(covariance)[: 4 * k], 0.0))
-        forces, sizes = unknowns[: 2 * k].reshape(k, 2), deviations[: 2 * k].reshape(k, 2)
-        places = grid + size.place * unknowns[2 * k : 3 * k]
-        widths = size.width + size.width_std * unknowns[3 * k : 4 * k]
-        there = np.column_stack([places, forces, widths])
-        unsure = np.column_stack(
-            [
-                size.place * deviations[2 * k : 3 * k],
-                sizes,
-                size.width_std * deviations[3 * k :],
-            ]
-        )
+        frames += [f] * k
+        stated = loads.places[f, own], loads.forces[f, own], loads.widths[f, own]
+        deviations = np.sqrt(np.maximum(Eliminated.of(told).variances(covariance), 0.0))
+        found = posterior.table(f, fit.state.own[f])
+        std = posterior.table(f, deviations, deviations=True)
         if not fit.kept[f]:
             # contacts that contradict cannot move as far as they are wrong
-            there, unsure = np.full((2, k, 4), np.nan)
-            if reader is not None and k == 1 and f in left_out[:READ]:
-                there[0], unsure[0] = _read(reader, levels[f])
-        frames += [f] * k
-        written.append(stated)
-        found.append(there)
-        std.append(unsure)
-    none = np.empty((0, 4))
+            found, std = np.full((2, *found.shape), np.nan)
+        written.append(np.column_stack(stated))
+        there.append(found)
+        unsure.append(std)
     return BenchRecord(
         np.array(frames, dtype=np.intp),
-        np.concatenate([none, *written]),
-        np.concatenate([none, *found]),
-        np.concatenate([none, *std]),
-        np.array(residuals),
+        np.concatenate(written),
+        np.concatenate(there),
+        np.concatenate(unsure),
+        np.array([_grouped(row.reshape(sensor.frame_shape), sensor.dimensions) for row in left]),
         (squares / np.maximum(counts, 1.0))[:count],
         np.array(fit.aside, dtype=float).reshape(-1, 4),
     )
 
 
-def _grouped(left: Array) -> Array:
-    """Sums of neighbouring residuals over the root of their number."""
-    groups = np.array_split(left, min(GROUPS, len(left)))
-    number = np.array([np.isfinite(group).sum() for group in groups])
-    sums = np.array([np.nansum(group) for group in groups])
-    return np.where(number > 0, sums / np.sqrt(np.maximum(number, 1)), np.nan)
-
-
-def _anywhere(model: SensorModel) -> Reader:
-    """A reader that allows for contacts anywhere between the tactels, where no tolerance does."""
-    if model.sensor.skin is not None or PLACEMENT in model.sensor.tolerances:
-        return Reader(model)
-    between = 1e3 * model.sensor.tactels.pitch / np.sqrt(12)  # of what is uniform over a pitch
-    return Reader(model.with_tolerances(**{PLACEMENT: f"0 +/- {between:.6g} mm"}))
-
-
-def _read(reader: Reader, levels: Array) -> tuple[Array, Array]:
-    """Place, forces and width of the one contact of a frame, and their deviations."""
-    reading = reader.search(levels)
-    if not reading.trusted:
-        return np.full(4, np.nan), np.full(4, np.nan)
-    sensor = cast(Sensor, reader.model.sensor)
-    total: Resultant = reading.total or touch(sensor, reading).total
-    centre = float(total.centre_covariance[0, 0])
-    values = [total.centre[0], *total.force, np.nan]
-    unsure = [np.sqrt(centre), *np.sqrt(np.diag(total.force_covariance)), np.nan]
-    return np.array(values), np.array(unsure)
+def _grouped(left: Array, dimensions: int) -> Array:
+    """Sums of neighbouring residuals, and of those of channels, over the root of their number."""
+    number = np.isfinite(left).astype(float)
+    sums = np.nan_to_num(left)
+    channels = left.ndim - dimensions
+    for axis, length in enumerate(left.shape):
+        groups = 1 if axis < channels else min(length, GROUPS[dimensions - 1])
+        begins = [int(part[0]) for part in np.array_split(np.arange(length), groups)]
+        number, sums = (np.add.reduceat(v, begins, axis=axis) for v in (number, sums))
+    found = np.where(number > 0, sums / np.sqrt(np.maximum(number, 1)), np.nan)
+    return found.reshape(found.shape[channels:])

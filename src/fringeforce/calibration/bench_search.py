@@ -6,7 +6,7 @@ What differs between strips and pads is the model of a frame, and where contacts
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import GROUPS, BenchPosterior, Expected, State
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
 from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
@@ -43,6 +44,8 @@ SUSPECT, WEIGHINGS, REWEIGHED = 3.0, 3, 0.1
 change of a weight that is worth another time."""
 SETTLED = 0.1
 """Change of an unknown, in its standard deviations, below which a solution is near enough."""
+DELAY = 1e-3
+"""Unit of a delay, over which loads are differentiated [s]."""
 NEAR_DESIGN = 1e-3
 """Change of the logarithm of a value that expansions bear, however well it is known."""
 CHANGED = 0.1
@@ -90,18 +93,36 @@ class BenchSearch(ABC):
     """What is written down of all frames."""
     which: Index
     """Not negative where there is a contact, shape (F, k)."""
+    delay: float
+    """By which a log of the loads is behind the frames [s]."""
     drawn: Mapping[str, str] = {}
     """Groups of what scatters whose size a tolerance of the drawing may state, and its path."""
     steps, weighings = STEPS, WEIGHINGS
     """Most steps of a descent, and how often its frames are weighed."""
     settling = SETTLING
     """Steps of contacts alone where they do not follow the shared unknowns; none if these do."""
-    delay = 0.0
-    """By which a log of the loads is behind the frames [s]."""
 
     def __init__(
-        self, sensor: Any, levels: Array, loads: BenchLoads, paths: tuple[str, ...]
+        self,
+        sensor: Any,
+        levels: Array,
+        loads: BenchLoads | TimedLoads,
+        paths: tuple[str, ...],
+        references: Mapping[str, Array] | None = None,
+        load_cell: tuple[float, float] = (0.0, 0.0),
     ) -> None:
+        given = references or {}
+        lit = {kind: given[kind] for kind in ("unloaded", "bright") if kind in given}
+        levels = np.concatenate([levels, *[rows.mean(axis=0)[None] for rows in lit.values()]])
+        self.averaged = np.append(
+            np.ones(len(levels) - len(lit)), [len(rows) for rows in lit.values()]
+        )
+        self.turned = np.append(
+            np.zeros(len(levels) - len(lit)), [np.pi * (k == "bright") for k in lit]
+        )
+        self.load_cell, self.lit = load_cell, len(lit)
+        self.timed = loads if isinstance(loads, TimedLoads) else None
+        self.delay = 0.0 if self.timed is None else self.timed.delay
         self.sensor, self.levels, self.paths = sensor, levels, paths
         self.pattern: Pattern | None = None
         self.seen: Mask = np.ones(levels.shape[1], dtype=bool)
@@ -116,7 +137,7 @@ class BenchSearch(ABC):
         self.changes = dict.fromkeys(self.sizes, 0.0)
         self.scattered = dict[str, Array]()
         self.lost = dict.fromkeys(self.sizes, False)
-        self.load(loads)
+        self.load(loads if isinstance(loads, BenchLoads) else loads.at(self.delay))
         self.bench = self.first_bench()
         shared = np.zeros(self.bench.at.size)
         self.state = self.posterior(np.ones(len(self.levels)), 1.0).start(shared)
@@ -126,6 +147,17 @@ class BenchSearch(ABC):
     @abstractmethod
     def load(self, loads: BenchLoads) -> None:
         """Take the loads of all frames, and which contacts there are."""
+
+    @abstractmethod
+    def reload(self, alike: Mask) -> None:
+        """Take other loads, as written down, but for frames with contacts like those before."""
+
+    @abstractmethod
+    def own_places(self, contacts: int) -> tuple[slice, int, float]:
+        """Where places of contacts stand among the own unknowns of a frame.
+
+        With the number of these and the unit of places [m].
+        """
 
     @abstractmethod
     def first_bench(self) -> Any:
@@ -162,6 +194,68 @@ class BenchSearch(ABC):
     @abstractmethod
     def again(self, levels: Array, loads: BenchLoads) -> BenchSearch:
         """A new search of the same sensor with other frames or loads."""
+
+    def with_references(self, loads: BenchLoads) -> BenchLoads:
+        """Loads of all frames; references have none."""
+        return loads.rows(np.append(np.arange(len(loads)), np.zeros(self.lit, dtype=int)))
+
+    def written_changes(self) -> Iterator[tuple[Array, Array, float]]:
+        """What unknowns of the list of loads change of it, and their deviations.
+
+        Of every one the changes of the forces, shape (F, k, components) [N], and of the places,
+        shape (F, k), or (F, k, 2) on a pad [m].
+        """
+        present, still = self.which >= 0, np.zeros_like(self.loads.places)
+        for component in np.eye(self.loads.forces.shape[2]):
+            own = component * present[..., None]
+            changes = np.where(present[..., None], self.loads.forces, 0.0) * own, own
+            for change, std in zip(changes, self.load_cell, strict=True):
+                if std:
+                    yield change, still, std
+        if self.timed is not None:
+            ahead, behind = (self.timed.at(self.delay + step) for step in (DELAY, -DELAY))
+            both = ahead.present & behind.present
+            moved, forces = (
+                np.where(both.reshape(*both.shape, *[1] * (a.ndim - 2)), a - b, 0.0) / 2
+                for a, b in ((ahead.places, behind.places), (ahead.forces, behind.forces))
+            )
+            more = [(0, self.lit), (0, 0)]
+            yield (
+                np.pad(forces, [*more, (0, 0)]),
+                np.pad(moved, [*more, *[(0, 0)] * (moved.ndim - 2)]),
+                self.timed.unsure / DELAY,
+            )
+
+    def moves(self) -> tuple[tuple[Array, ...], Array]:
+        """What unknowns of the list of loads change in every frame, and their deviations."""
+        changes, found = list(self.written_changes()), []
+        for f, own in enumerate(self.which >= 0):
+            forces = self.loads.forces.shape[2] * int(own.sum())
+            places, size, unit = self.own_places(int(own.sum()))
+            moves = np.zeros((size, len(changes)))
+            for column, (forced, moved, _) in enumerate(changes):
+                moves[:forces, column] = forced[f, own].ravel()
+                moves[places, column] = moved[f, own].T.ravel() / unit
+            found.append(moves)
+        return tuple(found), np.array([std for *_, std in changes])
+
+    def delayed(self) -> bool:
+        """Take the loads at the delay that was found, if it is another one."""
+        if self.timed is None:
+            return False
+        own = self.bench.at.own("written").stop - 1
+        step = float(self.state.shared[own]) * DELAY
+        unsure = float(np.sqrt(np.linalg.inv(self.information)[own, own])) * DELAY
+        if abs(step) < SETTLED * unsure:
+            return False
+        self.delay += step
+        before = (self.which >= 0).sum(axis=1)
+        self.load(self.timed.at(self.delay))
+        shared = self.state.shared.copy()
+        shared[own] = 0.0
+        self.state = replace(self.state, shared=shared)
+        self.reload(before == (self.which >= 0).sum(axis=1))
+        return True
 
     def repattern(self) -> bool:
         """The likeliest pattern of the pixels; whether it changed."""

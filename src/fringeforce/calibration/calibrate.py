@@ -6,24 +6,23 @@ place and the lighting, all together.  Phases are never recovered, so small load
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import overload
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.design_entries import STRAIN_OPTIC, checked_paths
-from fringeforce.calibration.fit import fitted
-from fringeforce.calibration.fitted_model import calibrated_model
+from fringeforce.calibration.fit import BenchFit, fitted
+from fringeforce.calibration.fitted_model import calibrated_strip
 from fringeforce.calibration.light.references import References
 from fringeforce.calibration.load_log import LoadLog
-from fringeforce.calibration.pads.bench_uncertainty import is_layer
 from fringeforce.calibration.pads.calibrated import calibrated_pad
-from fringeforce.calibration.pads.posterior import MOST
 from fringeforce.calibration.pads.search import PadSearch
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
@@ -39,6 +38,17 @@ PARAMETERS = (
     "transducer.compliant.thickness",
 )
 """Design values that drawings know worst."""
+
+
+class Kind(NamedTuple):
+    """How one kind of sensor is calibrated: where it is searched, and what is made of the fit."""
+
+    search: type[Any]
+    model: Callable[[Any, BenchFit, Array, BenchLoads | TimedLoads], Any]
+
+
+KINDS = {"strip": Kind(StripSearch, calibrated_strip), "pad": Kind(PadSearch, calibrated_pad)}
+"""By the kind of the sensor."""
 
 
 def usual_parameters(sensor: Sensor | Pad) -> tuple[str, ...]:
@@ -70,8 +80,11 @@ def calibrate(
     forces: ArrayLike | BenchLoads | LoadLog | Presses,
     parameters: Sequence[str] | None = None,
     progress: Progress | None = None,
+    references: References | None = None,
     *,
+    times: ArrayLike | None = None,
     aside: int = 5,
+    load_cell: tuple[float, float] = (0.0, 0.0),
 ) -> PadModel: ...
 
 
@@ -102,8 +115,7 @@ def calibrate(
     ----------
     sensor : Sensor or Pad
         The drawing; its camera's noise is taken as known.  Of a pad light, residual and camera are
-        those of its tolerances (one amplitude, no gamma), and references, columns, logs by time
-        and a load cell's tolerances are not taken.
+        those of its tolerances (one amplitude, no gamma), and columns are not corrected.
     frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels; unloaded frames have zero forces and determine the offset.
     forces : array_like, shape (F, n, components), BenchLoads, LoadLog, or sequences of Press
@@ -119,8 +131,9 @@ def calibrate(
     progress : callable, optional
         Called with a title, the steps done and the steps expected.
     references : References, optional
-        Frames that show the light alone.  With them every pixel has an amplitude and an offset of
-        its own; what their noise leaves unknown is added to the noise of readings.
+        Frames that show the light alone.  With them every pixel of a strip has an amplitude and an
+        offset of its own; what their noise leaves unknown is added to the noise of readings.  Of a
+        pad frames without load are taken alone.
     columns : bool
         Also fit corrections to the columns that no design value explains: smooth along the strip,
         and by no more than the frames themselves make probable, which may be nothing.
@@ -155,13 +168,6 @@ def calibrate(
     0.054
     """
     report = progress or (lambda title, done, expected: None)
-    if isinstance(sensor, Pad):
-        if references is not None or columns or any(load_cell) or isinstance(forces, LoadLog):
-            raise InputError(
-                "references, columns, logs by time and tolerances of a load cell are for strips; "
-                "calibrate a pad by frames and a table of presses without them."
-            )
-        return _calibrated_pad(sensor, frames, forces, parameters, report, aside)
     levels, known = checks.checked_bench(sensor, frames, forces, times)
     if columns and (isinstance(known, TimedLoads) or known.tactels is None):
         raise InputError("columns=True corrects the columns of tactels; give loads of tactels.")
@@ -173,35 +179,6 @@ def calibrate(
             "negative."
         )
     checks.check_changes(levels, sensor)
-    search = StripSearch(sensor, levels, known, paths, lights, load_cell)
-    fit = fitted(search, report, aside, columns)
-    return calibrated_model(fit, levels, known)
-
-
-def _calibrated_pad(
-    pad: Pad,
-    frames: ArrayLike,
-    forces: ArrayLike | BenchLoads | Presses,
-    parameters: Sequence[str] | None,
-    report: Progress,
-    aside: int,
-) -> PadModel:
-    """`calibrate` for a pad."""
-    levels, known = checks.checked_bench(pad, frames, forces, None)
-    assert isinstance(known, BenchLoads)
-    paths = checked_paths(pad, tuple(parameters or usual_parameters(pad)))
-    for path in paths:
-        if not is_layer(path):
-            raise InputError(
-                f"{path!r} is not calibrated on a pad: camera, light and residual are found in any "
-                "case; take values of transducer.compliant and transducer.photoelastic."
-            )
-    pressed = known.present.sum(axis=1)
-    if pressed.max() > MOST:
-        raise InputError(
-            f"Frame {int(pressed.argmax())} has {int(pressed.max())} contacts; a calibration of a "
-            f"pad takes at most {MOST} in a frame. Press with fewer at a time."
-        )
-    checks.check_changes(levels, pad)
-    search = PadSearch(pad, levels, known, paths)
-    return calibrated_pad(search, fitted(search, report, aside), levels, known)
+    kind = KINDS[sensor.kind]
+    search = kind.search(sensor, levels, known, paths, lights, load_cell)
+    return kind.model(search, fitted(search, report, aside, columns), levels, known)

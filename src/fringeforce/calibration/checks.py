@@ -121,35 +121,19 @@ def checked_bench(
 
 def _levels(sensor: Sensor | Pad, frames: ArrayLike) -> Array:
     levels, camera = numbers(frames, "Grey levels"), sensor.camera
-    if isinstance(sensor, Pad):
-        channels = len(sensor.polariscope.pictures)
-        shape = (*((channels,) if channels > 1 else ()), *sensor.camera.pixels[::-1])
-        if levels.shape[1:] != shape:
-            raise InputError(
-                f"Frames of shape {levels.shape} do not fit this pad; give "
-                f"(frames, {', '.join(map(str, shape))})."
-            )
-        levels = levels.reshape(len(levels), -1)
-        return _in_range(levels, camera.full_scale, camera.bits)
-    if sensor.polariscope.channels or sensor.polariscope.plates:
+    if sensor.calibration_refusal:
+        raise InputError(sensor.calibration_refusal)
+    if levels.shape[1:] != sensor.frame_shape:
         raise InputError(
-            "Known loads are compared in one dark field with perfect plates; give a design without "
-            "polariscope.channels and polariscope.plates, and frames of that channel alone."
+            f"Frames of shape {levels.shape} do not fit this {sensor.kind}; give "
+            f"(frames, {', '.join(map(str, sensor.frame_shape))})."
         )
-    if levels.ndim != 2 or levels.shape[1] != camera.pixels:
-        raise InputError(
-            f"Frames of shape {levels.shape} do not fit this sensor; give "
-            f"(frames, {camera.pixels})."
-        )
-    return _in_range(levels, camera.full_scale, camera.bits)
-
-
-def _in_range(levels: Array, full_scale: int, bits: int) -> Array:
-    seen = np.isfinite(levels) & (levels >= 0) & (levels <= full_scale)
+    levels = levels.reshape(len(levels), -1)
+    seen = np.isfinite(levels) & (levels >= 0) & (levels <= camera.full_scale)
     if bad := _rows(~seen.all(axis=1)):
         raise InputError(
-            f"Frames {bad} hold grey levels that are not from 0 to {full_scale}; check the "
-            f"camera's bits ({bits} in the design) or drop the rows."
+            f"Frames {bad} hold grey levels that are not from 0 to {camera.full_scale}; check the "
+            f"camera's bits ({camera.bits} in the design) or drop the rows."
         )
     return levels
 

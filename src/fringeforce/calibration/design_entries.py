@@ -23,6 +23,8 @@ POSITIONS = "tactels.positions"
 POISSON = "poissons_ratio"
 DEVIATION = {"value": 0.5, "position": 0.2}
 """Standard deviations of an entry before any frame is seen; of a place in pitches."""
+DRAWN = 0.1
+"""Relative standard deviation that a drawing is trusted to where it states no tolerance."""
 INCOMPRESSIBLE, RANGE = 0.5, 0.75
 """Upper bound of Poisson's ratio, and half the width of its range."""
 

@@ -7,9 +7,9 @@ its own unknowns are eliminated.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
+from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Drift, Told, missed
+from fringeforce.calibration.pads.drift import updated_pad
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Calibration, Imaging
+from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import DRIFTS, uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
@@ -30,10 +33,6 @@ from fringeforce.reading.strip_reader import StripFrameReader
 CAMERA = "camera.shift", "camera.scale"
 UNEVEN = "camera.unevenness"
 LIGHT = "camera.amplitude", UNEVEN
-FORCES = (
-    "How large forces are, only known loads tell: that stays as the calibration found it, with its "
-    "deviation."
-)
 ROUNDS = 12
 """Most times that the model is moved to what the frames say of it."""
 WORSE = 1.0
@@ -41,57 +40,17 @@ WORSE = 1.0
 too long."""
 SETTLED = 0.1
 """Length of a move, in standard deviations of all unknowns together, below which it is the last."""
-EXPLAINED = 0.9
-"""Share of the frames that must be explained for the model to be used."""
 NOTHING = 1e8
 """Factor on the precision of loads where there are none."""
 MARGIN = 2
 """Pixels at the strip's ends that are left out, as by calibrations."""
 STRENGTHS = np.linspace(-3, 3, 25)
 """Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
-TOLD = 0.9
-"""Standard deviation over that before any frame, above which frames told nothing."""
 ATTEMPTS = 8
 """Starts of the search of a frame that is not explained."""
 
 
-@dataclass(frozen=True)
-class Drift:
-    """How far a bench may have drifted since its calibration, one standard deviation each.
-
-    Attributes
-    ----------
-    light : float
-        Of the amplitude over itself, even and uneven alike.
-    offset : float
-        Of the light that fringes do not modulate, over the amplitude.
-    residual : float
-        Of the retardance without load, smooth along the strip [rad].
-    shift : float
-        Of the camera along the strip [m].
-    scale : float
-        Of the camera's magnification, relative.
-
-    Examples
-    --------
-    >>> ff.Drift(light=0.1).light
-    0.1
-    """
-
-    light: float = 0.05
-    offset: float = 0.01
-    residual: float = 0.1
-    shift: float = 0.1e-3
-    scale: float = 1e-3
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0):
-                raise InputError(
-                    f"Drift({name}={value}): a standard deviation is finite and not negative."
-                )
-
-
+@overload
 def update(
     model: SensorModel,
     frames: ArrayLike,
@@ -100,7 +59,30 @@ def update(
     unloaded: bool = False,
     drift: Drift | None = None,
     progress: Progress | None = None,
-) -> SensorModel:
+) -> SensorModel: ...
+
+
+@overload
+def update(
+    model: PadModel,
+    frames: ArrayLike,
+    *,
+    loads: ArrayLike | None = None,
+    unloaded: bool = False,
+    drift: Drift | None = None,
+    progress: Progress | None = None,
+) -> PadModel: ...
+
+
+def update(
+    model: SensorModel | PadModel,
+    frames: ArrayLike,
+    *,
+    loads: ArrayLike | None = None,
+    unloaded: bool = False,
+    drift: Drift | None = None,
+    progress: Progress | None = None,
+) -> SensorModel | PadModel:
     """Bring a model up to date with frames whose loads nobody need have written down.
 
     The calibration is the prior; light, residual and the camera's shift and scale may have drifted
@@ -111,15 +93,15 @@ def update(
 
     Parameters
     ----------
-    model : SensorModel
-        Calibrated, of a strip; one with a skin takes unloaded frames.  A model with a given matrix
-        need not be calibrated: known loads tell the scale of its matrix, if that has a tolerance.
-    frames : array_like, shape (F, n_pixels)
+    model : SensorModel or PadModel
+        Calibrated; one with a skin takes unloaded frames.  A model with a given matrix need not be
+        calibrated: known loads tell the scale of its matrix, if that has a tolerance.
+    frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels.
-    loads : array_like, shape (F, n, 2), optional
+    loads : array_like, shape (F, n, components), optional
         Forces that acted [N], if they are known; otherwise they are found with the rest.
     unloaded : bool
-        Whether nothing touches the strip in any of the frames.
+        Whether nothing touches the sensor in any of the frames.
     drift : Drift, optional
         What may have changed, and by how much.
     progress : callable, optional
@@ -127,9 +109,9 @@ def update(
 
     Returns
     -------
-    SensorModel
-        With `imaging` brought up to date, and `calibration` with findings that say what changed,
-        and with `usable` false where the frames are not explained.
+    SensorModel or PadModel
+        With `imaging`, of a pad its design and `known`, brought up to date, and `calibration` with
+        findings that say what changed, and with `usable` false where the frames are not explained.
 
     Raises
     ------
@@ -154,7 +136,19 @@ def update(
     model = _begun(model)
     levels = _checked(model, frames, unloaded)
     known = _known(model, len(levels), loads, unloaded)
-    drifting = _drifting(model, drift or Drift())
+    return UPDATED[model.sensor.kind](model, levels, known, drift or Drift(), unloaded, report)
+
+
+def _updated_strip(
+    model: SensorModel,
+    levels: Array,
+    known: Array | None,
+    drift: Drift,
+    unloaded: bool,
+    report: Progress,
+) -> SensorModel:
+    """`update` for a strip."""
+    drifting = _drifting(model, drift)
     state = _State(drifting, levels, known)
     for number in range(ROUNDS):
         report(f"Finding what drifted in {len(levels)} frames", number, ROUNDS)
@@ -165,6 +159,10 @@ def update(
         state, signed = _of_likelier_sign(state)
     report("Done", ROUNDS, ROUNDS)
     return _updated(model, state, signed)
+
+
+UPDATED: Mapping[str, Any] = {"strip": _updated_strip, "pad": updated_pad}
+"""`update` by the kind of the sensor."""
 
 
 def _of_likelier_sign(state: _State) -> tuple[_State, bool]:
@@ -188,10 +186,10 @@ def _of_likelier_sign(state: _State) -> tuple[_State, bool]:
     return state, signed
 
 
-def _begun(model: SensorModel) -> SensorModel:
+def _begun(model: Any) -> Any:
     """A model with a given matrix with what it states for what a calibration finds."""
     sensor = model.sensor
-    if sensor.transducer.plane != "given" or model.calibration is not None:
+    if getattr(sensor.transducer, "plane", "") != "given" or model.calibration is not None:
         return model
     effect, drawn = sensor.transducer.photoelastic.effect, np.array([1.0, 0.0, 1.0])
     frame = uncertainty(model).frame
@@ -221,42 +219,43 @@ def _begun(model: SensorModel) -> SensorModel:
 
 
 def _known(
-    model: SensorModel, frames: int, loads: ArrayLike | None, unloaded: bool
+    model: SensorModel | PadModel, frames: int, loads: ArrayLike | None, unloaded: bool
 ) -> Array | None:
-    """Known loads of all frames, shape (F, 2n) [N], or None."""
-    count = model.sensor.tactels.count
+    """Known loads of all frames, shape (F, components n) [N], or None."""
+    count, components = model.sensor.tactels.total, len(model.sensor.components)
     if unloaded and loads is not None:
         raise InputError("loads= and unloaded=True contradict each other; give one of them.")
     if unloaded:
-        return np.zeros((frames, 2 * count))
+        return np.zeros((frames, components * count))
     if loads is None:
         return None
-    forces = checked_loads(loads, count)
-    if forces.shape != (frames, count, 2):
+    forces = checked_loads(loads, count, components)
+    if forces.shape != (frames, count, components):
         raise InputError(
             f"loads of shape {forces.shape} do not fit {frames} frames of {count} tactels; give "
-            f"({frames}, {count}, 2)."
+            f"({frames}, {count}, {components})."
         )
     return forces.reshape(frames, -1)
 
 
-def _checked(model: SensorModel, frames: ArrayLike, unloaded: bool) -> Array:
-    if model.imaging is None or model.calibration is None:
+def _checked(model: SensorModel | PadModel, frames: ArrayLike, unloaded: bool) -> Array:
+    if model.calibration is None:
         raise InputError(
-            "update takes the calibrated model of a strip; this one is as drawn. Calibrate it "
-            "first."
+            "update takes a calibrated model; this one is as drawn. Calibrate it first."
         )
     if model.sensor.skin is not None and not unloaded:
         raise InputError(
             "A skin is brought up to date with frames without load; take such frames and say so, "
             "unloaded=True."
         )
-    levels = np.atleast_2d(numbers(frames, "Grey levels"))
-    pixels = len(model.imaging.positions)
-    if levels.ndim != 2 or levels.shape[1] != pixels or not len(levels):
+    levels, shape = numbers(frames, "Grey levels"), model.frame_shape
+    levels = levels[None] if levels.shape == shape else levels
+    if levels.shape[1:] != shape or not len(levels):
         raise InputError(
-            f"Frames of shape {np.shape(frames)} are not rows of {pixels} pixels, as the model's."
+            f"Frames of shape {np.shape(frames)} are not those of the model; give frames of "
+            f"{' x '.join(map(str, shape))} pixels."
         )
+    levels = levels.reshape(len(levels), -1)
     if not np.isfinite(levels).all():
         raise InputError("Frames hold values that are not finite; leave those frames out.")
     return levels
@@ -488,60 +487,17 @@ class _State:
         return posterior, tops[0] if tops else nothing
 
 
-class _Told(NamedTuple):
-    """What frames tell of one thing that may drift.
-
-    Attributes
-    ----------
-    name, unit, digits : str
-        For a sentence.
-    paths : tuple of str
-        Values of the design that it is.
-    change, std, before : float
-        Its change, in the unit, and standard deviation after the frames and before.
-    signed : bool
-        Whether frames tell its sign.
-    """
-
-    name: str
-    unit: str
-    digits: str
-    paths: tuple[str, ...]
-    change: float
-    std: float
-    before: float
-    signed: bool = True
-
-    @property
-    def known(self) -> bool:
-        """Whether frames tell of it."""
-        return self.signed and self.std < TOLD * self.before
-
-    def __str__(self) -> str:
-        if not self.signed:
-            return (
-                f"{self.name}: unloaded frames tell its size, but not its sign; readings allow for "
-                "both."
-            )
-        if not self.known:
-            return (
-                f"{self.name}: these frames do not tell whether it changed; readings allow for it."
-            )
-        change, std = f"{self.change:+{self.digits}}", f"{self.std:{self.digits}}"
-        return f"{self.name} changed by {change}{self.unit} (standard deviation {std})."
-
-
-def _told(state: _State, used: Mask, signed: bool) -> list[_Told]:
+def _told(state: _State, used: Mask, signed: bool) -> list[Told]:
     """What the frames tell of each thing that may drift."""
     rows, covariance = state.rows, np.linalg.inv(state.information)
     residual = rows.fields[:, used]
     most = int(np.abs(state.shared @ residual).argmax())
     light = rows.brightness[:, used].mean(axis=1) * 100
 
-    def told(name: str, unit: str, digits: str, paths: tuple[str, ...], change: Array) -> _Told:
+    def told(name: str, unit: str, digits: str, paths: tuple[str, ...], change: Array) -> Told:
         std = float(np.sqrt(change @ covariance @ change))
         by, before = float(change @ state.shared), float(np.linalg.norm(change))
-        return _Told(name, unit, digits, paths, by, std, before)
+        return Told(name, unit, digits, paths, by, std, before)
 
     found = (
         told("The light", " %", ".1f", LIGHT, light),
@@ -619,7 +575,7 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
         outliers=tuple(np.flatnonzero(~state.explained).tolist()),
         usable=bool(state.explained.mean() >= EXPLAINED),
         record=None,
-        findings=(*_missed(state), *map(str, told), *[FORCES] * (not rows.design.any())),
+        findings=(*missed(state.explained), *map(str, told), *[FORCES] * (not rows.design.any())),
     )
     drifting = state.origin.sensor
     sensor = with_values(
@@ -635,15 +591,3 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
         imaging=imaging,
         calibration=calibration,
     )
-
-
-def _missed(state: _State) -> Iterator[str]:
-    """What does not fit."""
-    missed, count = int((~state.explained).sum()), len(state.explained)
-    if missed > (1 - EXPLAINED) * count:
-        yield (
-            f"Do not use this model: no drift of light, residual and camera explains {missed} of "
-            f"{count} frames. Calibrate anew."
-        )
-    elif missed:
-        yield f"{missed} of {count} frames are not explained and were left out."

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import cast
+
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
+from fringeforce.contacts.resultant import Resultant, touch
+from fringeforce.design.strip import Sensor
+from fringeforce.models.as_built import PLACEMENT
+from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
@@ -159,6 +166,50 @@ def _found_elsewhere(model: SensorModel, row: int) -> str:
         if np.isfinite([x, normal, tangential]).all():
             return f"{normal:.3g} N normal, {tangential:.3g} N tangential at {x * 1e3:.3g} mm"
     return ""
+
+
+def with_readings(record: BenchRecord, model: SensorModel, levels: Array) -> BenchRecord:
+    """A record with the single contacts of frames left out, as the calibrated model reads them.
+
+    Parameters
+    ----------
+    record : BenchRecord
+        Of the bench.
+    model : SensorModel
+        Calibrated; one of no use reads nothing that can be believed.
+    levels : ndarray, shape (F, P)
+        Frames with loads.
+    """
+    found = model.calibration
+    if found is None or not found.usable or not found.outliers:
+        return record
+    reader, there, unsure = _anywhere(model), record.found.copy(), record.std.copy()
+    for row in found.outliers[:DESCRIBED]:
+        own = record.frames == row
+        if own.sum() == 1:
+            there[own], unsure[own] = _read(reader, levels[row])
+    return replace(record, found=there, std=unsure)
+
+
+def _anywhere(model: SensorModel) -> Reader:
+    """A reader that allows for contacts anywhere between the tactels, where no tolerance does."""
+    if model.sensor.skin is not None or PLACEMENT in model.sensor.tolerances:
+        return Reader(model)
+    between = 1e3 * model.sensor.tactels.pitch / np.sqrt(12)  # of what is uniform over a pitch
+    return Reader(model.with_tolerances(**{PLACEMENT: f"0 +/- {between:.6g} mm"}))
+
+
+def _read(reader: Reader, levels: Array) -> tuple[Array, Array]:
+    """Place, forces and width of the one contact of a frame, and their deviations."""
+    reading = reader.search(levels)
+    if not reading.trusted:
+        return np.full(4, np.nan), np.full(4, np.nan)
+    sensor = cast(Sensor, reader.model.sensor)
+    total: Resultant = reading.total or touch(sensor, reading).total
+    centre = float(total.centre_covariance[0, 0])
+    values = [total.centre[0], *total.force, np.nan]
+    unsure = [np.sqrt(centre), *np.sqrt(np.diag(total.force_covariance)), np.nan]
+    return np.array(values), np.array(unsure)
 
 
 def described(loads: BenchLoads) -> str:

@@ -12,9 +12,10 @@ from fringeforce.calibration.bench_posterior import GROUPS, SCALE, SHIFT
 from fringeforce.calibration.bench_record import bench_record
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
-from fringeforce.calibration.findings import findings, unidentified
+from fringeforce.calibration.findings import findings, unidentified, with_readings
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
+from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
@@ -27,11 +28,15 @@ LEFT_OUT = 0.001
 """Share of what the calibration adds to the readings' variances that need not be kept."""
 
 
-def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoads) -> SensorModel:
+def calibrated_strip(
+    search: StripSearch, fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoads
+) -> SensorModel:
     """The calibrated model with its covariance.
 
     Parameters
     ----------
+    search : StripSearch
+        Where it was found.
     fit : BenchFit
         The fit.
     levels : ndarray, shape (F, P)
@@ -52,7 +57,6 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
     named = np.append(order, np.arange(at.camera, at.height))
     unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
     own = fit.covariance[np.ix_(order[single], order[single])]
-    judged = judgement(fit, levels, known)
     root = _root(fit, covariance)
     calibration = Calibration(
         names=(*whole, "camera shift", "camera scale"),
@@ -65,7 +69,6 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
         chi2=fit.chi2,
         findings=(),
         checked=tuple(fit.checked),
-        usable=judged.usable,
         delay=fit.delay,
         modes=root[: len(named)] * unit[:, None],
         scatter=_scatter(fit),
@@ -81,7 +84,12 @@ def calibrated_model(fit: BenchFit, levels: Array, loads: BenchLoads | TimedLoad
             **origin,
         },
     )
-    calibration = replace(calibration, record=bench_record(fit, model, levels, known))
+    found = zip(calibration.values.tolist(), calibration.std.tolist(), strict=True)
+    paths = (name.replace("camera ", "camera.") for name in calibration.names)
+    judged = judgement(fit, levels, known, dict(zip(paths, found, strict=True)))
+    model = replace(model, calibration=replace(calibration, usable=judged.usable))
+    record = with_readings(bench_record(search, fit, levels, known), model, levels)
+    calibration = replace(calibration, usable=judged.usable, record=record)
     model = replace(model, calibration=calibration)
     said = findings(model, levels, known, fit.kept[len(levels) :])
     return replace(model, calibration=replace(calibration, findings=(*judged.words, *said)))

@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 from scipy.stats import binom
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
+from fringeforce.calibration.design_entries import DRAWN
 from fringeforce.calibration.fit import HOPELESS, BenchFit
+from fringeforce.design.text import unit_at
+from fringeforce.design.tolerances import number_at
+from fringeforce.design.units import READABLE
 
 LEFT_OUT = 0.2
 """Share of frames that may contradict the others, or that the model need not explain: one press in
 five is not an accident."""
 CHANCE = 1e-4
-"""Chance of a coverage as low as that of the frames that were put aside below which intervals do
-not hold."""
+"""Chance below which intervals do not hold, of a coverage as low as that of the frames that were
+put aside, and below which a value is not that of the drawing, of lying as far off."""
 EXPLAINS = 0.5
 """Share of what the misfit has beyond noise that a cause must leave at most to be named."""
+WRONG_DRAWING = (
+    "The sensor is not the one of the drawing, or the drawing is wrong: correct it or its "
+    "tolerance, and calibrate again."
+)
 OTHER = (
     "Other forces at these places explain the frames: the loads may be those of another day, in "
     "another unit, or of a load cell that was not zeroed."
@@ -35,8 +45,12 @@ class Judgement(NamedTuple):
     words: tuple[str, ...]
 
 
-def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
-    """Judge a fit by its frames, and by those that were put aside.
+Values = Mapping[str, tuple[float, float]]
+"""Values that were found, by their paths, and their standard deviations."""
+
+
+def judgement(fit: BenchFit, levels: Array, loads: BenchLoads, values: Values) -> Judgement:
+    """Judge a fit by its frames, by those that were put aside, and by the drawing.
 
     Parameters
     ----------
@@ -46,6 +60,8 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
         Frames with loads.
     loads : BenchLoads
         What was written down for them.
+    values : mapping
+        What was found.
     """
     wrong, checked = _wrong(fit, len(levels)), fit.checked
     words = []
@@ -59,8 +75,10 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads) -> Judgement:
         cause = _cause(fit, levels, loads)
     elif wrong := _wrong_forces(fit):
         cause = OTHER
+    elif wrong := " ".join(_far_off(fit.sensor, values, stated=True)):
+        cause = WRONG_DRAWING
     else:
-        return Judgement(True, tuple(words))
+        return Judgement(True, (*words, *_far_off(fit.sensor, values, stated=False)))
     return Judgement(False, (f"Do not use this model: {wrong} {cause}", *words))
 
 
@@ -94,6 +112,40 @@ def _wrong_forces(fit: BenchFit) -> str:
     if {"normal", "tangential"}.intersection(fit.beyond):
         return "no load cell scatters as its forces do about those written down."
     return ""
+
+
+def _far_off(sensor: Any, values: Values, stated: bool) -> Iterator[str]:
+    """Values that are not those of the drawing: by its tolerances, or where it states none.
+
+    Frames are explained all the same, as layers are searched up to four times as thick or stiff.
+    """
+    tolerances: Mapping[str, float] = sensor.tolerances
+    for path, (value, std) in values.items():
+        tolerance = tolerances.get(path)
+        plain = tolerance is None and path.startswith("transducer.")
+        if not (plain if not stated else tolerance is not None):
+            continue
+        drawn = number_at(sensor, path)
+        if drawn is None:
+            continue
+        allowed = DRAWN * abs(drawn[0]) if tolerance is None else tolerance
+        off = abs(value - drawn[0]) / np.hypot(allowed, std)
+        # of all values together
+        if 2 * ndtr(-off) * len(values) > CHANCE:
+            continue
+        factor, symbol = READABLE.get(unit_at(sensor, path), (1.0, ""))
+        there, here = (f"{one * factor:.4g} {symbol}".rstrip() for one in (value, drawn[0]))
+        if tolerance is None:
+            yield (
+                f"{path} is {there}, and {here} in the drawing, which states no tolerance: see "
+                "whether this is the sensor of the drawing, and correct that."
+            )
+        else:
+            yield (
+                f"{path} is {there}, {off:.2g} standard deviations from the {here} of the drawing, "
+                f"whose tolerance is {tolerance * factor:.2g} {symbol}".rstrip()
+                + "."
+            )
 
 
 def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:

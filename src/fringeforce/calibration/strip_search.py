@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.bench_expectation import (
     DOUBT,
     SCALE,
@@ -19,11 +19,11 @@ from fringeforce.calibration.bench_expectation import (
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import (
     GROUPS,
+    LAMP,
     Bench,
     BenchPosterior,
     Expected,
     FrameModels,
-    State,
     parts,
 )
 from fringeforce.calibration.bench_search import (
@@ -52,8 +52,6 @@ ENTRY_STEP = 0.1, 0.03
 """Steps of an entry to both sides of the first design and of later ones."""
 STILL = 1e-3
 """Size of what does not scatter."""
-DELAY = 1e-3
-"""Unit of a delay, over which loads are differentiated [s]."""
 STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
@@ -78,18 +76,10 @@ class StripSearch(BenchSearch):
         references: Mapping[str, Array],
         load_cell: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        lit = {kind: references[kind] for kind in ("unloaded", "bright") if kind in references}
-        rows = np.concatenate([levels, *[rows.mean(axis=0)[None] for rows in lit.values()]])
-        self.averaged = np.append(np.ones(len(levels)), [len(rows) for rows in lit.values()])
-        self.turned = np.append(np.zeros(len(levels)), [np.pi * (k == "bright") for k in lit])
-        self.load_cell, self.lit = load_cell, len(lit)
         self.mechanical = tuple(path for path in paths if path != POSITIONS)
-        self.timed = loads if isinstance(loads, TimedLoads) else None
-        self.delay = 0.0 if self.timed is None else self.timed.delay
         self.centre = np.zeros(len(self.mechanical))
         self.size = contact_size(sensor)
-        known = loads if isinstance(loads, BenchLoads) else loads.at(self.delay)
-        super().__init__(sensor, rows, known, paths)
+        super().__init__(sensor, levels, loads, paths, references, load_cell)
         self.light = self.bench.template
         self.pattern = self._first_pattern(references) if references else None
 
@@ -114,56 +104,26 @@ class StripSearch(BenchSearch):
         return total
 
     def load(self, loads: BenchLoads) -> None:
-        """Take the loads of all frames; references have none."""
-        lit = np.zeros(self.lit, dtype=int)
-        self.loads = loads.rows(np.append(np.arange(len(loads)), lit))
+        """Take the loads of all frames, and the places about which contacts are expanded."""
+        self.loads = self.with_references(loads)
         places = np.where(loads.present, loads.places, np.nan)
         self.places, which, beside = distinct(places, GRID)
         self.which = np.concatenate([which, np.full((self.lit, which.shape[1]), -1)])
         self.beside = np.concatenate([beside, np.zeros((self.lit, which.shape[1]))])
 
-    def _moves(self) -> tuple[tuple[Array, ...], Array]:
-        """What unknowns of the list of loads change in every frame, and their deviations."""
-        columns, deviations = [], []
-        present, size = self.which >= 0, self.size
+    def own_places(self, contacts: int) -> tuple[slice, int, float]:
+        """Where places of contacts stand among the own unknowns of a frame."""
+        return slice(2 * contacts, 3 * contacts), 4 * contacts + LAMP, self.size.place
+
+    def written_changes(self) -> Iterator[tuple[Array, Array, float]]:
+        """What unknowns of the list of loads change of it; places of tactels come first."""
         if POSITIONS in self.paths:
-            tactels = self.sensor.tactels
-            numbers = (
-                np.full(present.shape, -1) if self.loads.tactels is None else self.loads.tactels
-            )
+            tactels, numbers = self.sensor.tactels, self.loads.tactels
+            named = np.full(self.which.shape, -1) if numbers is None else numbers
             for number in range(tactels.count):
-                places = np.where(numbers == number, tactels.pitch / size.place, 0.0)
-                columns.append((np.zeros((*present.shape, 2)), places))
-                deviations.append(DEVIATION["position"])
-        for component in range(2):
-            own = np.eye(2)[component] * present[..., None]
-            changes = np.where(present[..., None], self.loads.forces, 0.0) * own, own
-            for change, std in zip(changes, self.load_cell, strict=True):
-                if std:
-                    columns.append((change, np.zeros(present.shape)))
-                    deviations.append(std)
-        if self.timed is not None:
-            ahead, behind = (self.timed.at(self.delay + step) for step in (DELAY, -DELAY))
-            both = ahead.present & behind.present
-            moved = np.where(both, ahead.places - behind.places, 0.0) / 2 / size.place
-            forces = np.where(both[..., None], ahead.forces - behind.forces, 0.0) / 2
-            more = np.zeros((self.lit, present.shape[1]))
-            columns.append(
-                (
-                    np.concatenate([forces, more[..., None] * [0.0, 0.0]]),
-                    np.concatenate([moved, more]),
-                )
-            )
-            deviations.append(self.timed.unsure / DELAY)
-        found = []
-        for f, own in enumerate(present):
-            k = int(own.sum())
-            moves = np.zeros((4 * k + 2, len(columns)))
-            for column, (forces, places) in enumerate(columns):
-                moves[: 2 * k, column] = forces[f, own].ravel()
-                moves[2 * k : 3 * k, column] = places[f, own]
-            found.append(moves)
-        return tuple(found), np.array(deviations)
+                places = np.where(named == number, tactels.pitch, 0.0)
+                yield np.zeros_like(self.loads.forces), places, DEVIATION["position"]
+        yield from super().written_changes()
 
     def first_bench(self) -> Bench:
         """The bench as it is drawn and written down."""
@@ -172,7 +132,7 @@ class StripSearch(BenchSearch):
             sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[0]
         )
         template, places, lamp = frame_template(sensor, contacts)
-        moves, self.written = self._moves()
+        moves, self.written = self.moves()
         light = len(template.brightness) // 2  # as many modes of the offset as of the amplitude
         at = parts(len(self.centre), 0, len(template.fields), light, light, len(self.written))
         return Bench(
@@ -246,7 +206,7 @@ class StripSearch(BenchSearch):
 
     def relinearised(self) -> bool:
         """Take the loads at the delay, and expand about the design, that were found."""
-        return self._delayed() | self._recentred()
+        return self.delayed() | self._recentred()
 
     def begin(self) -> None:
         """The shift of the camera under which calm frames fit best."""
@@ -298,22 +258,12 @@ class StripSearch(BenchSearch):
         self.bench = replace(self.bench, contacts=contacts, template=template)
         return True
 
-    def _delayed(self) -> bool:
-        """Take the loads at the delay that was found, if it is another one."""
-        if self.timed is None:
-            return False
-        own = self.bench.at.own("written").stop - 1
-        step = float(self.state.shared[own]) * DELAY
-        unsure = float(np.sqrt(np.linalg.inv(self.information)[own, own])) * DELAY
-        if abs(step) < SETTLED * unsure:
-            return False
-        self.delay += step
-        before = self.which
-        self.load(self.timed.at(self.delay))
+    def reload(self, alike: Mask) -> None:
+        """Take other loads, as written down, but for frames with contacts like those before."""
         contacts = contact_phases(
             self.sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[1]
         )
-        moves, _ = self._moves()
+        moves, _ = self.moves()
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(
             self.bench,
@@ -324,16 +274,12 @@ class StripSearch(BenchSearch):
             template=template,
             moves=moves,
         )
-        shared = self.state.shared.copy()
-        shared[own] = 0.0
-        fresh = self.posterior(np.ones(len(self.levels)), 1.0).start(shared)
-        same = (before >= 0).sum(axis=1) == (self.which >= 0).sum(axis=1)
-        own_unknowns = [
-            old if alike else new
-            for old, new, alike in zip(self.state.own, fresh.own, same, strict=True)
+        fresh = self.posterior(np.ones(len(self.levels)), 1.0).start(self.state.shared)
+        own = [
+            old if kept else new
+            for old, new, kept in zip(self.state.own, fresh.own, alike, strict=True)
         ]
-        self.state = State(shared, own_unknowns)
-        return True
+        self.state = replace(fresh, own=own)
 
     def repattern(self) -> bool:
         """The likeliest pattern of the pixels; whether it changed."""

@@ -18,6 +18,7 @@ from fringeforce.calibration.checks import checked_bench, checked_measurements
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.resultants import compared
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
@@ -45,7 +46,7 @@ class Verification:
         Rows of frames whose reading contradicts the load far beyond its covariance.
     places : pair of float, optional
         Root-mean-square error of the centre of pressure, and of the deviations that were stated,
-        those of the load's place included [m]; of loads by position.
+        those of the load's place included [m], along each axis; of loads by position.
     """
 
     error: float
@@ -62,7 +63,7 @@ class Verification:
 
 
 def verify(
-    model: SensorModel,
+    model: SensorModel | PadModel,
     frames: ArrayLike,
     forces: ArrayLike | BenchLoads | LoadLog | Presses,
     *,
@@ -75,11 +76,11 @@ def verify(
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         The model to check.
-    frames : array_like, shape (F, n_pixels)
+    frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels.
-    forces : array_like, shape (F, n, 2), BenchLoads, LoadLog, or sequences of Press
+    forces : array_like, shape (F, n, components), BenchLoads, LoadLog, or sequences of Press
         Known forces of tactels [N]; or contacts at any place, for every frame; or a log of them by
         time.
     times : array_like, shape (F,), optional
@@ -91,13 +92,12 @@ def verify(
         If they do not fit the sensor or each other, or not one frame can be read.
     """
     if isinstance(forces, BenchLoads) and forces.named:
-        forces = forces.on_tactels(model.sensor.tactels.count)
+        forces = forces.on_tactels(model.sensor.tactels.total)
     if isinstance(forces, BenchLoads | LoadLog) or are_presses(forces):
         levels, known = checked_bench(model.sensor, frames, forces, times)
         return _by_position(model, levels, known)
     levels, loads = checked_measurements(model.sensor, frames, cast(ArrayLike, forces))
-    reader = Reader(model)
-    readings = [reader.search(frame) for frame in levels]
+    readings = _readings(model, levels)
     read = np.array([np.isfinite(reading.forces).all() for reading in readings])
     if not read.any():
         raise InputError(f"Not one of {len(read)} frames can be read: {readings[0].advice}")
@@ -113,19 +113,21 @@ def verify(
     )
 
 
-def _by_position(model: SensorModel, levels: Array, known: BenchLoads | TimedLoads) -> Verification:
+def _by_position(
+    model: SensorModel | PadModel, levels: Array, known: BenchLoads | TimedLoads
+) -> Verification:
     """Whole forces and their centres beside those of contacts anywhere."""
-    reader = Reader(model)
-    readings = [reader.search(frame) for frame in levels]
+    readings = _readings(model, levels)
     if not any(np.isfinite(reading.forces).all() for reading in readings):
         raise InputError(f"Not one of {len(levels)} frames can be read: {readings[0].advice}")
     beside = compared(model.sensor, readings, known)
-    off, std = beside.errors[..., :2], beside.std[..., :2]
+    off, std = beside.forces, beside.force_std
     read = np.isfinite(off).all(axis=1)
-    there = np.isfinite(beside.errors[:, 2])
+    there = np.isfinite(beside.centres).all(axis=1)
     places = None
     if there.any():
-        error, stated = (np.sqrt(np.mean(v[there, 2] ** 2)) for v in (beside.errors, beside.std))
+        both = beside.centres, beside.centre_std
+        error, stated = (np.sqrt(np.mean(v[there] ** 2)) for v in both)
         places = float(error), float(stated)
     return Verification(
         error=float(np.sqrt(np.mean(off[read] ** 2))),
@@ -135,6 +137,12 @@ def _by_position(model: SensorModel, levels: Array, known: BenchLoads | TimedLoa
         wrong=tuple(np.flatnonzero(read & (beside.chances < CHANCE)).tolist()),
         places=places,
     )
+
+
+def _readings(model: SensorModel | PadModel, levels: Array) -> list[Reading]:
+    """Readings of frames, each by itself."""
+    reader = Reader(model)
+    return [reader.search(frame.reshape(model.frame_shape)) for frame in levels]
 
 
 def _agrees(reading: Reading, off: Array) -> bool:

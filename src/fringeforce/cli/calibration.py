@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -47,26 +47,27 @@ def plan(
     parameter: Parameters = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
 ) -> None:
-    """Propose the loads that teach a calibration most.
+    """Propose the loads that teach a calibration most: on tactels, or by position.
 
     Beside the table the same stands in words, a line for each load.
     """
     from fringeforce.base.storage import whole_file
     from fringeforce.calibration.planning.candidates import Limits
     from fringeforce.calibration.planning.plan import plan_presses
-    from fringeforce.design.files import load_strip
+    from fringeforce.design.files import load_sensor
     from fringeforce.io.bench_loads import save_bench_loads
-    from fringeforce.models.files import load_strip_model
+    from fringeforce.models.files import load_model
     from fringeforce.plotting.figures import draw_plan
     from fringeforce.studies.summary import plan_summary
 
     if is_model(source):
-        known = load_strip_model(Path(source))
+        known = load_model(Path(source))
         sensor = known.sensor
     else:
-        known = sensor = load_strip(source)
+        known = sensor = load_sensor(source)
     limits = Limits(_newtons(largest), friction, density, together)
-    found = plan_presses(known, presses, parameter, limits)
+    with progress_bar("Planning") as advance:
+        found = plan_presses(known, presses, parameter, limits, progress=advance)
     save_bench_loads(output, found.presses)
     print(f"{output}: {presses} calibration loads, the most worthwhile first")
     instructions = output.with_suffix(".txt")
@@ -85,12 +86,13 @@ def calibrate(
     loads: Annotated[Path, typer.Option(help="CSV of known loads: frame, tactel, normal_N, ...")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
     parameter: Parameters = None,
-    dark: Annotated[Path | None, typer.Option(help="Frames with the light off.")] = None,
+    dark: Annotated[Path | None, typer.Option(help="Frames with the light off; of strips.")] = None,
     unloaded: Annotated[
         Path | None, typer.Option(help="Frames without load, polarisers crossed.")
     ] = None,
     bright: Annotated[
-        Path | None, typer.Option(help="Frames without load, the analyser turned by 90 degrees.")
+        Path | None,
+        typer.Option(help="Frames without load, the analyser turned by 90 degrees; of strips."),
     ] = None,
     fps: Annotated[
         float | None,
@@ -102,7 +104,8 @@ def calibrate(
     columns: Annotated[
         bool,
         typer.Option(
-            "--columns", help="Also fit corrections to the columns that no design value explains."
+            "--columns",
+            help="Also fit corrections to the columns that no design value explains; of strips.",
         ),
     ] = False,
     cell_gain: Annotated[
@@ -124,39 +127,28 @@ def calibrate(
 
     Ends with status 1 if the model must not be used.
 
-    Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s).
+    Loads are a table of tactels, of presses by position (x_mm, of a pad x_mm and y_mm), or a log by
+    time (time_s).
     """
     from fringeforce.calibration.calibrate import calibrate as calibrated
     from fringeforce.calibration.light.references import References
     from fringeforce.calibration.load_log import LoadLog
     from fringeforce.calibration.planning.plan import next_presses
     from fringeforce.design.files import load_sensor
-    from fringeforce.design.pad import Pad
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.plotting.calibration_report import calibration_report
     from fringeforce.plotting.figures import draw_residuals
+    from fringeforce.studies.summary import calibration_summary
 
     sensor = load_sensor(design)
     images, times = frames_and_times(frames, sensor, region)
     known = load_bench_loads(loads, sensor, len(images))
-    if isinstance(sensor, Pad):
-        if any((dark, unloaded, bright, columns, cell_gain, cell_zero, report)):
-            raise InputError(
-                "--dark, --unloaded, --bright, --columns, --cell-gain, --cell-zero and --report "
-                "are for strips; calibrate a pad without them."
-            )
-        with progress_bar("Calibrating") as advance:
-            pad = calibrated(sensor, images, known, parameter, advance, aside=aside)
-        _told(pad, output, len(images))
-        if pad.calibration is not None and not pad.calibration.usable:
-            raise typer.Exit(1)
-        return
     by_time = isinstance(known, LoadLog)
     if not by_time:
         times = None
     elif times is None or fps is not None:
         times = load_frame_times(frames, len(images), fps)
-    forces = None if by_time or known.tactels is None else known.on_tactels(sensor.tactels.count)
+    forces = None if by_time or known.tactels is None else known.on_tactels(sensor.tactels.total)
     given_loads = known
     if columns:
         if forces is None:
@@ -181,29 +173,22 @@ def calibrate(
             aside=aside,
             load_cell=(cell_gain, zero),
         )
-    _told(model, output, len(images))
+    model.save(output)
+    print(f"{output}: calibrated on {len(images)} frames")
+    print("\n".join(calibration_summary(model)))
     if forces is not None:
         print(next_presses(model, forces))
-    if plot and forces is not None:
+    if plot:
         draw_beside(
             output,
             "what the model leaves of the frames, in units of the noise",
-            lambda path: draw_residuals(model, images, forces, path),
+            lambda path: draw_residuals(model, path),
         )
     if report is not None:
         calibration_report(model, report)
         print(f"{report}: the calibration in pictures")
     if model.calibration is not None and not model.calibration.usable:
         raise typer.Exit(1)
-
-
-def _told(model: Any, output: Path, frames: int) -> None:
-    """Save a calibrated model, and say what was found."""
-    from fringeforce.studies.summary import calibration_summary
-
-    model.save(output)
-    print(f"{output}: calibrated on {frames} frames")
-    print("\n".join(calibration_summary(model)))
 
 
 def check(
@@ -226,10 +211,10 @@ def check(
     from fringeforce.calibration.verification import verify
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
-    from fringeforce.models.files import load_strip_model
+    from fringeforce.models.files import load_model
 
-    sensor_model = load_strip_model(model)
-    images = load_frames(frames)
+    sensor_model = load_model(model)
+    images = load_frames(frames, sensor_model.sensor.dimensions)
     known = load_bench_loads(loads, sensor_model.sensor, len(images))
     by_time = isinstance(known, LoadLog)
     times = load_frame_times(frames, len(images), fps) if by_time else None
@@ -238,7 +223,8 @@ def check(
     print(f"error {found.error:.3g} N rms, stated {found.stated:.3g} N")
     if found.places is not None:
         off, stated = (1e3 * value for value in found.places)
-        print(f"centre of pressure off by {off:.3g} mm rms, stated {stated:.3g} mm")
+        each = " along each axis" if sensor_model.sensor.dimensions > 1 else ""
+        print(f"centre of pressure off by {off:.3g} mm rms{each}, stated {stated:.3g} mm")
     print(f"95 % intervals hold {found.coverage:.1%} of the forces")
     if found.wrong:
         print("readings contradict the loads of frames " + ", ".join(map(str, found.wrong)))
@@ -256,7 +242,7 @@ def update(
         typer.Option(help="CSV of the loads of tactels, if they are known: frame, tactel, ..."),
     ] = None,
     unloaded: Annotated[
-        bool, typer.Option("--unloaded", help="Nothing touches the strip in any of the frames.")
+        bool, typer.Option("--unloaded", help="Nothing touches the sensor in any of the frames.")
     ] = False,
     light: Annotated[
         float, typer.Option(help="How far the light may have changed, relative to it.")
@@ -276,12 +262,12 @@ def update(
     Frames need no known loads; these tell the scale of a given influence matrix besides. What may
     have changed is one standard deviation each. Ends with status 1 if no drift explains the frames.
     """
-    from fringeforce.calibration.drift import Drift
     from fringeforce.calibration.drift import update as updated
+    from fringeforce.calibration.drift_report import Drift
     from fringeforce.calibration.load_log import LoadLog
     from fringeforce.io.bench_loads import load_bench_loads
     from fringeforce.io.frames import load_frames
-    from fringeforce.models.files import load_strip_model
+    from fringeforce.models.files import load_model
 
     drift = Drift(
         light=light,
@@ -289,13 +275,14 @@ def update(
         shift=_quantity("--shift", shift, "meter"),
         scale=scale,
     )
-    calibrated, images = load_strip_model(model), load_frames(frames)
+    calibrated = load_model(model)
+    images = load_frames(frames, calibrated.sensor.dimensions)
     forces = None
     if loads is not None:
         known = load_bench_loads(loads, calibrated.sensor, len(images))
         if isinstance(known, LoadLog) or known.tactels is None:
             raise InputError(f"{loads}: update takes loads of tactels, frame by frame.")
-        forces = known.on_tactels(calibrated.sensor.tactels.count)
+        forces = known.on_tactels(calibrated.sensor.tactels.total)
     with progress_bar("Updating") as advance:
         found = updated(
             calibrated, images, loads=forces, unloaded=unloaded, drift=drift, progress=advance

@@ -328,6 +328,12 @@ class Pad(Design):
         return self
 
     @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame: (rows, columns), or (channels, rows, columns) if there are several."""
+        channels, image = len(self.polariscope.pictures), self.camera.pixels[::-1]
+        return image if channels == 1 else (channels, *image)
+
+    @property
     def pixel_positions(self) -> tuple[Array, Array]:
         """Where the pixels look, along x (columns) and along y (rows) [m]."""
         sides, camera = (self.transducer.length, self.transducer.width), self.camera

@@ -273,6 +273,11 @@ class Design(Part):
         """Dimensions of the loaded surface and of a picture: 1 of a strip, 2 of a pad."""
         return len(self.components) - 1
 
+    @property
+    def calibration_refusal(self) -> str:
+        """Why frames of known loads are not compared with this design; empty if they are."""
+        return ""
+
     tolerances: Tolerances = Field(
         default=Tolerances(),
         description="one standard deviation of each value that has a tolerance, by dotted path; in "

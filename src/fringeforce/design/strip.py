@@ -283,6 +283,22 @@ class Sensor(Design):
             camera.check_line(transducer.width, transducer.plane)
         return camera
 
+    @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame: (n_pixels,), or (n_channels, n_pixels) if there are several."""
+        pictures, pixels = len(self.polariscope.pictures), self.camera.pixels
+        return (pixels,) if pictures == 1 else (pictures, pixels)
+
+    @property
+    def calibration_refusal(self) -> str:
+        """Why frames of known loads are not compared with this design; empty if they are."""
+        if not (self.polariscope.channels or self.polariscope.plates):
+            return ""
+        return (
+            "Known loads are compared in one dark field with perfect plates; give a design without "
+            "polariscope.channels and polariscope.plates, and frames of that channel alone."
+        )
+
     @cached_property
     def pixel_positions(self) -> Array:
         """Centres of the pixels along x, shape (pixels,) [m]."""

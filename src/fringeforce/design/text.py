@@ -88,6 +88,8 @@ def _spelled(value: Any, info: FieldInfo, path: str, tolerances: Mapping[str, fl
         return json.dumps(text if std is None else _with_tolerance(text, spell_quantity(std, unit)))
     if std is not None:
         return json.dumps(f"{value!r} +/- {std!r}")
+    if isinstance(value, bool):
+        return json.dumps(value)
     if isinstance(value, str):
         # a JSON string is a TOML basic string, but for DEL, which only TOML wants escaped
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

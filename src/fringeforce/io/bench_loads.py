@@ -212,8 +212,7 @@ def _places(
     table: Columns, sensor: Sensor | Pad, loaded: Mask, by_time: bool
 ) -> tuple[Index | None, Array]:
     """Tactels, if they are named, and places of all rows."""
-    pad = isinstance(sensor, Pad)
-    axes = ["x", "y"] if pad else ["x"]
+    axes = "xy"[: sensor.dimensions]
     places = np.stack([table.get(axis) for axis in axes], axis=1)
     tactels = None
     if "tactel" in table.values:
@@ -241,7 +240,7 @@ def _places(
             f"{table.where(row)} has a force and no place; give it in the column "
             f"{table.written.get('x', 'x_mm')}, or a tactel."
         )
-    return tactels, places if pad else places[:, 0]
+    return tactels, places if len(axes) > 1 else places[:, 0]
 
 
 def _check(table: Columns, sensor: Sensor | Pad, places: Array, forces: Array) -> None:

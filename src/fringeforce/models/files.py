@@ -40,7 +40,8 @@ def load_strip_model(path: PathLike) -> SensorModel:
     if _is_pad(path):
         raise FileFormatError(
             f"{path} is the model of a planar pad, and this works on strips only; pads go with "
-            "simulate, calibrate, read, live, show, explore and, in Python, Reader."
+            "simulate, plan, calibrate, check, update, read, live, show, explore and, in Python, "
+            "Reader."
         )
     return SensorModel.load(path)
 

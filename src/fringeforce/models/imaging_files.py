@@ -28,9 +28,9 @@ FIELDS = {"residual": "rad", "phase_modes": "rad", "lens_modes": "m, 1"}
 NUMBERS = ("drawing", "values", "covariance")
 RECORD = {
     "frames": "",
-    "written": "m, N, N, m",
-    "found": "m, N, N, m",
-    "std": "m, N, N, m",
+    "written": "m, N, m",
+    "found": "m, N, m",
+    "std": "m, N, m",
     "residuals": "",
     "misfits": "",
     "aside": ", , N, N",

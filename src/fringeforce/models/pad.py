@@ -85,8 +85,7 @@ class PadModel:
     @property
     def frame_shape(self) -> tuple[int, ...]:
         """Shape of a frame: (rows, columns), or (channels, rows, columns) if there are several."""
-        channels = len(self.pictures)
-        return self._image if channels == 1 else (channels, *self._image)
+        return self.sensor.frame_shape
 
     @property
     def _image(self) -> tuple[int, int]:

@@ -160,8 +160,7 @@ class SensorModel:
     @cached_property
     def frame_shape(self) -> tuple[int, ...]:
         """Shape of a frame: (n_pixels,), or (n_channels, n_pixels) if there are several."""
-        pictures, pixels = len(self.sensor.polariscope.pictures), self.sensor.camera.pixels
-        return (pixels,) if pictures == 1 else (pictures, pixels)
+        return self.sensor.frame_shape
 
     @cached_property
     def _pictures(self) -> list[Picture]:

@@ -13,9 +13,13 @@ from fringeforce.base.measured import INTERVAL
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.plotting.axes import MILLI, STYLE
+from fringeforce.plotting.pad_calibration import draw_residual_images
 
 WRONG, MARK, SHEAR = "#d55e00", "#0072b2", "#009e73"
-PARTS = "normal", "tangential"
+PARTS = {2: ("normal", "tangential"), 3: ("normal", "tangential\nx", "tangential\ny")}
+"""Components of forces, by their number."""
+LENGTHS = "camera shift", "camera.shift", "camera.blur", "tactel "
+"""What names of values begin with that are lengths of their own, and no shares of a drawn one."""
 
 
 def _panels(height: float, rows: int = 1, **options: object) -> tuple[Figure, Array]:
@@ -24,7 +28,9 @@ def _panels(height: float, rows: int = 1, **options: object) -> tuple[Figure, Ar
 
 
 def draw_misfit(record: BenchRecord, outliers: tuple[int, ...]) -> Figure:
-    """Residuals by frame and pixel, and the misfit of every frame beside them."""
+    """Residuals by frame and pixel, and the misfit of every frame beside them; images of pads."""
+    if record.dimensions > 1:
+        return draw_residual_images(record, outliers)
     with mpl.rc_context(STYLE):
         count = len(record.misfits)
         height = float(np.clip(1.6 + 0.06 * count, 3.2, 7.0))
@@ -139,7 +145,7 @@ def _places(ax: Axes, record: BenchRecord, wrong: Mask) -> None:
 def draw_values(found: Calibration) -> Figure:
     """How far every value lies from the drawing, with 95 % intervals."""
     with mpl.rc_context(STYLE):
-        lengths = np.array([n == "camera shift" or n.startswith("tactel ") for n in found.names])
+        lengths = np.array([n.startswith(LENGTHS) for n in found.names])
         off = found.values - found.drawing
         groups = [
             (~lengths, 100 / np.where(found.drawing == 0, 1.0, found.drawing), "change [%]"),
@@ -166,7 +172,8 @@ def _short(name: str) -> str:
 def draw_aside(record: BenchRecord) -> Figure:
     """Errors of the forces of frames that were put aside, with 95 % intervals."""
     with mpl.rc_context(STYLE):
-        canvas, axes = _panels(4.4, 2, sharex=True)
+        parts = PARTS[record.dimensions + 1]
+        canvas, axes = _panels(2.2 * len(parts), len(parts), sharex=True)
         order = np.unique(record.aside[:, 0])
         for part, ax in enumerate(axes):
             rows = record.aside[record.aside[:, 1] == part]
@@ -181,7 +188,7 @@ def draw_aside(record: BenchRecord) -> Figure:
                 ax.errorbar(at[own], off[own], reach[own], fmt="o", ms=3.5, lw=1.2, color=colour)
             lost = np.unique(at[~np.isfinite(off)])
             ax.plot(lost, np.zeros(len(lost)), "x", color=WRONG, ms=8)
-            ax.set_ylabel(f"{PARTS[part]}\n[N]")
+            ax.set_ylabel(f"{parts[part]}\n[N]")
         step = max(len(order) // 20, 1)
         axes[-1].set(
             xlabel="frame", xticks=range(0, len(order), step), xticklabels=order[::step].astype(int)

@@ -6,34 +6,38 @@ import base64
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.measured import INTERVAL
 from fringeforce.base.storage import whole_file
-from fringeforce.models.imaging import Calibration, Imaging
+from fringeforce.models.bench_record import BenchRecord
+from fringeforce.models.imaging import Calibration
+from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.plotting.calibration import (
+    LENGTHS,
     draw_aside,
     draw_contacts,
     draw_fields,
     draw_misfit,
     draw_values,
 )
+from fringeforce.plotting.pad_calibration import draw_pad_contacts, draw_residual
 
 DIGITS = 4
 """Digits of values in the table."""
 
 
-def calibration_report(model: SensorModel, path: Path) -> None:
+def calibration_report(model: SensorModel | PadModel, path: Path) -> None:
     """Write what a calibration found as one self-contained page.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         Calibrated.  Models of older files lack the record of their bench; their pages show the
         fields and the values alone.
     path : Path
@@ -56,7 +60,7 @@ def calibration_report(model: SensorModel, path: Path) -> None:
     fringeforce.base.errors.InputError: This model was never calibrated; calibrate it first.
     """
     found = model.calibration
-    if found is None or model.imaging is None:
+    if found is None:
         raise InputError("This model was never calibrated; calibrate it first.")
     from jinja2 import Environment, PackageLoader
 
@@ -81,24 +85,23 @@ def calibration_report(model: SensorModel, path: Path) -> None:
 Shown = tuple[str, str, Callable[[], Figure]]
 
 
-def _figures(model: SensorModel, found: Calibration) -> Iterator[Shown]:
+def _figures(model: Any, found: Calibration) -> Iterator[Shown]:
     """Titles, texts and pictures."""
-    record, imaging = found.record, model.imaging
+    record = found.record
+    own = _OWN[model.sensor.kind]
     if record is not None:
         yield (
             "What the model leaves of the frames",
-            "Residuals by frame and pixel. Noise alone gives pale speckle; stripes from top to "
-            "bottom are errors of light or residual, patches in one row a wrong load. The misfit "
-            "is near 1 where a frame is explained.",
+            f"Residuals by frame and pixel. Noise alone gives pale speckle; {own.residuals} The "
+            "misfit is near 1 where a frame is explained.",
             lambda: draw_misfit(record, found.outliers),
         )
         yield (
             "Contacts as written and as found",
             "Open circles are contacts as written down, dots where the frames show them. Frames "
-            "that contradict the others are marked; their dots are readings that know "
-            "nothing of what was written. Below: "
-            "differences of the frames that were kept, with 95 % intervals.",
-            lambda: draw_contacts(record, found.outliers),
+            f"that contradict the others are marked{own.left_out}: differences of the frames that "
+            "were kept, with 95 % intervals.",
+            lambda: own.contacts(model, record),
         )
         if len(record.aside):
             frames, explained, inside, forces = found.checked
@@ -110,12 +113,7 @@ def _figures(model: SensorModel, found: Calibration) -> Iterator[Shown]:
                 "is a frame that no force explains.",
                 lambda: draw_aside(record),
             )
-    if imaging is not None:
-        yield (
-            "Fields found",
-            "Light and phase without load along the strip, with 95 % bands.",
-            lambda: draw_fields(imaging, _residual(model, imaging)),
-        )
+    yield "Fields found", own.fields, lambda: own.draw_fields(model)
     yield (
         "Values beside the drawing",
         "What was found less what was drawn, with 95 % intervals.",
@@ -123,9 +121,41 @@ def _figures(model: SensorModel, found: Calibration) -> Iterator[Shown]:
     )
 
 
-def _residual(model: SensorModel, imaging: Imaging) -> Array:
+def _strip_fields(model: SensorModel) -> Figure:
+    imaging = model.imaging
+    assert imaging is not None
     drawn = np.full(len(imaging.positions), model.sensor.polariscope.residual)
-    return drawn if imaging.residual is None else imaging.residual
+    return draw_fields(imaging, drawn if imaging.residual is None else imaging.residual)
+
+
+class _Own(NamedTuple):
+    """What pages of one kind of sensor say and show."""
+
+    residuals: str
+    left_out: str
+    fields: str
+    contacts: Callable[[Any, BenchRecord], Figure]
+    draw_fields: Callable[[Any], Figure]
+
+
+_OWN = {
+    "strip": _Own(
+        "stripes from top to bottom are errors of light or residual, patches in one row a wrong "
+        "load.",
+        "; their dots are readings that know nothing of what was written. Below",
+        "Light and phase without load along the strip, with 95 % bands.",
+        lambda model, record: draw_contacts(record, model.calibration.outliers),
+        _strip_fields,
+    ),
+    "pad": _Own(
+        "a patch in one image is a wrong load, the same patch in all an error of the residual or "
+        "of the light. Each image has the number of its frame and its misfit.",
+        ". Beside",
+        "The retardance without load that was found, from the two parts that light tells apart.",
+        lambda model, record: draw_pad_contacts(record, model.calibration.outliers, model),
+        draw_residual,
+    ),
+}
 
 
 def _shown(title: str, text: str, draw: Callable[[], Figure]) -> dict[str, str]:
@@ -139,7 +169,7 @@ def _rows(found: Calibration) -> Iterator[tuple[str, ...]]:
     """Name, value drawn, value found, and 95 % interval."""
     columns = found.names, found.drawing, found.values, INTERVAL * found.std
     for name, drawn, value, reach in zip(*columns, strict=True):
-        unit = " m" if name == "camera shift" or name.startswith("tactel ") else ""
+        unit = " m" if name.startswith(LENGTHS) else ""
         yield (
             name,
             f"{drawn:.{DIGITS}g}{unit}",

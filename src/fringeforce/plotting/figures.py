@@ -10,37 +10,37 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
+from fringeforce.base.errors import InputError
 from fringeforce.base.storage import writing
+from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
-from fringeforce.plotting.axes import (
-    figure,
-    residuals,
-)
+from fringeforce.plotting.axes import figure
+from fringeforce.plotting.calibration import draw_misfit
 
 
-def draw_residuals(model: SensorModel, frames: ArrayLike, loads: ArrayLike, path: Path) -> None:
+def draw_residuals(model: SensorModel | PadModel, path: Path) -> None:
     """Write a picture of what a calibrated model leaves of the frames that it was fitted to.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         Calibrated.
-    frames : array_like, shape (F, n_pixels)
-        Grey levels.
-    loads : array_like, shape (F, n, 2)
-        Known forces [N].
     path : Path
         Path of the picture.
 
     Raises
     ------
+    InputError
+        If the model has no record of a calibration.
     FileFormatError
         If the picture cannot be written.
     """
     found = model.calibration
-    left = model.residuals(frames, loads)
-    with _picture(path) as ax:
-        residuals(ax, left, found.outliers if found else (), found.dead if found else ())
+    if found is None or found.record is None:
+        raise InputError("This model has no record of a calibration; calibrate it first.")
+    canvas = draw_misfit(found.record, found.outliers)
+    with writing(path):
+        canvas.savefig(path)
 
 
 def draw_plan(ratio: ArrayLike, path: Path) -> None:

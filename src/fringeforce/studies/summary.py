@@ -203,7 +203,7 @@ def calibration_summary(model: SensorModel | PadModel) -> list[str]:
     return [*lines, f"  reduced chi-square {found.chi2:.4g}", *found.findings]
 
 
-def plan_summary(plan: Plan, sensor: Sensor) -> list[str]:
+def plan_summary(plan: Plan, sensor: Sensor | Pad) -> list[str]:
     """What planned calibration loads are expected to achieve, in lines."""
     rows: list[tuple[str, ...]] = [("unknown", "value", "std before", "std after")]
     for name, *numbers in zip(plan.names, plan.values, plan.std[0], plan.std[-1], strict=True):

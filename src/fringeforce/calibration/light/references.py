@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import noise_variance
 
@@ -29,11 +30,11 @@ class References:
 
     Attributes
     ----------
-    dark : array_like, shape (k, n_pixels), optional
+    dark : array_like, shape (k, n_pixels), or (k, rows, columns) of a pad, optional
         Light off: the dark level of every pixel.
-    unloaded : array_like, shape (k, n_pixels), optional
+    unloaded : array_like, same shape, optional
         Light on, polarisers crossed: the offset I_o.
-    bright : array_like, shape (k, n_pixels), optional
+    bright : array_like, same shape, optional
         Light on, the analyser turned by 90 degrees: I_o + A.
 
     Examples
@@ -46,8 +47,8 @@ class References:
     unloaded: ArrayLike | None = None
     bright: ArrayLike | None = None
 
-    def checked(self, sensor: Sensor) -> dict[str, Array]:
-        """Frames of every kind that is there, as floats of shape (k, n_pixels).
+    def checked(self, sensor: Sensor | Pad) -> dict[str, Array]:
+        """Frames of every kind that is there, as floats of shape (k, P).
 
         Raises
         ------
@@ -58,12 +59,14 @@ class References:
         for kind in ("dark", "unloaded", "bright"):
             if getattr(self, kind) is None:
                 continue
-            levels = np.atleast_2d(np.asarray(getattr(self, kind), dtype=float))
-            if levels.ndim != 2 or levels.shape[1] != camera.pixels or not len(levels):
+            levels, shape = np.asarray(getattr(self, kind), dtype=float), sensor.frame_shape
+            levels = levels[None] if levels.shape == shape else levels
+            if levels.shape[1:] != shape or not len(levels):
                 raise InputError(
-                    f"{kind.capitalize()} frames of shape {levels.shape} do not fit this sensor; "
-                    f"give (frames, {camera.pixels})."
+                    f"{kind.capitalize()} frames of shape {levels.shape} do not fit this "
+                    f"{sensor.kind}; give (frames, {', '.join(map(str, shape))})."
                 )
+            levels = levels.reshape(len(levels), -1)
             if not ((levels >= 0) & (levels <= camera.full_scale)).all():
                 raise InputError(
                     f"{kind.capitalize()} frames hold grey levels that are not from 0 to "

@@ -8,18 +8,20 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads, in_words
+from fringeforce.calibration.bench_record import bench_record
 from fringeforce.calibration.findings import unidentified
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.pads.bench_uncertainty import BenchUncertainty, is_layer
 from fringeforce.calibration.pads.search import PadSearch
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, limits, number_at, with_values
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
-from fringeforce.models.pad_uncertainty import BLUR
+from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
 from fringeforce.models.uncertainty import DRIFTS
 
 WITHIN = 3.1
@@ -28,7 +30,9 @@ LEAST = 1e-3
 """Smallest residual that is worth an unknown [rad]."""
 
 
-def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: BenchLoads) -> PadModel:
+def calibrated_pad(
+    search: PadSearch, fit: BenchFit, levels: Array, known: BenchLoads | TimedLoads
+) -> PadModel:
     """The calibrated model of a pad.
 
     Parameters
@@ -39,49 +43,38 @@ def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: Bench
         The fit.
     levels : ndarray, shape (F, P)
         Frames with loads.
-    loads : BenchLoads
+    known : BenchLoads or TimedLoads
         What was written down for them.
     """
-    known, pad, shared = search.known, search.sensor, fit.state.shared
-    lasting = [group for group in known.groups if group.path not in (*DRIFTS, PLACEMENT)]
+    loads = known if isinstance(known, BenchLoads) else known.at(fit.delay)
+    own = fit.posterior.bench.at.own("pad")
+    unsure, pad, shared = search.known, search.sensor, fit.state.shared[own]
+    told, excess = fit.covariance[own, own], fit.excess[own]
+    lasting = [group for group in unsure.groups if group.path not in (*DRIFTS, PLACEMENT)]
     # small errors of contacts' tractions are another in every frame
-    more = np.sqrt(np.maximum(fit.excess, max(fit.chi2, 1.0)))
-    spread = fit.covariance * np.outer(more, more)
-    values, units = _values(known, search.layers(shared), shared, np.sqrt(np.diag(spread)))
+    more = np.sqrt(np.maximum(excess, max(fit.chi2, 1.0)))
+    spread = told * np.outer(more, more)
+    values, units = _values(unsure, search.layers(shared), shared, np.sqrt(np.diag(spread)))
     unit = np.ones(len(shared))
     for group in lasting:
         if group.path != RESIDUAL:
             unit[group.begin] = units[group.path]
     covariance = spread * np.outer(unit, unit)
-    singles = np.array([group.begin for group in lasting if group.path != RESIDUAL])
-    paths = tuple(group.path for group in lasting if group.path != RESIDUAL)
-    stds = dict(zip(paths, np.sqrt(np.diag(covariance)[singles]).tolist(), strict=True))
-    values, stds = _within(pad, values, stds)
-    rough = known.group(RESIDUAL)
+    rough = unsure.group(RESIDUAL)
     assert rough is not None
     mean = np.zeros(len(shared))
     mean[rough.place] = shared[rough.place]
-    squares = np.square(mean) + np.diag(fit.covariance)
-    stds[RESIDUAL] = max(float(np.sqrt(known.residual_square(squares[rough.place]))), LEAST)
-    scale = np.ones(len(shared))
-    for group in lasting:
-        size = stds[group.path] / (group.std if group.path == RESIDUAL else 1.0)
-        scale[group.place] = 1 / size
-    knowledge = PadKnowledge(
-        {group.path: stds[group.path] for group in lasting},
-        {group.path: group.end - group.begin for group in lasting},
-        mean * scale,
-        covariance * np.outer(scale, scale),
-    )
-    gain = fit.posterior.expected.sizes["gain"] * known.model.sensor.camera.drift
+    squares = np.square(mean) + np.diag(told)
+    gain = fit.posterior.expected.sizes["gain"] * unsure.model.sensor.camera.drift
     drift = gain if fit.shown("gain") else pad.camera.drift
-    contacts = {path: pad.tolerances[path] for path in (PLACEMENT, SIZE) if path in pad.tolerances}
-    made = with_values(pad, {**values, DRIFTS[0]: float(drift)}).model_copy(
-        update={"tolerances": Tolerances({**contacts, **stds})}
-    )
+    begun = with_values(pad, {**values, DRIFTS[0]: float(drift)})
+    made, knowledge, stds = known_pad(unsure, begun, covariance, mean, squares[rough.place])
+    paths = tuple(path for path in stds if path != RESIDUAL)
+    values = {path: stated_value(made, path) for path in paths}
+    singles = np.array([group.begin for group in lasting if group.path != RESIDUAL])
     influence = search.model.influence
     model = characterize_pad(made, None, len(influence.x), len(influence.profile))
-    judged = judgement(fit, levels, loads)
+    judged = judgement(fit, levels, loads, {path: (values[path], stds[path]) for path in paths})
     relative = np.array([1.0 if path.startswith("camera") else values[path] for path in paths])
     own = covariance[np.ix_(singles, singles)] / np.outer(relative, relative)
     layers = np.array([is_layer(path) for path in paths])
@@ -89,7 +82,7 @@ def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: Bench
     outliers = tuple(np.flatnonzero(~fit.kept[: len(levels)]).tolist())
     found = Calibration(
         names=paths,
-        drawing=np.array([_drawn(known, path) for path in paths]),
+        drawing=np.array([stated_value(unsure.model.sensor, path) for path in paths]),
         values=np.array([values[path] for path in paths]),
         covariance=own,
         unidentified=unidentified(names, own[np.ix_(layers, layers)]),
@@ -99,17 +92,83 @@ def calibrated_pad(search: PadSearch, fit: BenchFit, levels: Array, loads: Bench
         findings=(*judged.words, *_findings(outliers, loads)),
         checked=tuple(fit.checked),
         usable=judged.usable,
+        delay=fit.delay,
+        record=bench_record(search, fit, levels, loads),
     )
     provenance = {
         **model.provenance,
         "method": "double Fourier series, calibrated",
-        "calibration frames": int(fit.kept.sum()),
+        "calibration frames": int(fit.kept[: len(levels)].sum()),
     }
     return replace(model, provenance=provenance, calibration=found, known=knowledge)
 
 
-def _drawn(known: BenchUncertainty, path: str) -> float:
-    found = number_at(known.model.sensor, path)
+def known_pad(
+    unsure: PadUncertainty, pad: Pad, covariance: Array, mean: Array, squares: Array
+) -> tuple[Pad, PadKnowledge, dict[str, float]]:
+    """A pad with what is known of it as tolerances, and all of these together.
+
+    Parameters
+    ----------
+    unsure : PadUncertainty
+        Whose unknowns last, but for those of single frames.
+    pad : Pad
+        With the values that were found.
+    covariance : ndarray, shape (S, S)
+        Of the values in their units, and of the modes of the residual in those of `unsure`.
+    mean : ndarray, shape (S,)
+        Of the modes of the residual.
+    squares : ndarray, shape (r,)
+        Mean squares of these.
+
+    Returns
+    -------
+    pad : Pad
+        With values within what a drawing may state.
+    known : PadKnowledge
+        Mean and covariance of its tolerances.
+    stds : dict
+        The tolerances by their paths.
+    """
+    lasting = [group for group in unsure.groups if group.path not in (*DRIFTS, PLACEMENT)]
+    singles = [group for group in lasting if group.path != RESIDUAL]
+    deviations = np.sqrt(np.diag(covariance))
+    stds = {group.path: float(deviations[group.begin]) for group in singles}
+    values, stds = _within(pad, {path: stated_value(pad, path) for path in stds}, stds)
+    stds[RESIDUAL] = max(float(np.sqrt(unsure.residual_square(squares))), LEAST)
+    scale = np.ones(len(mean))
+    for group in lasting:
+        size = stds[group.path] / (group.std if group.path == RESIDUAL else 1.0)
+        scale[group.place] = 1 / size
+    known = PadKnowledge(
+        {group.path: stds[group.path] for group in lasting},
+        {group.path: group.end - group.begin for group in lasting},
+        mean * scale,
+        covariance * np.outer(scale, scale),
+    )
+    contacts = {path: pad.tolerances[path] for path in (PLACEMENT, SIZE) if path in pad.tolerances}
+    made = _stateable(with_values(pad, values)).model_copy(
+        update={"tolerances": Tolerances({**contacts, **stds})}
+    )
+    return made, known, stds
+
+
+def _stateable(pad: Pad) -> Pad:
+    """A pad whose light is one that a drawing may state: within the converter's range, or clipped.
+
+    Noise that is uniform never takes grey levels below zero.
+    """
+    camera = pad.camera
+    noise = camera.noise if camera.noise_model == "uniform" else 0.0
+    offset = float(max(camera.offset, noise))
+    beyond = bool(camera.amplitude + offset + noise > camera.full_scale)
+    update = {"offset": offset, "clipped": camera.clipped or beyond}
+    return pad.model_copy(update={"camera": camera.model_copy(update=update)})
+
+
+def stated_value(pad: Pad, path: str) -> float:
+    """The value at a dotted path; zero if there is none."""
+    found = number_at(pad, path)
     return 0.0 if found is None else found[0]
 
 
@@ -128,7 +187,9 @@ def _values(
         elif path == BLUR:
             values[path], units[path] = known.blur(shared, stds[group.begin])
         else:
-            values[path] = _drawn(known, path) + group.std * float(shared[group.begin])
+            values[path] = stated_value(known.model.sensor, path) + group.std * float(
+                shared[group.begin]
+            )
             units[path] = group.std
     return values, units
 

@@ -42,9 +42,14 @@ exponent may be."""
 
 
 class Parts(NamedTuple):
-    """Where the shared unknowns of the residual stand, and the number of all."""
+    """Where shared unknowns stand, and the number of all.
+
+    Those of the pad come first, among them the residual's, then those of the list of loads.
+    """
 
     residual: slice
+    pad: slice
+    written: slice
     size: int
 
     def own(self, name: str) -> slice:
@@ -72,8 +77,12 @@ class PadBench(BenchContacts):
         What is uncertain about the pad.
     response : Response
         Of its camera.
-    centre : ndarray, shape (S,)
-        Shared unknowns about which contacts are expanded: zero but for layers.
+    averaged : ndarray, shape (F,)
+        How many frames each row is the mean of.
+    moves : tuple of ndarray, length F, shape (l, w) each
+        What unknowns of the loads' list change in what is expected of the own unknowns of a frame.
+    centre : ndarray, shape (S - w,)
+        Unknowns of the pad about which contacts are expanded: zero but for layers.
     at : Parts
         Where the shared unknowns stand.
     samplings : tuple of Sampling, length F
@@ -89,6 +98,8 @@ class PadBench(BenchContacts):
     exponents: Array
     known: BenchUncertainty
     response: Response
+    averaged: Array
+    moves: tuple[Array, ...]
     centre: Array
     at: Parts
     samplings: tuple[Sampling, ...] = ()
@@ -145,10 +156,6 @@ class PadPosterior(BenchPosterior):
     """The posterior of a bench of a pad."""
 
     bench: PadBench  # type: ignore[assignment]
-
-    def mean(self, f: int, shared: Array) -> Array:
-        """What is expected of the own unknowns of a frame."""
-        return self._written[f]
 
     @cached_property
     def _written(self) -> list[Array]:
@@ -212,14 +219,18 @@ class PadPosterior(BenchPosterior):
         found = super().unit(name, f)
         return np.repeat(found, 2) if name == "tangential" else found
 
+    def expanded(self, f: int) -> tuple[Array, float, Array, float]:
+        """Where contacts of a frame are expanded, shape (k, 2), their widths, and units."""
+        bench, own, (place, width) = self.bench, self._contacts(f), self.bench.known.units
+        return bench.centres[f, own], place, bench.sizes[f, own], width
+
     def models(self, shared: Array) -> None:  # type: ignore[override]
         """Nothing: frames are evaluated with all their unknowns."""
 
-    def _fit(self, f: int) -> Fit:
-        bench = self.bench
-        response = replace(bench.response, variance=bench.response.variance * self.heat)
-        sampling = bench.samplings[f]
-        own = self.mean(f, np.empty(0))
+    def _fit(self, f: int, shared: Array) -> Fit:
+        bench, sampling = self.bench, self.bench.samplings[f]
+        response = replace(bench.response, variance=self._variance(f) * self.heat)
+        own = self.mean(f, shared)
         k = 3 * len(self._contacts(f))
         size = self._known(f).size
         mean, precision = np.zeros(size), np.zeros(size)
@@ -228,6 +239,10 @@ class PadPosterior(BenchPosterior):
         prior = Prior(mean, np.diag(precision))
         used = None if bench.used.all() else bench.used
         return Fit(sampling.model, response, sampling, bench.frames[f], used, prior)
+
+    def _variance(self, f: int) -> float:
+        """Variance of the noise of a row of frames."""
+        return float(self.bench.response.variance / self.bench.averaged[f])
 
     def _known(self, f: int) -> BenchUncertainty:
         return cast(BenchUncertainty, self.bench.samplings[f].uncertain)
@@ -244,9 +259,9 @@ class PadPosterior(BenchPosterior):
         return last[2:]
 
     def _anew(self, f: int, own: Array, shared: Array) -> tuple[Fit, Evaluated]:
-        fit, bench = self._fit(f), self.bench
+        fit, bench = self._fit(f, shared), self.bench
         k = 3 * len(self._contacts(f))
-        extra = np.concatenate([shared - bench.centre, own[k:]])
+        extra = np.concatenate([shared[bench.at.pad] - bench.centre, own[k:]])
         place = fit.at(own[:k], extra)
         left = fit.misfit(place)
         off = own - self.mean(f, shared)
@@ -267,12 +282,12 @@ class PadPosterior(BenchPosterior):
     def left(self, f: int, own: Array, shared: Array) -> Array:
         """Grey levels of a frame less those expected, in units of the noise, shape (P,)."""
         level = self._evaluated(f, own, shared)[1].place.level
-        return (self.bench.frames[f] - level) / np.sqrt(self.bench.response.variance)
+        return (self.bench.frames[f] - level) / np.sqrt(self._variance(f))
 
     def _half(self, f: int, own: Array, shared: Array) -> tuple[Array, Array]:
         """Half the gradient and the information of a frame, own unknowns and then shared ones."""
         fit, found = self._evaluated(f, own, shared)
-        k, size = 3 * len(self._contacts(f)), len(shared)
+        k, size = 3 * len(self._contacts(f)), len(self.bench.centre)
         gradient = fit.gradient(found.place, found.left)
         known = self._known(f)
         # a shift of the camera is all but one of the contacts, unless both are taken where it looks
@@ -284,7 +299,16 @@ class PadPosterior(BenchPosterior):
         information[np.arange(k), np.arange(k)] += self.precision(f)[:k]
         mine = np.concatenate([np.arange(k), np.arange(k + size, len(gradient))])
         order = np.concatenate([mine, np.arange(k, k + size)])
-        return gradient[order], information[np.ix_(order, order)]
+        # the list of loads acts on what is expected of the own unknowns
+        moves, precision = self.bench.moves[f], self.precision(f)
+        added = moves.shape[1]
+        gradient = np.append(gradient[order], -moves.T @ (precision * off))
+        information = np.pad(information[np.ix_(order, order)], (0, added))
+        cross = -precision[:, None] * moves
+        information[: len(own), size + len(own) :] = cross
+        information[size + len(own) :, : len(own)] = cross.T
+        information[size + len(own) :, size + len(own) :] = -moves.T @ cross
+        return gradient, information
 
     def terms(
         self, state: State, models: object, which: Sequence[int] | None = None

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import Expected
+from fringeforce.calibration.bench_posterior import Expected, State
 from fringeforce.calibration.bench_search import NEAR_DESIGN, SETTLED, BenchSearch, inverse
 from fringeforce.calibration.design_entries import design_value
-from fringeforce.calibration.pads.bench_uncertainty import bench_uncertainty, is_layer
-from fringeforce.calibration.pads.posterior import EXPONENT, PadBench, PadPosterior, Parts
+from fringeforce.calibration.pads.bench_uncertainty import SHAPES, bench_uncertainty, is_layer
+from fringeforce.calibration.pads.posterior import (
+    EXPONENT,
+    MOST,
+    PadBench,
+    PadPosterior,
+    Parts,
+)
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.mechanics.solid.surface import contact_modulus
@@ -39,21 +48,46 @@ class PadSearch(BenchSearch):
         self,
         sensor: Pad,
         levels: Array,
-        loads: BenchLoads,
+        loads: BenchLoads | TimedLoads,
         paths: tuple[str, ...],
+        references: Mapping[str, Array] | None = None,
+        load_cell: tuple[float, float] = (0.0, 0.0),
+        like: PadSearch | None = None,
         model: PadModel | None = None,
     ) -> None:
-        self.model = characterize_pad(sensor) if model is None else model
-        self.known = bench_uncertainty(self.model, paths)
-        super().__init__(sensor, levels, loads, paths)
+        for path in paths:
+            if not is_layer(path):
+                raise InputError(
+                    f"{path!r} is not calibrated on a pad: camera, light and residual are found in "
+                    "any case; take values of transducer.compliant and transducer.photoelastic."
+                )
+        if needless := sorted({"dark", "bright"}.intersection(references or {})):
+            raise InputError(
+                f"Reference frames ({', '.join(needless)}) are for strips, whose pixels each have "
+                "light of their own; of a pad give frames without load, unloaded, alone."
+            )
+        self.sensor = sensor
+        if like is None:
+            self.model = characterize_pad(sensor) if model is None else model
+            self.known = bench_uncertainty(self.model, paths)
+            self.series = self._series(np.zeros(self.known.size), STEPS[0])
+        else:  # of the same drawing
+            self.model, self.known, self.series = like.model, like.known, like.series
+        super().__init__(sensor, levels, loads, paths, references, load_cell)
 
     def again(self, levels: Array, loads: BenchLoads) -> PadSearch:
         """A new search of the same pad with other frames or loads."""
-        return PadSearch(self.sensor, levels, loads, self.paths, self.model)
+        return PadSearch(self.sensor, levels, loads, self.paths, like=self)
 
     def load(self, loads: BenchLoads) -> None:
         """Take the loads of all frames; widths that nobody states are expected."""
-        pad = self.model.sensor
+        pressed = loads.present.sum(axis=1)
+        if pressed.max() > MOST:
+            raise InputError(
+                f"Frame {int(pressed.argmax())} has {int(pressed.max())} contacts; a calibration "
+                f"of a pad takes at most {MOST} in a frame. Press with fewer at a time."
+            )
+        pad, loads, unlit = self.model.sensor, self.with_references(loads), len(loads)
         named = np.zeros(loads.present.shape, bool)
         if loads.tactels is not None:
             named = loads.tactels >= 0
@@ -65,11 +99,19 @@ class PadSearch(BenchSearch):
         widths = np.where(np.isfinite(widths) & ~named, widths, pad.tactels.side)
         self.loads = replace(loads, widths=widths)
         self.which = np.where(loads.present, 0, -1)
+        self.which[unlit:] = -1
+
+    def own_places(self, contacts: int) -> tuple[slice, int, float]:
+        """Where places of contacts stand among the own unknowns of a frame."""
+        begin, count = 3 * contacts + 1, 2 * contacts
+        return slice(begin, begin + count), begin + SHAPES * contacts, self.known.units[0]
 
     def first_bench(self) -> PadBench:
         """The bench as it is drawn and written down."""
         size, residual = int(self.known.lasting.sum()), self.known.group(RESIDUAL)
         assert residual is not None
+        moves, self.written = self.moves()
+        whole = size + len(self.written)
         bench = PadBench(
             self.levels,
             self.sound,
@@ -80,10 +122,12 @@ class PadSearch(BenchSearch):
             np.full(self.which.shape, EXPONENT[0]),
             self.known,
             camera_response(self.sensor.camera),
+            self.averaged,
+            moves,
             np.zeros(size),
-            Parts(residual.place, size),
+            Parts(residual.place, slice(0, size), slice(size, whole), whole),
         )
-        return bench.expanded(self._series(bench.centre, STEPS[0]), None)
+        return bench.expanded(self.series, None)
 
     def _series(self, centre: Array, step: float) -> ContactSeries:
         weights = block_of(self.model.sensor).depths(len(self.model.influence.profile))[1]
@@ -104,6 +148,7 @@ class PadSearch(BenchSearch):
         at, sizes = self.bench.at, self.sizes
         deviations = np.ones(at.size)
         deviations[at.own("residual")] = sizes["residual"]
+        deviations[at.own("written")] = self.written
         scatter = {name: sizes[name] for name in ("place", "width", "gain")}
         for name in ("normal", "tangential"):
             scatter[name] = DOUBT[name] * sizes[name]
@@ -145,8 +190,33 @@ class PadSearch(BenchSearch):
         super().descend(few, heat)
 
     def relinearised(self) -> bool:
+        """Take the loads at the delay that was found, and expand about layers and contacts."""
+        return self.delayed() | self._expanded_anew()
+
+    def reload(self, alike: Mask) -> None:
+        """Take other loads, as written down, but for frames with contacts like those before."""
+        bench, loads = self.bench, self.loads
+        kept = alike[:, None] & (bench.which >= 0) & (self.which >= 0)
+        bench = replace(
+            bench,
+            which=self.which,
+            loads=loads,
+            centres=np.where(kept[..., None], bench.centres, loads.places),
+            sizes=np.where(kept, bench.sizes, loads.widths),
+            exponents=np.where(kept, bench.exponents, EXPONENT[0]),
+            moves=self.moves()[0],
+        )
+        self.bench = bench
+        fresh = self.posterior(np.ones(len(self.levels)), 1.0).start(self.state.shared)
+        own = [
+            old if kept else new
+            for old, new, kept in zip(self.state.own, fresh.own, alike, strict=True)
+        ]
+        self._expand(replace(fresh, own=own), bench.centre)
+
+    def _expanded_anew(self) -> bool:
         """Expand about the layers and contacts that were found, if these are other ones."""
-        bench, shared = self.bench, self.state.shared
+        bench, shared = self.bench, self.state.shared[self.bench.at.pad]
         layers = np.zeros(len(shared), bool)
         for group in self.known.groups:
             if is_layer(group.path):
@@ -154,7 +224,8 @@ class PadSearch(BenchSearch):
         off = shared - bench.centre
         squared = 0.0
         if layers.any():
-            covariance = inverse(self.information)[np.ix_(layers, layers)]
+            own = np.flatnonzero(layers)
+            covariance = inverse(self.information)[np.ix_(own, own)]
             squared = float(off[layers] @ np.linalg.solve(covariance, off[layers]))
         posterior = self.posterior(np.ones(len(self.levels)), 1.0)
         moved = [
@@ -166,17 +237,20 @@ class PadSearch(BenchSearch):
         still = (np.abs(off[layers]) <= NEAR_DESIGN).all()
         if (squared <= SETTLED**2 or still) and max(moved, default=0.0) <= SETTLED:
             return False
-        centre = np.where(layers, shared, 0.0)
-        before = replace(bench, centre=centre)
-        self.bench = before.expanded(self._series(centre, STEPS[1]), self.state)
+        self._expand(self.state, np.where(layers, shared, 0.0))
+        return True
+
+    def _expand(self, state: State, centre: Array) -> None:
+        """Expand all contacts where they are in a state, about some layers."""
+        before = replace(self.bench, centre=centre)
+        self.bench = before.expanded(self._series(centre, STEPS[1]), state)
         own = []
-        for f, value in enumerate(self.state.own):
+        for f, value in enumerate(state.own):
             k = int((self.which[f] >= 0).sum())
             kept = value.copy()
             kept[3 * k + 1 :] = 0.0
             own.append(kept)
-        self.state = replace(self.state, own=own)
-        return True
+        self.state = replace(state, own=own)
 
     def residuals(self, models: object) -> Array:
         """Grey levels less those expected, in units of the noise, shape (F, P)."""

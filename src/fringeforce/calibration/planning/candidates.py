@@ -7,8 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.models.plane_check import plane_check
 from fringeforce.models.strip import SensorModel
@@ -20,6 +21,8 @@ SPACING = 2.0
 as the paper's tactels, whose forces a frame tells one from the other."""
 TOUCHED, TILT = 0.7, 20.0
 """Share of tactels that a typical load touches, and its largest angle [degrees]."""
+ALONG = 4
+"""Places along each side of a pad at most: what a press tells changes slowly with its place."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +72,18 @@ class Limits:
     @property
     def directions(self) -> Array:
         """Unit forces, normal and tangential, that a tactel can be pressed with, shape (m, 2)."""
+        return self.directions_of(2)
+
+    def directions_of(self, components: int) -> Array:
+        """The same with as many components, shape (m, components)."""
         if self.friction is None:  # a load and its negative make one frame: one sign will do
-            return np.eye(2)
+            return np.eye(components)
+        down = np.eye(1, components)
         if self.friction == 0:
-            return np.array([[1.0, 0.0]])
+            return down
         tilt = np.arctan(self.friction)
-        return np.array([[np.cos(a), np.sin(a)] for a in (0.0, tilt, -tilt)])
+        aside = [way * row for row in np.eye(components)[1:] for way in (1.0, -1.0)]
+        return np.concatenate([down, np.cos(tilt) * down + np.sin(tilt) * np.array(aside)])
 
 
 def pressable(sensor: Sensor) -> Sensor:
@@ -114,25 +123,49 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
     InputError
         If even the smallest load makes fringes that the camera does not resolve.
     """
-    n = model.sensor.tactels.count
+    pressed = presses(model.sensor.tactels.count, 2, limits)
+    return resolved(pressed, fringes_per_pixel(model, pressed), limits)
+
+
+def presses(n: int, components: int, limits: Limits) -> Array:
+    """Loads on n places, no load first, shape (C, n, components) [N]."""
     groups = [(j,) for j in range(n)]
     if limits.together == 2:
         groups += list(combinations(range(n), 2))
-    loads = [np.zeros((n, 2))]
+    loads = [np.zeros((n, components))]
     for group in groups:
-        for direction in limits.directions:
+        for direction in limits.directions_of(components):
             for share in SHARES:
-                load = np.zeros((n, 2))
+                load = np.zeros((n, components))
                 load[group, :] = share * limits.force / len(group) * direction
                 loads.append(load)
-    pressed = np.stack(loads)
-    kept = pressed[fringes_per_pixel(model, pressed) <= limits.fringe_density]
+    return np.stack(loads)
+
+
+def resolved(pressed: Array, density: Array, limits: Limits) -> Array:
+    """Loads whose fringes, of a density (C,) per pixel, the camera resolves.
+
+    Raises
+    ------
+    InputError
+        If even the smallest load makes fringes that it does not.
+    """
+    kept = pressed[density <= limits.fringe_density]
     if len(kept) < 2:
         raise InputError(
             f"Loads from {SHARES[0] * limits.force:g} N on make more than "
             f"{limits.fringe_density:g} fringes per pixel; press less or take more pixels."
         )
     return kept
+
+
+def pressed_tactels(pad: Pad) -> Index:
+    """Tactels, or squares of a skin, to press a pad at: evenly spread, shape (n,)."""
+    along, across = (
+        np.unique(np.linspace(0, count - 1, min(count, ALONG)).round().astype(int))
+        for count in pad.tactels.count
+    )
+    return np.add.outer(along * pad.tactels.count[1], across).ravel()
 
 
 def typical_loads(model: SensorModel, limits: Limits, count: int) -> Array:

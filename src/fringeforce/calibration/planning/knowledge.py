@@ -5,7 +5,7 @@ All that a bench shares is written as modes of unit variance, as a calibrated mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from fringeforce.calibration.bench_posterior import SCALE as SCALE_UNIT
 from fringeforce.calibration.bench_posterior import SHIFT as SHIFT_UNIT
 from fringeforce.calibration.calibrate import usual_parameters
 from fringeforce.calibration.design_entries import (
+    DRAWN,
     POSITIONS,
     checked_paths,
     names,
@@ -27,6 +28,7 @@ from fringeforce.calibration.design_entries import (
     values,
 )
 from fringeforce.calibration.design_jacobian import design_jacobian
+from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.frame_loss import Prior
@@ -39,9 +41,6 @@ from fringeforce.models.uncertainty import at_nodes, uncertainty
 from fringeforce.optics.camera import noise_variance
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
-
-TOLERANCE = 0.1
-"""Standard deviation of entries that a drawing is trusted to when the truth is imagined."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,16 +88,41 @@ class Knowledge:
     def imagined(self, pairs: int) -> list[Array]:
         """Modes (k,) of the estimate, and of designs that scatter about it as what is known allows.
 
-        Drawings are trusted to TOLERANCE here: the wide prior of the fit is meant to leave all to
+        Drawings are trusted to DRAWN here: the wide prior of the fit is meant to leave all to
         the frames and not to describe a workshop.
         """
         d = len(self.root) - 2
         design = self.root[:d] / units(self.sensor, self.paths, np.zeros(d))[:, None]
         known = np.linalg.inv(design @ design.T)
-        root = np.linalg.cholesky(np.linalg.inv(known + np.eye(d) / TOLERANCE**2))
+        root = np.linalg.cholesky(np.linalg.inv(known + np.eye(d) / DRAWN**2))
         steps = np.random.default_rng(0).standard_normal((pairs, d)) @ root.T
         moved = steps @ np.linalg.pinv(design).T
         return [np.zeros(len(self.root.T)), *(s for step in moved for s in (step, -step))]
+
+    @property
+    def places(self) -> Array:
+        """Where it can be pressed, shape (n, 1) [m]."""
+        return self.sensor.tactels.places
+
+    def candidates(self, limits: Limits) -> Array:
+        """Loads that can be applied, shape (C, n, 2) [N]."""
+        return candidates(self.model, limits)
+
+    def typical(self, limits: Limits, count: int) -> Array:
+        """Loads that the sensor is to read, shape (count, n, 2) [N]."""
+        return typical_loads(self.model, limits, count)
+
+    def told_by(self, loads: Array, modes: Array) -> Iterator[Array]:
+        """Information on the modes of every frame of loads (C, n, 2), shape (k, k)."""
+        largest = float(np.linalg.norm(loads, axis=2).max())
+        for load in loads.reshape(len(loads), -1):
+            yield self.calibrated(load, largest, modes)
+
+    def readings(self, loads: Array, modes: Array) -> Iterator[tuple[Array, Array]]:
+        """What errors of the modes move in readings of loads (j, n, 2), and covariance of noise."""
+        for load in loads.reshape(len(loads), -1):
+            told = self.read(load, modes)
+            yield told.response[: len(load)], told.spread[: len(load), : len(load)]
 
     @cached_property
     def _reader(self) -> StripFrameReader:
@@ -170,17 +194,22 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
     """
     if isinstance(source, SensorModel) and source.calibration and source.imaging:
         found = _of_calibration(source, source.calibration, source.imaging)
-        if parameters is not None and set(parameters) != set(found.paths):
-            raise InputError(
-                f"The model was calibrated in {', '.join(found.paths)}; its covariance says "
-                "nothing of others. Leave the parameters out, or plan from the drawing."
-            )
+        checked_against(found.paths, parameters)
         return found
     sensor = source if isinstance(source, Sensor) else source.sensor
     paths = checked_paths(
         sensor, tuple(usual_parameters(sensor) if parameters is None else parameters)
     )
     return _of_drawing(sensor, paths)
+
+
+def checked_against(paths: tuple[str, ...], parameters: Sequence[str] | None) -> None:
+    """InputError if parameters are others than those of a calibration."""
+    if parameters is not None and set(parameters) != set(paths):
+        raise InputError(
+            f"The model was calibrated in {', '.join(paths)}; its covariance says nothing of "
+            "others. Leave the parameters out, or plan from the drawing."
+        )
 
 
 def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:

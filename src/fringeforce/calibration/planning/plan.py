@@ -9,24 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_loads import BenchLoads, in_words, loads_on_tactels
-from fringeforce.calibration.findings import described
-from fringeforce.calibration.planning.candidates import (
-    Limits,
-    candidates,
-    pressable,
-    typical_loads,
-)
+from fringeforce.calibration.planning.candidates import Limits, pressable
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
+from fringeforce.calibration.planning.pads import PadKnowledge, pad_knowledge
 from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
+from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 
 TYPICAL = 24
@@ -49,9 +48,9 @@ class Plan:
 
     Attributes
     ----------
-    loads : ndarray, shape (k, n, 2)
-        Normal and tangential forces [N], on tactels or at places of a skin.
-    places : ndarray, shape (n,)
+    loads : ndarray, shape (k, n, components)
+        Normal and tangential forces [N], on tactels or at places of a skin or a pad.
+    places : ndarray, shape (n, 1), or (n, 2) of a pad
         Where these are [m].
     names : tuple of str, length d
         Unknowns: dotted paths of the design, then "camera shift" [m] and "camera scale" [1].
@@ -61,8 +60,8 @@ class Plan:
         Before the first load and after each, in the values' own units.
     ratio : ndarray, shape (k + 1,)
         Expected error of readings over that of a perfectly known sensor, to first order.
-    skin : bool
-        Whether loads are on a skin, which has places and no tactels.
+    anywhere : bool
+        Whether loads are by place, as on a skin or a pad, and not by tactel.
 
     Examples
     --------
@@ -79,13 +78,13 @@ class Plan:
     values: Array
     covariance: Array
     ratio: Array
-    skin: bool = False
+    anywhere: bool = False
 
     @property
     def presses(self) -> BenchLoads:
-        """The loads as a bench writes them down, by tactel, or by place on a skin."""
-        found = loads_on_tactels(self.loads, self.places[:, None])
-        return replace(found, tactels=None) if self.skin else found
+        """The loads as a bench writes them down, by tactel or by place."""
+        found = loads_on_tactels(self.loads, self.places)
+        return replace(found, tactels=None) if self.anywhere else found
 
     @property
     def words(self) -> list[str]:
@@ -104,28 +103,32 @@ class Plan:
 
 
 def plan_presses(
-    source: Sensor | SensorModel,
+    source: Sensor | Pad | SensorModel | PadModel,
     presses: int,
     parameters: Sequence[str] | None = None,
     limits: Limits | None = None,
     typical: ArrayLike | None = None,
+    progress: Progress | None = None,
 ) -> Plan:
     """Calibration loads after which readings of the calibrated sensor err least.
 
     Parameters
     ----------
-    source : Sensor or SensorModel
+    source : Sensor, Pad, SensorModel or PadModel
         The drawing, or a calibrated model, whose covariance is what is known already.  A skin is
-        pressed at places two thicknesses of its cover apart, and a strip in three dimensions is
-        planned in the plane that is nearer.
+        pressed at places two thicknesses of its cover apart, a pad at some of its tactels, and a
+        strip in three dimensions is planned in the plane that is nearer.
     presses : int
         Number of calibration loads, a frame each; one may come several times.
     parameters : sequence of str, optional
         Dotted paths of the design values to estimate, as in `calibrate`.
     limits : Limits, optional
         What can be applied; up to 3 N on one tactel if not given.
-    typical : array_like, shape (j, n, 2), optional
+    typical : array_like, shape (j, n, components), optional
         Loads that the sensor is to read [N]; random contacts up to the largest force if not given.
+
+    progress : callable, optional
+        Called with a title, the steps done and the steps expected.
 
     Returns
     -------
@@ -146,11 +149,11 @@ def plan_presses(
     if not (isinstance(presses, int | np.integer) and 1 <= presses <= MOST):
         raise InputError(f"presses = {presses}: must be a whole number from 1 to {MOST}.")
     problem = planning_problem(source, parameters, limits or Limits(), typical)
-    return problem.best(int(presses))
+    return problem.best(int(presses), progress or _silent)
 
 
 def assess_presses(
-    source: Sensor | SensorModel,
+    source: Sensor | Pad | SensorModel | PadModel,
     forces: ArrayLike,
     parameters: Sequence[str] | None = None,
     limits: Limits | None = None,
@@ -160,7 +163,7 @@ def assess_presses(
 
     Parameters
     ----------
-    forces : array_like, shape (k, n, 2)
+    forces : array_like, shape (k, n, components)
         Normal and tangential forces [N].
     source, parameters, limits, typical
         As in `plan_presses`; of the limits only the size of typical loads matters.
@@ -176,18 +179,18 @@ def assess_presses(
     return problem.plan(loads, problem.experiments(loads), list(range(len(loads))))
 
 
-def next_presses(model: SensorModel, forces: ArrayLike) -> str:
+def next_presses(model: SensorModel | PadModel, forces: ArrayLike) -> str:
     """A sentence on what to press next on a calibrated sensor, or that more gains little.
 
     Parameters
     ----------
-    model : SensorModel
+    model : SensorModel or PadModel
         Calibrated.
-    forces : array_like, shape (F, n, 2)
+    forces : array_like, shape (F, n, components)
         Loads that it was calibrated with: what was pressed before can be pressed again [N].
     """
     loads = np.asarray(forces, dtype=float)
-    strongest = float(np.hypot(loads[..., 0], loads[..., 1]).max())
+    strongest = float(np.linalg.norm(loads, axis=-1).max())
     try:
         plan = planning_problem(model, None, Limits(force=strongest), None, pairs=0).best(NEXT)
     except InputError as reason:
@@ -196,9 +199,12 @@ def next_presses(model: SensorModel, forces: ArrayLike) -> str:
     said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
     if before <= DOMINATED:
         return f"{said}: more loads gain less than {before - 1:.1%}."
-    places = model.sensor.tactels.positions[:, None]
-    words = "; ".join(described(loads_on_tactels(load[None], places)) for load in plan.loads)
+    words = "; ".join(plan.words)
     return f"{said}. Press next: {words}. That would leave {after:.3g} times."
+
+
+def _silent(title: str, done: int, expected: int) -> None:
+    """Report nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +213,7 @@ class PlanningProblem:
 
     Attributes
     ----------
-    known : Knowledge
+    known : Knowledge or PadKnowledge
         Estimate and covariance of all unknowns.
     limits : Limits
         What can be applied.
@@ -215,24 +221,28 @@ class PlanningProblem:
         Loads that the sensor is to read [N].
     pairs : int
         Pairs of imagined designs over which a plan is averaged, beside the estimate.
-    skin : bool
-        Whether the tactels of what is known are places on a skin.
+    anywhere : bool
+        Whether presses are by place, and not by tactel.
     """
 
-    known: Knowledge
+    known: Knowledge | PadKnowledge
     limits: Limits
     typical: Array
     pairs: int
-    skin: bool = False
+    anywhere: bool = False
 
-    def experiments(self, loads: Array) -> CandidateExperiments:
+    def experiments(self, loads: Array, report: Progress = _silent) -> CandidateExperiments:
         """What loads tell of the modes, and what these do to typical readings."""
-        truths, n = self.known.imagined(self.pairs), loads.shape[1]
-        largest = float(np.linalg.norm(loads, axis=2).max())
-        information = [
-            [self.known.calibrated(load, largest, truth) for load in loads.reshape(-1, 2 * n)]
-            for truth in truths
-        ]
+        truths, total = self.known.imagined(self.pairs), len(loads)
+        information = []
+        for number, truth in enumerate(truths):
+            rows = []
+            for told in self.known.told_by(loads, truth):
+                done = number * total + len(rows)
+                report(f"Predicting {total} presses", done, len(truths) * total)
+                rows.append(told)
+            information.append(rows)
+        report("Done", len(truths) * total, len(truths) * total)
         return CandidateExperiments(
             np.array(information), np.array(list(map(self._weights, truths)))
         )
@@ -240,17 +250,15 @@ class PlanningProblem:
     def _weights(self, truth: Array) -> Array:
         """Variance that errors of the modes add to readings, over that of noise alone."""
         noise, added = 0.0, np.zeros((len(truth),) * 2)
-        for load in self.typical.reshape(len(self.typical), -1):
-            told = self.known.read(load, truth)
-            moved = told.response[: len(load)]
-            noise += float(np.trace(told.spread[: len(load), : len(load)]))
+        for moved, spread in self.known.readings(self.typical, truth):
+            noise += float(np.trace(spread))
             added += moved.T @ moved
         return added / noise
 
-    def best(self, presses: int) -> Plan:
+    def best(self, presses: int, report: Progress = _silent) -> Plan:
         """The best so many loads within the limits."""
-        loads = candidates(self.known.model, self.limits)
-        experiments = self.experiments(loads)
+        loads = self.known.candidates(self.limits)
+        experiments = self.experiments(loads, report)
         rows = experiments.chosen(presses)
         return self.plan(loads[rows], experiments, rows)
 
@@ -260,34 +268,42 @@ class PlanningProblem:
         root = self.known.own_root
         ratio = np.sqrt(1 + experiments.variances(rows))
         covariance = root @ covariances @ root.T
-        places = self.known.sensor.tactels.positions
+        places = self.known.places
         names, values = self.known.names, self.known.values
-        return Plan(loads, places, names, values, covariance, ratio, self.skin)
+        return Plan(loads, places, names, values, covariance, ratio, self.anywhere)
 
 
 def planning_problem(
-    source: Sensor | SensorModel,
+    source: Sensor | Pad | SensorModel | PadModel,
     parameters: Sequence[str] | None,
     limits: Limits,
     typical: ArrayLike | None,
     pairs: int = PAIRS,
 ) -> PlanningProblem:
     """What is to be planned; parameters as in `plan_presses` and `PlanningProblem`."""
-    sensor = source if isinstance(source, Sensor) else source.sensor
-    drawn = isinstance(source, Sensor) or source.calibration is None
-    known = knowledge(pressable(sensor) if drawn else source, parameters)
-    if typical is None:
-        loads = typical_loads(known.model, limits, TYPICAL)
-    else:
-        loads = _checked(typical, known.sensor)
-    return PlanningProblem(known, limits, loads, pairs, sensor.skin is not None)
+    sensor: Any = getattr(source, "sensor", source)
+    known = KINDS[sensor.kind](source, parameters)
+    loads = known.typical(limits, TYPICAL) if typical is None else _checked(typical, known.sensor)
+    anywhere = sensor.dimensions == 2 or sensor.skin is not None
+    return PlanningProblem(known, limits, loads, pairs, anywhere)
 
 
-def _checked(forces: ArrayLike, sensor: Sensor) -> Array:
-    n = sensor.tactels.count
-    loads = checked_loads(forces, n)
+def _on_strip(source: Any, parameters: Sequence[str] | None) -> Knowledge:
+    drawn = getattr(source, "calibration", None) is None
+    return knowledge(pressable(getattr(source, "sensor", source)) if drawn else source, parameters)
+
+
+KINDS = {"strip": _on_strip, "pad": pad_knowledge}
+"""What is known of a sensor, by its kind."""
+
+
+def _checked(forces: ArrayLike, sensor: Sensor | Pad) -> Array:
+    n, components = sensor.tactels.total, len(sensor.components)
+    loads = checked_loads(forces, n, components)
     if loads.ndim != 3 or not len(loads):
-        raise InputError(f"Loads of shape {loads.shape} do not fit; give (k, {n}, 2) in newtons.")
+        raise InputError(
+            f"Loads of shape {loads.shape} do not fit; give (k, {n}, {components}) in newtons."
+        )
     if not np.isfinite(loads).all():
         raise InputError("Loads are not all finite; give numbers in newtons.")
     return loads

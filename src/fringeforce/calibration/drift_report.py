@@ -1,0 +1,113 @@
+"""How far a bench may have drifted since its calibration, and what frames tell of that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from fringeforce.base.arrays import Mask
+from fringeforce.base.errors import InputError
+
+FORCES = (
+    "How large forces are, only known loads tell: that stays as the calibration found it, with its "
+    "deviation."
+)
+EXPLAINED = 0.9
+"""Share of the frames that must be explained for the model to be used."""
+TOLD = 0.9
+"""Standard deviation over that before any frame, above which frames told nothing."""
+
+
+@dataclass(frozen=True)
+class Drift:
+    """How far a bench may have drifted since its calibration, one standard deviation each.
+
+    Attributes
+    ----------
+    light : float
+        Of the amplitude over itself, even and uneven alike.
+    offset : float
+        Of the light that fringes do not modulate, over the amplitude.
+    residual : float
+        Of the retardance without load, smooth along the strip [rad].
+    shift : float
+        Of the camera along the strip [m].
+    scale : float
+        Of the camera's magnification, relative.
+
+    Examples
+    --------
+    >>> ff.Drift(light=0.1).light
+    0.1
+    """
+
+    light: float = 0.05
+    offset: float = 0.01
+    residual: float = 0.1
+    shift: float = 0.1e-3
+    scale: float = 1e-3
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (np.isfinite(value) and value >= 0):
+                raise InputError(
+                    f"Drift({name}={value}): a standard deviation is finite and not negative."
+                )
+
+
+class Told(NamedTuple):
+    """What frames tell of one thing that may drift.
+
+    Attributes
+    ----------
+    name, unit, digits : str
+        For a sentence.
+    paths : tuple of str
+        Values of the design that it is.
+    change, std, before : float
+        Its change, in the unit, and standard deviation after the frames and before.
+    signed : bool
+        Whether frames tell its sign.
+    """
+
+    name: str
+    unit: str
+    digits: str
+    paths: tuple[str, ...]
+    change: float
+    std: float
+    before: float
+    signed: bool = True
+
+    @property
+    def known(self) -> bool:
+        """Whether frames tell of it."""
+        return self.signed and self.std < TOLD * self.before
+
+    def __str__(self) -> str:
+        if not self.signed:
+            return (
+                f"{self.name}: unloaded frames tell its size, but not its sign; readings allow for "
+                "both."
+            )
+        if not self.known:
+            return (
+                f"{self.name}: these frames do not tell whether it changed; readings allow for it."
+            )
+        change, std = f"{self.change:+{self.digits}}", f"{self.std:{self.digits}}"
+        return f"{self.name} changed by {change}{self.unit} (standard deviation {std})."
+
+
+def missed(explained: Mask) -> Iterator[str]:
+    """What does not fit, of frames that are explained or not."""
+    count, lost = len(explained), int((~explained).sum())
+    if lost > (1 - EXPLAINED) * count:
+        yield (
+            f"Do not use this model: no drift of light, residual and camera explains {lost} of "
+            f"{count} frames. Calibrate anew."
+        )
+    elif lost:
+        yield f"{lost} of {count} frames are not explained and were left out."

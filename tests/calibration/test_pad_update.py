@@ -1,0 +1,153 @@
+"""Calibrated pads brought up to date with frames whose loads nobody knows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pad_benches import COVER, EFFECT, TRUE, drawing
+from typer.testing import CliRunner
+
+import fringeforce as ff
+from fringeforce.base.errors import InputError
+from fringeforce.cli import app
+from fringeforce.design.tolerances import Tolerances
+from fringeforce.models.as_built import RESIDUAL
+from fringeforce.models.imaging import Calibration
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_knowledge import PadKnowledge
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.optics import camera as camera_optics
+from fringeforce.plotting.pad_calibration import residual_field
+
+FEW = {"camera.pixels": [32, 32]}
+STDS = {
+    "camera.amplitude": 0.5,
+    "camera.offset": 0.1,
+    "camera.shift_x": 2e-6,
+    "camera.shift_y": 2e-6,
+    "camera.scale": 3e-4,
+    COVER: 2e-6,
+    EFFECT: 2e-4,
+    RESIDUAL: 1e-3,
+}
+DRIFTED = {"camera.amplitude": 215.0, "camera.shift_x": 0.21e-3, "camera.shift_y": -0.04e-3}
+ROUGH = 0.15
+"""Root mean square of the residual that came, over both passes [rad]."""
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> PadModel:
+    """A pad as a calibration leaves it: right, and sure of it."""
+    pad = drawing(**TRUE, **FEW, **{"camera.drift": 0.01})
+    pad = pad.model_copy(update={"tolerances": Tolerances(STDS)})
+    model = characterize_pad(pad, None, 48, 8)
+    groups = PadUncertainty.of(model).groups[:-1]  # the last is the lamp's
+    counts = {group.path: group.end - group.begin for group in groups}
+    size = sum(counts.values())
+    known = PadKnowledge(STDS, counts, np.zeros(size), np.eye(size))
+    names = tuple(path for path in STDS if path != RESIDUAL)
+    values = np.array([TRUE.get(name, DRAWN.get(name, 0.0)) for name in names])
+    stds = np.array([STDS[name] for name in names])
+    relative = np.where([name.startswith("camera") for name in names], 1.0, values)
+    covariance = np.diag(np.square(stds / relative))
+    found = Calibration(names, values, values, covariance, (), (), (), 1.0, ())
+    return replace(model, known=known, calibration=found)
+
+
+DRAWN = {"camera.scale": 1.0, "camera.offset": 5.0}
+
+
+def rest(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The two parts of a smooth residual: waves over the pad, root mean square near one."""
+    along, across = np.meshgrid(x / 7e-3, y / 7e-3)
+    return np.array([np.sin(3 * along + across + 0.4), np.cos(2 * across - along + 0.9)]) * np.sqrt(
+        2
+    )
+
+
+def shots(forces: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Frames of the same pad some weeks on: a dimmer lamp, a camera that was pushed, a residual."""
+    pad = drawing(**{**TRUE, **FEW, **DRIFTED})
+    model = characterize_pad(pad, None, 64, 12)
+    x, y = pad.pixel_positions
+    slices = [model.slices(load) + ROUGH * rest(x, y) / (2 * 12) for load in forces]
+    light = np.array([model.seen(one).reshape(model.frame_shape) for one in slices])
+    return camera_optics.expose(pad.camera, light, rng, frame_axes=len(model.frame_shape))
+
+
+def loads(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Forces that nobody writes down."""
+    forces = rng.uniform(-0.3, 0.3, (count, 4, 3))
+    forces[..., 0] = rng.uniform(0.4, 1.6, (count, 4))
+    return forces
+
+
+@pytest.fixture(scope="module")
+def updated(calibrated) -> PadModel:
+    rng = np.random.default_rng(4)
+    return ff.update(calibrated, shots(loads(rng, 5), rng))
+
+
+def test_drift_is_found_under_unknown_loads(calibrated, updated):
+    before, after = calibrated.calibration, updated.calibration
+    assert after.usable, after.findings
+    for name, value in DRIFTED.items():
+        place = after.names.index(name)
+        off = abs(after.values[place] - value)
+        assert off < 4 * after.std[place], name
+        assert off < 0.1 * abs(before.values[place] - value), name
+    text = " ".join(after.findings)
+    assert "The light changed by -" in text
+    assert "The camera's place along x changed by +0.0" in text
+    assert "only known loads tell" in text
+
+
+def test_the_residual_is_found_within_its_deviations(updated):
+    x = y = ((np.arange(64) + 0.5) / 64 - 0.5) * 7e-3
+    true = ROUGH * rest(x, y)
+    off = residual_field(updated) - true
+    assert np.sqrt(np.mean(off**2)) < 0.25 * np.sqrt(np.mean(true**2))
+
+
+def test_readings_are_right_again(calibrated, updated):
+    rng = np.random.default_rng(5)
+    forces = loads(rng, 3)
+    frames = shots(forces, rng)
+    before, after = (
+        [ff.Reader(model).search(frame) for frame in frames] for model in (calibrated, updated)
+    )
+    assert not any(reading.status is ff.Status.OK for reading in before)
+    assert all(reading.status is ff.Status.OK for reading in after)
+    for reading, force in zip(after, forces, strict=True):
+        assert (np.abs(reading.forces - force) < 5 * reading.std).all()
+
+
+def test_frames_without_load_tell_the_light_and_not_where_the_camera_is(calibrated, tmp_path):
+    calibrated.save(tmp_path / "m.h5")
+    rng = np.random.default_rng(6)
+    np.save(tmp_path / "f.npy", shots(np.zeros((3, 4, 3)), rng))
+    arguments = [str(tmp_path / "m.h5"), str(tmp_path / "f.npy"), "--unloaded"]
+    run = CliRunner().invoke(app, ["update", *arguments, "-o", str(tmp_path / "l.h5")])
+    assert run.exit_code == 0, run.output
+    found = ff.load_model(tmp_path / "l.h5")
+    text = " ".join(found.calibration.findings)
+    assert "The camera's place along x: these frames do not tell" in text
+    assert "The residual changed by" in text
+    place = found.calibration.names.index("camera.shift_x")
+    assert found.calibration.std[place] == pytest.approx(0.1e-3, rel=0.1)
+    assert abs(found.calibration.values[place] - TRUE["camera.shift_x"]) < 0.05e-3
+
+
+def test_frames_that_no_drift_explains_must_not_be_used(calibrated):
+    rng = np.random.default_rng(7)
+    frames = shots(loads(rng, 3), rng)
+    turned = np.rot90(frames, axes=(-2, -1))
+    found = ff.update(calibrated, turned, unloaded=True).calibration
+    assert not found.usable
+    assert found.findings[0].startswith("Do not use this model")
+
+
+def test_a_pad_as_drawn_is_refused():
+    model = characterize_pad(drawing(**FEW), None, 48, 8)
+    with pytest.raises(InputError, match="Calibrate it first"):
+        ff.update(model, np.zeros((3, *model.frame_shape)), unloaded=True)
