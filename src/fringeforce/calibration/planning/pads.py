@@ -44,7 +44,7 @@ STILL = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class PadKnowledge:
+class PadBenchKnowledge:
     """Estimate and covariance of all that a bench of a pad shares, as k modes of unit variance.
 
     Attributes
@@ -190,7 +190,7 @@ class PadKnowledge:
             yield from zip(counts, map(Eliminated.of, terms), strict=True)
 
 
-def pad_knowledge(source: Any, parameters: Sequence[str] | None = None) -> PadKnowledge:
+def pad_knowledge(source: Any, parameters: Sequence[str] | None = None) -> PadBenchKnowledge:
     """What a drawing or a calibrated model of a pad says of all unknowns.
 
     Parameters
@@ -210,6 +210,6 @@ def pad_knowledge(source: Any, parameters: Sequence[str] | None = None) -> PadKn
     if (found := model.calibration) is not None:
         paths = tuple(name for name in found.names if is_layer(name))
         checked_against(paths, parameters)
-        return PadKnowledge(model, paths)
+        return PadBenchKnowledge(model, paths)
     paths = checked_paths(pad, tuple(usual_parameters(pad) if parameters is None else parameters))
-    return PadKnowledge(model, paths)
+    return PadBenchKnowledge(model, paths)

@@ -20,7 +20,7 @@ from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_loads import BenchLoads, in_words, loads_on_tactels
 from fringeforce.calibration.planning.candidates import Limits, pressable
 from fringeforce.calibration.planning.knowledge import Knowledge, knowledge
-from fringeforce.calibration.planning.pads import PadKnowledge, pad_knowledge
+from fringeforce.calibration.planning.pads import PadBenchKnowledge, pad_knowledge
 from fringeforce.calibration.planning.selection import CandidateExperiments
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.pad import Pad
@@ -213,7 +213,7 @@ class PlanningProblem:
 
     Attributes
     ----------
-    known : Knowledge or PadKnowledge
+    known : Knowledge or PadBenchKnowledge
         Estimate and covariance of all unknowns.
     limits : Limits
         What can be applied.
@@ -225,7 +225,7 @@ class PlanningProblem:
         Whether presses are by place, and not by tactel.
     """
 
-    known: Knowledge | PadKnowledge
+    known: Knowledge | PadBenchKnowledge
     limits: Limits
     typical: Array
     pairs: int
