@@ -4,11 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
+from fringeforce.mechanics.finite_strain import finite_strip
 from fringeforce.models.finite_strain import beyond_second_order
 from fringeforce.models.imaging import Imaging
+from fringeforce.models.presses import tractions
+from fringeforce.models.skin import GEOMETRY, Contacts
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_reader import StripFrameReader
 
 
@@ -205,3 +211,117 @@ def test_a_slide_under_large_strain_is_followed(
     inside = np.abs(batch.forces - forces) < 1.96 * batch.std
     assert 0.92 < inside.mean() < 0.98
     assert all(status is ff.Status.OK for status in batch.status)
+
+
+def _light(model: ff.SensorModel, presses: list[ff.Press], order: int, patches: int) -> np.ndarray:
+    """Phase of presses as uniform patches side by side, on elements of their own."""
+    centres, widths, forces = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+    for press in presses:
+        found = tractions(model.sensor, press)
+        first, last = (found.places[[0, -1]] * 3 - found.places[[1, -2]]) / 2
+        edges = np.linspace(first, last, patches + 1)
+        sums = np.cumsum(found.forces, axis=0) - found.forces / 2
+        reached = [np.interp(edges, found.places, part) for part in sums.T]
+        shares = np.diff(np.column_stack(reached), axis=0)
+        forces.append(shares * found.forces.sum(axis=0) / shares.sum(axis=0))
+        centres.append((edges[1:] + edges[:-1]) / 2)
+        widths.append(np.diff(edges))
+    transducer, light = model.sensor.transducer, model.sensor.polariscope
+    patched = np.concatenate(centres), np.concatenate(widths)
+    strip = finite_strip(transducer, *patched, order=order)
+    seen = strip.integrated_stress(strip.solved(np.concatenate(forces)), model.pixel_positions)
+    constant = stress_optic_constant(transducer.photoelastic, light.wavelength)
+    return phase_lead(seen, constant)
+
+
+@pytest.fixture(scope="module")
+def skin() -> ff.SensorModel:
+    """The soft strip on which anything presses anywhere."""
+    return ff.characterize(ff.load_sensor("soft-skin"))
+
+
+SOFT = [
+    [ff.Press(x=0.7e-3, normal=0.7, tangential=0.2, radius=8e-3)],
+    [
+        ff.Press(x=-3.1e-3, normal=0.32, tangential=-0.12, radius=12e-3),
+        ff.Press(x=2.4e-3, normal=0.6, tangential=0.08, radius=7e-3),
+    ],
+]
+"""Cylinders whose tractions are those of contact mechanics, not the reader's shapes."""
+
+
+def test_soft_skins_are_read_where_linear_theory_is_wrong(skin: ff.SensorModel) -> None:
+    """Frames of finer elements, read by both."""
+    sensor, squares, far = skin.sensor, [], []
+    plain = ff.characterize(sensor.replace(**{"transducer.strain": "linear"}))
+    readers = ff.Reader(skin), ff.Reader(plain)
+    for number, presses in enumerate(SOFT):
+        parts = [tractions(sensor, press) for press in presses]
+        places = np.concatenate([part.places for part in parts])
+        force = np.concatenate([part.forces for part in parts])
+        true = np.array([*force.sum(axis=0), force[:, 0] @ places / force[:, 0].sum()])
+        frame = skin.delivered(_light(skin, presses, order=6, patches=12), rng=number)
+        for reader, found in zip(readers, (squares, far), strict=True):
+            reading = reader.search(frame)
+            assert reading.total is not None
+            total = reading.total
+            error = np.array([*total.force, total.centre[0]]) - true
+            found.append(np.abs(error) / total.std[[0, 1, 5]])
+            if reader is readers[0]:
+                assert reading.status is ff.Status.OK
+                assert len(reading.contacts) == len(presses)
+                assert total.std[0] < 0.01 * total.force[0]
+    assert np.max(squares) < 4  # one in 16,000 is beyond
+    assert np.min(np.max(far, axis=1)) > 6
+
+
+def test_contacts_under_large_strain_change_the_phase_as_differences_tell(
+    skin: ff.SensorModel,
+) -> None:
+    single = ff.Reader(skin)._single
+    assert isinstance(single, SkinReader)
+    model = single.skin
+    geometry = model.drawn[None].copy()
+    geometry[0, :2] = 0.7e-3, 1.4e-3
+    about = np.concatenate([[[0.6, 0.16]], geometry], axis=1)
+    frame, _ = model.frame(Contacts(about[:, :2], geometry))
+    tangents = [*frame.moments[0, :, 0], *(frame.fields[:GEOMETRY] / model.units(1)[:, None])]
+    steps = [0.01, 0.01, 2e-6, 2e-6, *[0.01] * (GEOMETRY - 2)]
+    peak = np.abs(model.strained(Contacts(about[:, :2], geometry))).max()
+    assert peak > 0.1
+    for k, (step, tangent) in enumerate(zip(steps, tangents, strict=True)):
+        ahead, behind = about.copy(), about.copy()
+        ahead[0, k] += step
+        behind[0, k] -= step
+        one, other = (model.phase(Contacts(at[:, :2], at[:, 2:])) for at in (ahead, behind))
+        difference = (one - other) / (2 * step)
+        assert np.abs(difference - tangent).max() < 2e-3 * np.abs(difference).max()
+
+
+def test_a_skin_whose_surface_folds_is_refused(skin: ff.SensorModel) -> None:
+    """Small strain would find contacts, and be wrong."""
+    linear = ff.characterize(skin.sensor.replace(**{"transducer.strain": "linear"}))
+    press = ff.Press(x=0.0, normal=1.6, width=1.2e-3)
+    reading = ff.Reader(skin)._single.read(linear.expose([press], rng=0))
+    assert not reading.ok
+    assert np.isfinite(reading.phase).all()
+
+
+def test_pressed_harder_a_soft_skin_is_followed(skin: ff.SensorModel) -> None:
+    """Between solutions at five loads, which a spline in time joins."""
+    rows = [
+        [ff.Press(x=-1e-3, normal=float(n), tangential=float(0.2 * n), width=2.6e-3)]
+        for n in np.linspace(0.25, 0.7, 5)
+    ]
+    phases = CubicSpline(range(5), skin.phase(rows))(np.linspace(0, 4, 40))
+    readings = list(ff.Reader(skin).stream(skin.delivered(phases, rng=3)))
+    assert all(reading.status is ff.Status.OK for reading in readings)
+    assert np.mean([reading.tracked for reading in readings]) > 0.9
+    normal = np.linspace(0.25, 0.7, 40)
+    off = [
+        (one.total.force - np.array([n, 0.2 * n])) / one.total.std[:2]
+        for one, n in zip(readings, normal, strict=True)
+        if one.total is not None
+    ]
+    assert np.shape(off) == (40, 2)
+    assert np.abs(off).max() < 5

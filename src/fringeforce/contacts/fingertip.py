@@ -95,23 +95,29 @@ def fingertip_presses(
     ]
 
 
-def bearable(extent: float | tuple[float, float], modulus: float) -> float:
-    """Force of the fingertip that a skin of a pad bears within linear mechanics, `FORCES` at most.
+def bearable(
+    extent: float | tuple[float, float], modulus: float, across: float | None = None
+) -> float:
+    """Force of the fingertip that a skin bears within linear mechanics, `FORCES` at most.
 
     Parameters
     ----------
-    extent : (float, float)
-        Sides of the skin [m].
+    extent : float or (float, float)
+        Length of the skin of a strip, or sides of that of a pad [m].
     modulus : float
         Of its cover [Pa].
+    across : float, optional
+        Width of the strip [m].
 
     Returns
     -------
     float
         [N].
     """
-    width = WIDTHS[2] * float(np.min(extent))
-    return min(FORCES[2], LINEAR * modulus * np.pi / 4 * width**2)
+    dimensions = np.size(extent)
+    width = WIDTHS[dimensions] * float(np.min(extent))
+    area = np.pi / 4 * width**2 if across is None else width * across
+    return min(FORCES[dimensions], LINEAR * modulus * area)
 
 
 def _touch(t: ArrayLike, dimensions: int, friction: float) -> tuple[Array, Array, Array]:

@@ -49,7 +49,7 @@ class Transducer(Part):
     strain: Literal["linear", "finite"] = Field(
         default="linear",
         description='"linear" for small loads; "finite" for hyperelastic layers under large '
-        "strain, in a plane, with contacts of some width",
+        "strain, in a plane, with contacts of some width or a skin",
         json_schema_extra={"ideal": True},
     )
     influence_error: Percent = Field(
@@ -257,12 +257,11 @@ class Sensor(Design):
                 'placement and contact_width do not go with plane = "given", whose influence '
                 "matrix says what a force does; leave them out"
             )
-        if transducer.strain == "finite" and (
-            not transducer.solved_in_a_plane or not tactels.contact_width
-        ):
+        wide = tactels.contact_width or info.data.get("skin") is not None
+        if transducer.strain == "finite" and not (transducer.solved_in_a_plane and wide):
             raise ValueError(
                 'strain = "finite" takes plane = "stress" or "strain" and contacts of some width, '
-                "for under a line strain has no bound; give tactels.contact_width"
+                "for under a line strain has no bound; give tactels.contact_width, or a skin"
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2

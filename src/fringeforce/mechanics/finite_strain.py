@@ -47,6 +47,10 @@ SMALL = 0.05
 """Force from whose two signs the second order is taken [N]."""
 SMALLEST_STEP = 1 / 64
 """Share of the load below which steps are not cut any more."""
+FEWEST = 1 / 4
+"""The same of loads that a search only tries."""
+TILT = 1e-5
+"""Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,7 +293,12 @@ class FiniteStrip:
                 f"Forces of shape {wanted.shape} do not fit {len(self.centres)} patches, or are "
                 "not finite; give shape (n, 2) in newtons."
             )
-        load = np.tensordot(self.unit_loads, wanted, axes=2)
+        return self._stepped(np.tensordot(self.unit_loads, wanted, axes=2), start)
+
+    def _stepped(
+        self, load: Array, start: Array | None = None, smallest: float = SMALLEST_STEP
+    ) -> Array:
+        """Displacements in balance with nodal forces, by steps of the load as small as it takes."""
         now = np.zeros(self.shape) if start is None else start
         reached, step = 0.0, 1.0
         begin = load if start is None else load - self.internal_forces(now)
@@ -300,7 +309,7 @@ class FiniteStrip:
                 now, tangent = self._balanced(now, target, tangent)
             except InputError:
                 step, tangent = step / 2, None
-                if step < SMALLEST_STEP:
+                if step < smallest:
                     raise
                 continue
             reached += step
@@ -328,6 +337,71 @@ class FiniteStrip:
         raise InputError(
             f"No balance was found in {ITERATIONS} steps. Take smaller loads or wider contacts."
         )
+
+    @cached_property
+    def _unloaded(self) -> Tangent:
+        """The tangent without load."""
+        return self.tangent(np.zeros(self.shape))
+
+    def _linear(self, loads: Array) -> Array:
+        """Displacements of small strain under nodal forces, shape (..., 2, along x, along z)."""
+        flat = loads.reshape(-1, int(np.prod(self.shape)))
+        return self._solved(self._unloaded, flat).reshape(loads.shape)
+
+    def _solved(self, tangent: Tangent, loads: Array) -> Array:
+        """Displacements by a tangent under nodal forces, shape (k, size)."""
+        found = np.zeros(loads.shape)
+        found[:, self._free] = tangent.solve(loads[:, self._free].T).T
+        return found
+
+    def _near(self, load: Array, linear: Array, smallest: float = SMALLEST_STEP) -> Array:
+        """Displacements in balance with nodal forces as closely as `ENOUGH`.
+
+        From those of small strain, if they lead there.
+        """
+        try:
+            return self._balanced(linear, load, self._unloaded, ENOUGH)[0]
+        except InputError:  # far beyond small strain
+            return self._stepped(load, smallest=smallest)
+
+    def surface(self, places: Array) -> tuple[csr_array, csr_array]:
+        """Shape functions of the surface at places, and their slopes, shape (q, along x) [1/m]."""
+        return interpolation(self.mesh.order, self.mesh.x, places)
+
+    def beside_linear(self, load: Array, changes: Array) -> tuple[Array, Array]:
+        """What large strain adds to the stress that the light sees, and its change with the load.
+
+        Parameters
+        ----------
+        load : ndarray, shape (2, along x)
+            Normal and tangential nodal forces of the surface [N].
+        changes : ndarray, shape (k, 2, along x)
+            Changes of them.
+
+        Returns
+        -------
+        added : ndarray, shape (M,)
+            At the stations [Pa m].
+        slopes : ndarray, shape (M, k)
+            Its derivative along each change.
+
+        Raises
+        ------
+        InputError
+            If no stable state is found.
+        """
+        both = np.concatenate([load[None], changes])
+        loads = np.zeros((len(both), *self.shape))
+        loads[:, 1, :, -1], loads[:, 0, :, -1] = -both[:, 0], both[:, 1]
+        linear = self._linear(loads)
+        state = self._near(loads[0], linear[0], FEWEST)
+        small = self._small_strain(linear)
+        added = self.seen_at_stations(state) - small[:, 0]
+        if not len(changes):
+            return added, small[:, 1:]
+        moved = self._solved(self.tangent(state), loads[1:].reshape(len(changes), -1))
+        slopes = self.seen_slopes(state, moved.reshape(-1, *self.shape))
+        return added, slopes - small[:, 1:]
 
     def integrated_stress(self, coefficients: Array, x: ArrayLike) -> Array:
         """What light along straight lines sees of the deformed strip.
@@ -370,15 +444,30 @@ class FiniteStrip:
 
         At the stations of the mesh and the Gauss heights of the photoelastic layer.
         """
+        moved, f = self._layer_gradients(coefficients)
+        f[0, 0] += 1
+        f[1, 1] += 1
+        return self._shown(f), moved, f[0, 0] - 1
+
+    def _layer_gradients(self, coefficients: Array) -> tuple[Array, Array]:
+        """Displacement along x and gradients of both, at the stations and heights of the layer.
+
+        Of coefficients of shape (..., 2, along x, along z); gradients have the shape
+        (2, 2, ..., M, heights).
+        """
         at, sloping, value, slope = self._at_stations
-        u, w = along(value, coefficients[0], 1), along(value, coefficients[1], 1)
-        du, dw = along(slope, coefficients[0], 1), along(slope, coefficients[1], 1)
-        rise = along(sloping, u)
-        f = np.array([[rise + 1, along(at, du)], [along(sloping, w), along(at, dw) + 1]])
-        response = self.photoelastic.plane(f, self.transducer.plane)
-        j = f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]
-        sigma = (response.stress[0] * f[0]).sum(axis=0) / (j * response.across)
-        return (sigma - response.stress_across) * j / f[0, 0], along(at, u), rise
+        u, w = coefficients[..., 0, :, :], coefficients[..., 1, :, :]
+        (u, du), (w, dw) = ((along(value, one, -1), along(slope, one, -1)) for one in (u, w))
+        rows = [[along(sloping, one, -2), along(at, rise, -2)] for one, rise in ((u, du), (w, dw))]
+        return along(at, u, -2), np.array(rows)
+
+    def _shown(self, gradients: Array) -> Array:
+        """Stress difference by height of the undeformed layer under deformation gradients."""
+        response = self.photoelastic.plane(gradients, self.transducer.plane)
+        (a, b), (c, d) = gradients
+        j = a * d - b * c
+        sigma = (response.stress[0] * gradients[0]).sum(axis=0) / (j * response.across)
+        return (sigma - response.stress_across) * j / a
 
     @cached_property
     def _at_stations(self) -> tuple[csr_array, csr_array, csr_array, csr_array]:
@@ -389,14 +478,12 @@ class FiniteStrip:
             *interpolation(mesh.order, mesh.z, heights),
         )
 
-    def _orders(self, unit: Array, tangent: Tangent, weights: Array) -> tuple[Array, Array]:
+    def _orders(self, unit: Array, weights: Array) -> tuple[Array, Array]:
         """First and second order of the stress along one direction of the forces."""
         small = SMALL * unit
         # both signs of a displacement leave the even orders alone
         even = (self.internal_forces(small) + self.internal_forces(-small)) / 2
-        answer = np.zeros(unit.size)
-        answer[self._free] = -tangent.solve(even.ravel()[self._free])
-        second = answer.reshape(self.shape)
+        second = -self._linear(even)
         (plus, u, rise), (minus, _, _) = self._seen(small + second), self._seen(second - small)
         first = (plus - minus) / 2
         direct = ((plus + minus) / 2 + first * rise) @ weights
@@ -420,6 +507,50 @@ class FiniteStrip:
             found += weight * CubicSpline(x + shift, column)(x)
         return found
 
+    def _turned(self, gradients: Array, changes: Array) -> tuple[Array, Array]:
+        """Displacement along x by changes of the displacements, and change of what light sees.
+
+        At the stations and heights of the layer under deformation gradients.
+        """
+        carried, tilts = self._layer_gradients(changes)
+        turned = np.zeros(carried.shape)
+        for i in range(2):
+            for j in range(2):
+                tilt = np.zeros((2, 2, 1, 1))
+                tilt[i, j] = TILT
+                slope = (self._shown(gradients + tilt) - self._shown(gradients - tilt)) / (2 * TILT)
+                turned += slope * tilts[i, j]
+        return carried, turned
+
+    def _small_strain(self, changes: Array) -> Array:
+        """`seen_slopes` without load."""
+        _, weights = self._line(self.mesh.z[: self._rows + 1])
+        return (self._turned(np.eye(2)[:, :, None, None], changes)[1] @ weights).T
+
+    def seen_slopes(self, coefficients: Array, changes: Array) -> Array:
+        """Derivatives of `seen_at_stations` along changes of the displacements, shape (M, k).
+
+        Parameters
+        ----------
+        coefficients : ndarray
+            Displacements, as of `solved`.
+        changes : ndarray, shape (k, ...)
+            Changes of them.
+        """
+        seen, moved, _ = self._seen(coefficients)
+        _, gradients = self._layer_gradients(coefficients)
+        gradients[0, 0] += 1
+        gradients[1, 1] += 1
+        carried, turned = self._turned(gradients, changes)
+        _, weights = self._line(self.mesh.z[: self._rows + 1])
+        x, found = self.mesh.stations, np.zeros((len(self.mesh.stations), len(changes)))
+        for k, weight in enumerate(weights):
+            place = x + moved[:, k]
+            rising = CubicSpline(place, seen[:, k]).derivative()(place)
+            own = turned[..., k] - rising * carried[..., k]
+            found += weight * CubicSpline(place, own, axis=1)(x).T
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
@@ -429,9 +560,7 @@ class Expansion:
     ----------
     strip : FiniteStrip
         Of n patches; forces run over (patch, component).
-    tangent : Tangent
-        Without load.
-    units : ndarray, shape (2 n, size)
+    units : ndarray, shape (2 n, ...)
         Coefficients of the displacements of small unit forces [m/N].
     first : ndarray, shape (M, 2 n)
         Psi of sum_i Psi_i f_i, at the mesh's stations [Pa m / N].
@@ -440,7 +569,6 @@ class Expansion:
     """
 
     strip: FiniteStrip
-    tangent: Tangent
     units: Array
     first: Array
     second: Array
@@ -454,17 +582,15 @@ class Expansion:
         int (s_2 + s_1 du_1/dx) dz - d/dx int s_1 u_1 dz.  Pairs of forces follow from the sums of
         two.
         """
-        tangent, count = strip.tangent(np.zeros(strip.shape)), 2 * len(strip.centres)
-        loads = strip.unit_loads.reshape(*strip.shape, count).reshape(-1, count)
-        units = np.zeros((count, int(np.prod(strip.shape))))
-        units[:, strip._free] = tangent.solve(loads[strip._free]).T
+        count = 2 * len(strip.centres)
+        units = strip._linear(strip.unit_loads.reshape(*strip.shape, count).transpose(3, 0, 1, 2))
         _, weights = strip._line(strip.mesh.z[: strip._rows + 1])
         first = np.zeros((len(strip.mesh.stations), count))
         found = np.zeros((*first.shape, count))
         for i in range(count):
             for j in range(i + 1):
                 unit = units[i] if i == j else units[i] + units[j]
-                once, twice = strip._orders(unit.reshape(strip.shape), tangent, weights)
+                once, twice = strip._orders(unit, weights)
                 found[:, i, j] = twice
                 if i == j:
                     first[:, i] = once
@@ -473,7 +599,7 @@ class Expansion:
             for j in range(i):
                 found[:, i, j] = (found[:, i, j] - own[:, i] - own[:, j]) / 2
                 found[:, j, i] = found[:, i, j]
-        return cls(strip, tangent, units, first, found)
+        return cls(strip, units, first, found)
 
     def rest(self, forces: Array) -> Array:
         """What the second order leaves of the stress under forces (n, 2), shape (M,) [Pa m].
@@ -485,11 +611,7 @@ class Expansion:
         """
         strip, flat = self.strip, forces.ravel()
         load = np.tensordot(strip.unit_loads, forces, axes=2)
-        start = (flat @ self.units).reshape(strip.shape)
-        try:
-            state, _ = strip._balanced(start, load, self.tangent, ENOUGH)
-        except InputError:  # far beyond small strain
-            state = strip.solved(forces)
+        state = strip._near(load, np.tensordot(flat, self.units, axes=1))
         return strip.seen_at_stations(state) - (self.first + self.second @ flat) @ flat
 
 

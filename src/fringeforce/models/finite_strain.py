@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -13,7 +14,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.mechanics.finite_strain import ORDER, Expansion, FiniteStrip, finite_strip
+from fringeforce.mechanics.finite_strain import ORDER, FiniteStrip, finite_strip
 from fringeforce.models.presses import tractions
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -21,6 +22,9 @@ Strain = Literal["linear", "finite"]
 """Whether the strain of a strip is small, or calculated as it is."""
 COARSE = 4
 """Order of the elements that give the second order, itself a small part of the phase."""
+CELL = 0.8
+"""Width of the elements under a skin, in thicknesses of the cover: half of it, and one order more,
+change what strain adds to the light by 1.5 % of it at most."""
 PATCHES = 8
 """Patches that stand for a press whose pressure is not uniform."""
 
@@ -39,11 +43,14 @@ def checked_strain(strain: str) -> Strain:
 
 
 def strip_of_tactels(sensor: Sensor, order: int = ORDER) -> FiniteStrip:
-    """The hyperelastic strip with a patch for every tactel of a design, made once."""
+    """The hyperelastic strip with a patch for every tactel of a design, made once.
+
+    Line loads of a skin are as wide as they are apart.
+    """
     tactels = sensor.tactels
     places = tuple(float(x) for x in tactels.positions + tactels.placement)
-    stated = sensor.transducer.model_dump_json()
-    return _strip(stated, places, float(tactels.contact_width), order)
+    width = tactels.contact_width if sensor.skin is None else tactels.pitch
+    return _strip(sensor.transducer.model_dump_json(), places, float(width), order)
 
 
 @lru_cache(maxsize=8)
@@ -70,12 +77,12 @@ def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     return found.reshape(*forces.shape[:-2], len(x))
 
 
-def _at(sensor: Sensor, expansion: Expansion, x: Array, stress: Array) -> Array:
+def _at(sensor: Sensor, strip: FiniteStrip, x: Array, stress: Array) -> Array:
     """Phase lead at places of a stress at the stations, shape (m, ...) [rad]; 0 off the strip."""
     constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
     half = sensor.transducer.length / 2
     inside = (np.abs(x) <= half).reshape(-1, *[1] * (stress.ndim - 1))
-    smooth = CubicSpline(expansion.strip.mesh.stations, stress)
+    smooth = CubicSpline(strip.mesh.stations, stress)
     return phase_lead(smooth(np.clip(x, -half, half)) * inside, constant)
 
 
@@ -91,8 +98,8 @@ def second_order_influence(sensor: Sensor, x: Array) -> Array:
     x : ndarray, shape (m,)
         Positions along it [m].
     """
-    expansion = strip_of_tactels(sensor, COARSE).expansion
-    return _at(sensor, expansion, x, expansion.second)
+    strip = strip_of_tactels(sensor, COARSE)
+    return _at(sensor, strip, x, strip.expansion.second)
 
 
 def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -112,8 +119,59 @@ def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
     InputError
         If the strip has no stable state under the forces.
     """
-    expansion = strip_of_tactels(sensor, COARSE).expansion
-    return _at(sensor, expansion, x, expansion.rest(forces))
+    strip = strip_of_tactels(sensor, COARSE)
+    return _at(sensor, strip, x, strip.expansion.rest(forces))
+
+
+@dataclass(frozen=True, eq=False)
+class SkinStrain:
+    """What large strain adds to the light of contacts anywhere on a skin.
+
+    Attributes
+    ----------
+    strip : FiniteStrip
+        With elements of equal width all over the skin.
+    shown : ndarray, shape (M, m)
+        Phase at some places of a unit stress at each station [rad / (Pa m)].
+    """
+
+    strip: FiniteStrip
+    shown: Array
+
+    def spread(self, places: Array) -> tuple[Array, Array]:
+        """Nodal forces of unit forces at places (...), shape (..., C), and their slopes [1/m]."""
+        value, slope = self.strip.surface(places.ravel())
+        shape = (*places.shape, -1)
+        return value.toarray().reshape(shape), slope.toarray().reshape(shape)
+
+    def added(self, load: Array, changes: Array) -> tuple[Array, Array]:
+        """What it adds to the phase, shape (m,), and how that changes, shape (k, m) [rad].
+
+        Parameters
+        ----------
+        load : ndarray, shape (2, C)
+            Normal and tangential nodal forces [N].
+        changes : ndarray, shape (k, 2, C)
+            Changes of them.
+
+        Raises
+        ------
+        InputError
+            If the strip has no stable state under the load.
+        """
+        stress, slopes = self.strip.beside_linear(load, changes)
+        return stress @ self.shown, slopes.T @ self.shown
+
+
+def skin_strain(sensor: Sensor, x: Array) -> SkinStrain:
+    """What large strain adds to the light of a skin, at positions x (m,) along it [m]."""
+    assert sensor.skin is not None
+    transducer, extent = sensor.transducer, sensor.skin.extent
+    count = int(np.ceil(extent / (CELL * transducer.compliant.thickness)))
+    width = extent / count
+    centres = (np.arange(count) - (count - 1) / 2) * width
+    strip = finite_strip(transducer, centres, np.full(count, width), order=COARSE)
+    return SkinStrain(strip, _at(sensor, strip, x, np.eye(len(strip.mesh.stations))).T)
 
 
 def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:

@@ -12,17 +12,21 @@ and width are as good.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from fringeforce.base.arrays import Array
+from fringeforce.design.strip import Sensor
 from fringeforce.estimation.binning import binned
+from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.models.finite_strain import SkinStrain, skin_strain
 from fringeforce.models.skin_influence import (
     DEGREE,
     FIRST_SHAPE,
@@ -33,7 +37,7 @@ from fringeforce.models.skin_influence import (
     WIDTH,
     fill_contacts,
 )
-from fringeforce.models.uncertainty import Uncertainty
+from fringeforce.models.uncertainty import Uncertainty, coefficients
 
 SHAPES = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
 """Means of the coefficients c_k, pressure first."""
@@ -43,6 +47,8 @@ pressure with c_3 = 0.02 and c_4 = 0 to 0.08 and, in partial slip, a shear with 
 c_4 = -0.1 to 1.2; a uniform pressure has c_4 = -0.2, that of a soft finger 0.15."""
 QUADRATURE = 16
 """Line loads that stand for a traction; exact for polynomials of degree 31 in the influence."""
+FINE = 64
+"""The same for the nodal forces of elements, over several of which a contact may reach."""
 HALF_WIDTH = 0.5, 0.5
 """Mean and standard deviation of half widths, in thicknesses of the cover."""
 NARROWEST, WIDEST = 0.02, 5.0
@@ -51,6 +57,10 @@ LOADS = 4.0
 """Standard deviation of the force of a contact over the push that the pace of the fringes tells."""
 YIELDING = 0.02
 """Share of that push by which a contact may miss the friction cone at one standard deviation."""
+MESH = 0.02
+"""Standard deviation of what large strain adds to the phase, over that: what its elements miss."""
+Spread = Callable[[Array], tuple[Array, Array]]
+"""Loads (..., n) that stand for unit forces at places (...), and their slopes [1/m]."""
 _ONE, _TABLE = np.eye(1), moment_table(1)
 
 
@@ -88,12 +98,20 @@ class SkinModel:
         Thickness of the cover [m].
     friction : float
         Largest |tangential| / normal force.
+    strain : SkinStrain, optional
+        What large strain adds, at the nodes; none where strain is small.
     """
 
     uncertain: Uncertainty
     places: Array
     cover: float
     friction: float
+    strain: SkinStrain | None = None
+
+    @cached_property
+    def linear(self) -> SkinModel:
+        """The same of small strain."""
+        return self if self.strain is None else replace(self, strain=None)
 
     @cached_property
     def lines(self) -> Array:
@@ -115,14 +133,6 @@ class SkinModel:
     def _unit(self) -> tuple[BSpline, BSpline]:
         spline: BSpline = make_interp_spline(self.places, np.eye(len(self.places)), k=DEGREE)
         return spline, spline.derivative()
-
-    @cached_property
-    def _quadrature(self) -> tuple[Array, Array]:
-        """Places within the half width, and weights of all shapes, shape (Q, 1 + shapes)."""
-        angle = np.pi * np.arange(1, QUADRATURE + 1) / (QUADRATURE + 1)
-        t, weights = np.cos(angle), 2 / (QUADRATURE + 1) * np.square(np.sin(angle))
-        shapes = [np.sin((k + 1) * angle) / np.sin(angle) for k in (*PRESSURE, *SHEAR)]
-        return t, weights[:, None] * np.column_stack([np.ones(QUADRATURE), *shapes])
 
     @property
     def narrowest(self) -> float:
@@ -153,38 +163,20 @@ class SkinModel:
         ndarray, shape (k, 2, n)
             Shares of the line loads.
         """
-        return self._profiles(geometry) @ self.line_shares(self._where(geometry))
+        return _divided(geometry, QUADRATURE, self._spread)[0]
 
     def line_shares(self, places: Array) -> Array:
         """Line loads that act like unit forces at places [m], shape (..., n)."""
         return self._unit[0](places)
 
+    def _spread(self, places: Array) -> tuple[Array, Array]:
+        """Line loads that act like unit forces at places, and their slopes."""
+        unit, slope = self._unit
+        return unit(places), slope(places)
+
     def derivatives(self, geometry: Array) -> Array:
         """Change of `shares` with place and half width [1/m] and shapes, (k, GEOMETRY, 2, n)."""
-        t, weights = self._quadrature
-        unit, slope = (part(self._where(geometry)) for part in self._unit)  # (k, Q, n)
-        profile, normal = self._profiles(geometry), FIRST_SHAPE + len(PRESSURE)
-        change = np.zeros((len(geometry), GEOMETRY, 2, len(self.places)))
-        change[:, PLACE] = profile @ slope
-        change[:, WIDTH] = (profile * t) @ slope
-        bent = weights[:, 1:].T @ unit
-        change[:, FIRST_SHAPE:normal, 0] = bent[:, : len(PRESSURE)]
-        change[:, normal:, 1] = bent[:, len(PRESSURE) :]
-        return change
-
-    def _where(self, geometry: Array) -> Array:
-        """Places of the small forces that stand for contacts, shape (k, Q) [m]."""
-        return geometry[:, PLACE, None] + geometry[:, WIDTH, None] * self._quadrature[0]
-
-    def _profiles(self, geometry: Array) -> Array:
-        """Shares of these in a unit normal and a unit tangential force, shape (k, 2, Q)."""
-        weights = self._quadrature[1]
-        shapes, normal = geometry[:, FIRST_SHAPE:], len(PRESSURE)
-        parts = (
-            weights[:, 0] + shapes[:, :normal] @ weights[:, 1 : 1 + normal].T,
-            weights[:, 0] + shapes[:, normal:] @ weights[:, 1 + normal :].T,
-        )
-        return np.stack(parts, axis=1)
+        return _divided(geometry, QUADRATURE, self._spread)[1]
 
     def units(self, count: int) -> Array:
         """Standard deviations of the geometry of contacts before a frame, shape (k GEOMETRY,)."""
@@ -219,10 +211,39 @@ class SkinModel:
         """
         count, nodes = len(contacts.forces), self.lines.shape[2]
         moments, fields = np.empty((count, 2, 1, nodes)), np.empty((count, GEOMETRY, nodes))
-        t, weights = self._quadrature
+        t, weights = _quadrature(QUADRATURE)
         forces, geometry = (np.ascontiguousarray(part, dtype=float) for part in contacts)
         fill_contacts(*self._splines, t, weights, forces, geometry, moments, fields)
         return moments, fields
+
+    def _strained(
+        self, strain: SkinStrain, contacts: Contacts, moments: Array, changes: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """The same of large strain, its phase beyond these, and what large strain adds to it.
+
+        Returns
+        -------
+        moments, changes : ndarray
+            As of `_phases`.
+        left : ndarray, shape (m,)
+            Phase beyond that of unit forces times the forces [rad].
+        added : ndarray, shape (1, m)
+            Phase by large strain [rad].
+        """
+        forces, geometry = contacts
+        count, size = len(forces), changes.shape[2]
+        unit, change = _divided(geometry, FINE, strain.spread)
+        turned = (unit[:, :, None] * np.eye(2)[:, :, None]).reshape(2 * count, 2, -1)
+        moved = (change * forces[:, None, :, None]).reshape(count * GEOMETRY, 2, -1)
+        load = (forces[:, :, None] * unit).sum(axis=0)
+        added, slopes = strain.added(load, np.concatenate([turned, moved]))
+        by_force, by_geometry = slopes[: 2 * count], slopes[2 * count :]
+        return (
+            moments + by_force.reshape(moments.shape),
+            changes + by_geometry.reshape(count, GEOMETRY, size),
+            added - forces.ravel() @ by_force,
+            added[None],
+        )
 
     @cached_property
     def _splines(self) -> tuple[Array, Array]:
@@ -248,11 +269,18 @@ class SkinModel:
             at=Layout(*(begin + more for begin in base.at)),
         )
 
-    def frame(self, contacts: Contacts) -> tuple[FrameModel, Array]:
+    def frame(self, contacts: Contacts, beyond: Array | float = 0.0) -> tuple[FrameModel, Array]:
         """The model of a frame, linear in the geometry about that of contacts, and their unknowns.
 
         Its tactels are the contacts, and its first fields what a standard deviation of each value
         of their geometry changes.
+
+        Parameters
+        ----------
+        contacts : Contacts
+            Where it is linear.
+        beyond : ndarray, shape (m,), optional
+            Phase beyond that of small strain, where this model is of small strain [rad].
 
         Returns
         -------
@@ -263,19 +291,36 @@ class SkinModel:
         """
         count = len(contacts.forces)
         moments, changes = self._phases(contacts)
+        left, bent = beyond, changes[0, :0]
+        if self.strain is not None:
+            moments, changes, left, bent = self._strained(self.strain, contacts, moments, changes)
         base, units = self._touched(contacts.geometry, moments), self.units(count)
         fields = changes.reshape(len(units), -1) * units[:, None]
         known = ((contacts.geometry - self.drawn).ravel()) / units
-        at = Layout(*base.at[:4], *(begin + len(fields) for begin in base.at[4:]))
+        doubts = MESH * bent
+        more = len(fields) + len(doubts)
+        at = Layout(*base.at[:4], *(begin + more for begin in base.at[4:]))
         frame = base._replace(
-            fields=np.concatenate([fields, base.fields]),
-            fixed=base.fixed - known @ fields,
+            fields=np.concatenate([fields, doubts, base.fields]),
+            fixed=base.fixed + left - known @ fields,
             at=at,
         )
         unknowns = np.zeros(at.size)
         unknowns[: at.loads] = contacts.forces.ravel()
         unknowns[at.fields : at.fields + count * GEOMETRY] = known
         return frame, unknowns
+
+    def phase(self, contacts: Contacts) -> Array:
+        """Phase at the nodes that contacts cause, shape (m,) [rad]."""
+        return node_phase(*self.frame(contacts)) - self.uncertain.frame.fixed
+
+    def strained(self, contacts: Contacts) -> Array:
+        """What large strain adds to that, shape (m,) [rad]; as of `SkinStrain.added`."""
+        if self.strain is None:
+            return np.zeros(self.lines.shape[2])
+        unit, _ = _divided(contacts.geometry, FINE, self.strain.spread)
+        load = (contacts.forces[:, :, None] * unit).sum(axis=0)
+        return self.strain.added(load, np.empty((0, *load.shape)))[0]
 
     def contacts(self, model: FrameModel, unknowns: Array) -> Contacts:
         """Contacts of unknowns, to first order as of `frame`."""
@@ -293,3 +338,58 @@ class SkinModel:
         precision[: model.at.loads : 2] = 1 / np.square(LOADS * push)
         precision[1 : model.at.loads : 2] = 1 / np.square(self.friction * LOADS * push)
         return Prior(np.zeros(model.at.size), precision, self.friction, YIELDING * push)
+
+
+def large_strain(sensor: Sensor, uncertain: Uncertainty) -> SkinStrain | None:
+    """What large strain adds at the nodes of a skin; none where its strain is small."""
+    if sensor.transducer.strain != "finite":
+        return None
+    found = skin_strain(sensor, uncertain.places)
+    nodes = len(uncertain.frame.fixed)
+    return replace(found, shown=coefficients(found.shown * uncertain.shown, nodes))
+
+
+@cache
+def _quadrature(count: int) -> tuple[Array, Array]:
+    """Places within the half width, and weights of all shapes there, shape (Q, 1 + shapes)."""
+    angle = np.pi * np.arange(1, count + 1) / (count + 1)
+    t, weights = np.cos(angle), 2 / (count + 1) * np.square(np.sin(angle))
+    shapes = [np.sin((k + 1) * angle) / np.sin(angle) for k in (*PRESSURE, *SHEAR)]
+    return t, weights[:, None] * np.column_stack([np.ones(count), *shapes])
+
+
+def _divided(geometry: Array, count: int, spread: Spread) -> tuple[Array, Array]:
+    """Contacts of unit forces as loads that stand for forces at any place, and their changes.
+
+    Parameters
+    ----------
+    geometry : ndarray, shape (k, GEOMETRY)
+        Of the contacts.
+    count : int
+        Small forces in each contact.
+    spread : callable
+        What loads stand for forces.
+
+    Returns
+    -------
+    shares : ndarray, shape (k, 2, n)
+        Of a unit normal and a unit tangential force.
+    change : ndarray, shape (k, GEOMETRY, 2, n)
+        With place and half width [1/m] and shapes.
+    """
+    t, weights = _quadrature(count)
+    where = geometry[:, PLACE, None] + geometry[:, WIDTH, None] * t
+    shapes, pressed = geometry[:, FIRST_SHAPE:], len(PRESSURE)
+    parts = (
+        weights[:, 0] + shapes[:, :pressed] @ weights[:, 1 : 1 + pressed].T,
+        weights[:, 0] + shapes[:, pressed:] @ weights[:, 1 + pressed :].T,
+    )
+    profile, (own, rising) = np.stack(parts, axis=1), spread(where)
+    normal = FIRST_SHAPE + pressed
+    change = np.zeros((len(geometry), GEOMETRY, 2, own.shape[-1]))
+    change[:, PLACE] = profile @ rising
+    change[:, WIDTH] = (profile * t) @ rising
+    bent = weights[:, 1:].T @ own
+    change[:, FIRST_SHAPE:normal, 0] = bent[:, :pressed]
+    change[:, normal:, 1] = bent[:, pressed:]
+    return profile @ own, change

@@ -33,7 +33,8 @@ def strain_error(sensor: Sensor | Pad) -> Array:
     """Errors of forces that large strain causes, over the square of the largest force, shape (2,).
 
     Root mean squares of normal and tangential forces, over patterns of neighbouring contacts
-    [1/N].  Contacts of a strip without width are as wide as its cover is thick.
+    [1/N].  Contacts of a strip without width are as wide as its cover is thick, and those of a skin
+    stand side by side.
 
     Parameters
     ----------
@@ -54,6 +55,8 @@ def strain_error(sensor: Sensor | Pad) -> Array:
     else:
         block, count, pitch = sensor.transducer, sensor.tactels.count, sensor.tactels.pitch
         width = sensor.tactels.contact_width or block.compliant.thickness
+        if sensor.skin is not None:
+            count, pitch = max(int(sensor.skin.extent / width), 1), width
     some = min(NEIGHBOURS, (count - 1) // 2)
     return _error(block.model_dump_json(), pitch, min(width, pitch), some).copy()
 

@@ -300,8 +300,11 @@ def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:
 
 
 def _curvature(model: SensorModel, x: Array, shown: NDArray[np.bool_]) -> Array:
-    """Second order of the phase in the loads, shape (2n, 2n, s), or (0, 0, s) for small strain."""
-    if model.sensor.transducer.strain != "finite":
+    """Second order of the phase in the loads, shape (2n, 2n, s), or (0, 0, s) without.
+
+    Small strain has none, and a skin is solved at the contacts that are found.
+    """
+    if model.sensor.transducer.strain != "finite" or model.sensor.skin is not None:
         return np.empty((0, 0, len(x)))
     return np.moveaxis(second_order_influence(model.sensor, x) * shown[:, None, None], 0, 2)
 

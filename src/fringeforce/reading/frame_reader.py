@@ -71,8 +71,8 @@ class FrameReader(ABC):
         """Phase lead, or retardance, that forces (n, components) cause [rad]."""
 
     @abstractmethod
-    def trial_forces(self) -> Array:
-        """Forces whose frames take a reader through all that it compiles, shape of forces [N]."""
+    def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
+        """A frame of a share of the loads that take a reader through all that it compiles."""
 
     def read(
         self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None

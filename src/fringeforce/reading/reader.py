@@ -39,7 +39,7 @@ Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
 CONFIDENCE = 0.999
 """Probability from which a reading is OK: one in a thousand may be wrong."""
 TRIALS = 1.0, 1.0, 0.02, 0.0, 0.0
-"""Shares of the trial forces in frames that are read to compile all loops: found, followed, hardly
+"""Shares of the trial loads in frames that are read to compile all loops: found, followed, hardly
 seen, and gone for two frames; one of mere noise, which no load explains, comes after them."""
 SHORTEST = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
@@ -198,8 +198,8 @@ class Reader:
         if self._ready:
             return
         trial, used = self._follow(self._single), self._single.usable(None)
-        rng, forces = np.random.default_rng(0), self._single.trial_forces()
-        frames = [self.model.expose(share * forces, rng) for share in TRIALS]
+        rng = np.random.default_rng(0)
+        frames = [self._single.trial(share, rng) for share in TRIALS]
         noise = rng.integers(0, self.model.sensor.camera.full_scale, frames[0].shape, endpoint=True)
         for frame in (*frames, noise.astype(frames[0].dtype)):
             trial.read(frame.ravel(), used).std  # noqa: B018, they are computed when asked for

@@ -18,7 +18,6 @@ from fringeforce.base.arrays import Mask
 from fringeforce.design.tolerances import Tolerances, number_at
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.departures import BLUR, GAMMA, LAMP, LAYERS, RETARDANCE, SCALE, VISIBILITY
-from fringeforce.models.skin import GEOMETRY
 from fringeforce.reading.findings import RIVAL, UNEXPLAINED, sentence
 from fringeforce.reading.skin_fit import Explanation
 from fringeforce.reading.skin_reader import SkinReader
@@ -130,7 +129,7 @@ def _fit(departure: SkinDeparture, std: float, reader: SkinReader, one: Explanat
     """Size and significance of a departure in an explanation that allows for it."""
     at, path = one.posterior.model.at, departure.path
     if path == RESIDUAL:
-        where = np.arange(at.fields + len(one.contacts.forces) * GEOMETRY, at.modes)
+        where = np.arange(at.modes - len(reader.uncertain.frame.fields), at.modes)
     elif path in (groups := {
         "polariscope.visibility": at.visibility, "camera.blur": at.blur, "camera.gamma": at.gamma
     }):  # fmt: skip

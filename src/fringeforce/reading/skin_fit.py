@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from fringeforce.base.arrays import Array
+from fringeforce.base.errors import InputError
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
 
 STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
+WIDER = 4
+"""Widths, each larger by `STEP`, at which large strain is tried where the surface folds."""
 ROUNDS = 12
 """Linearisations of a climb."""
 LEFT = 4.0
@@ -40,9 +43,14 @@ class Seen(NamedTuple):
     frame: Array
     push: float
 
-    def posterior(self, contacts: Contacts) -> tuple[Posterior, Array]:
+    @property
+    def linear(self) -> Seen:
+        """The same of small strain."""
+        return self._replace(skin=self.skin.linear)
+
+    def posterior(self, contacts: Contacts, beyond: Array | float = 0.0) -> tuple[Posterior, Array]:
         """The posterior, linear about the geometry of contacts, and their unknowns."""
-        model, start = self.skin.frame(contacts)
+        model, start = self.skin.frame(contacts, beyond)
         return Posterior(model, self.skin.prior(model, self.push), self.frame), start
 
 
@@ -60,12 +68,19 @@ class Explanation:
         Its contacts.
     centre : Contacts
         Those about whose geometry it is linear.
+    solved : bool
+        Whether the strip is solved at its contacts where its strain is large; what strain adds to
+        the phase is that of other contacts if not, or nothing.
+    folded : bool
+        Whether its surface folds, so that it explains nothing.
     """
 
     posterior: Posterior
     top: Top
     contacts: Contacts
     centre: Contacts
+    solved: bool = True
+    folded: bool = False
 
     @cached_property
     def phase(self) -> Array:
@@ -91,6 +106,8 @@ class Explanation:
     @cached_property
     def chance(self) -> float:
         """Chance that noise leaves as much: of all residuals and of smooth waves."""
+        if self.folded:
+            return 0.0
         if self.top.chance < 1e-9:
             return self.top.chance
         return min(self.top.chance, self.posterior.waves_chance(self.top, self.about))
@@ -107,6 +124,7 @@ def climbed(
     contacts: Contacts,
     others: Array | None = None,
     bound: float = np.inf,
+    beyond: Array | float = 0.0,
 ) -> Explanation:
     """The explanation that contacts lead to.
 
@@ -123,12 +141,21 @@ def climbed(
         Where to start with what is uncertain besides.
     bound : float
         Loss above which an explanation is of no use.
+    beyond : ndarray, shape (m,), optional
+        Phase beyond that of a skin of small strain [rad].
     """
     count, skin = len(contacts.forces), seen.skin
     best: Explanation | None = None
     rest = others
     for number in range(ROUNDS):
-        posterior, start = seen.posterior(contacts)
+        try:
+            posterior, start = seen.posterior(contacts, beyond)
+        except InputError:  # the surface folds under them
+            if best is None:
+                contacts = _wider(skin, contacts)
+            else:
+                contacts = _between(skin, best.contacts, contacts)
+            continue
         first = posterior.model.at.fields + count * GEOMETRY
         if rest is not None:
             start[first:] = rest
@@ -146,17 +173,43 @@ def climbed(
         top = posterior.climbed(start, heats=(), steps=(0, 4), bound=bound)
         contacts = _limited(skin, contacts, skin.contacts(posterior.model, top.unknowns))
         rest = top.unknowns[first:]
-    assert best is not None
+    if best is None:
+        found = climbed(seen.linear, contacts, bound=bound)
+        return replace(found, solved=False, folded=True)
     return best
 
 
 def renewed(seen: Seen, one: Explanation) -> Explanation:
     """An explanation of a frame, linear about where the contacts of one are now."""
-    posterior, start = seen.posterior(one.contacts)
+    try:
+        posterior, start = seen.posterior(one.contacts)
+    except InputError:  # the surface folds under them
+        return replace(one, solved=False, folded=True)
     start[len(start) - len(one.others) :] = one.others
     top = posterior.climbed(start, heats=(), steps=(0, 2), tolerance=SETTLED)
     contacts = seen.skin.contacts(posterior.model, top.unknowns)
     return Explanation(posterior, top, contacts, one.contacts)
+
+
+def strained(skin: SkinModel, contacts: Contacts) -> Array | None:
+    """What large strain adds to the phase at the nodes, under wider contacts where these fold.
+
+    Small strain finds contacts that are too narrow, or several in the place of one.  None is
+    returned if the surface folds under contacts several times as wide.
+    """
+    for _ in range(WIDER):
+        try:
+            return skin.strained(contacts)
+        except InputError:
+            contacts = _wider(skin, contacts)
+    return None
+
+
+def _wider(skin: SkinModel, one: Contacts) -> Contacts:
+    """Contacts that press less."""
+    geometry = one.geometry.copy()
+    geometry[:, WIDTH] *= 1 + STEP
+    return Contacts(one.forces, skin.limited(geometry))
 
 
 def _between(skin: SkinModel, one: Contacts, other: Contacts) -> Contacts:

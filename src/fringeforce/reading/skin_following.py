@@ -55,6 +55,7 @@ class SkinFollower(Follower):
         self._used = np.empty(0, bool)
         self._like: SkinResult | None = None
         self._probability, self._age, self._silent, self._size = 0.0, 0, False, 1
+        self._strain = 0.0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -102,6 +103,7 @@ class SkinFollower(Follower):
 
     def _begin(self, one: Explanation) -> SkinResult:
         self._like = SkinResult(self._single.skin, one)
+        self._strain = self._single.strain_size(one)
         return self._like
 
     def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
@@ -150,4 +152,6 @@ class SkinFollower(Follower):
         size = np.abs(now[:, 0] / np.where(before[:, 0] == 0, 1e-12, before[:, 0]))
         sheared = np.abs(now[:, 1] - before[:, 1]) > SHEARED * np.abs(before[:, 0])
         changed = far.any(axis=1) | (size > GROWN) | (size < 1 / GROWN) | sheared
-        return bool(changed.any())
+        # what large strain adds grows with the square of the forces, of which this leaves the last
+        grown = np.abs(now - before).max() / max(np.abs(before).max(), 1e-12)
+        return bool(changed.any() or grown**2 * self._strain > 1)

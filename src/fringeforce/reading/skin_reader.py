@@ -15,7 +15,7 @@ from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.binning import coarsest, seen_means
-from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
@@ -23,10 +23,10 @@ from fringeforce.estimation.residual_test import (
     bumps_are_noise,
     square_limit,
 )
-from fringeforce.models.skin import PLACE, WIDTH, Contacts, SkinModel
-from fringeforce.reading.posterior_search import Lines
+from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts, SkinModel, large_strain
+from fringeforce.reading.posterior_search import Lines, phase_information
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed
+from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
 from fringeforce.reading.strip_frames import (
@@ -57,6 +57,8 @@ FAINT = 3.0
 """Deviations of a contact's force below which a frame is explained without it."""
 BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
+SOLUTIONS = 6
+"""Most times that large strain is solved for one start; each leaves a tenth to a third."""
 OFF = 64.0
 """Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
 JUMPED = 2.0
@@ -89,17 +91,19 @@ class SkinReader(StripFrames):
         assert sensor.skin is not None
         limit = sensor.skin.friction if self.friction is None else self.friction
         cover = sensor.transducer.compliant.thickness
-        return SkinModel(self.uncertain, sensor.tactels.positions, cover, limit)
+        strain = large_strain(sensor, self.uncertain)
+        return SkinModel(self.uncertain, sensor.tactels.positions, cover, limit, strain)
 
     @cached_property
     def _search(self) -> SkinSearch:
         return SkinSearch(self.skin)
 
-    def trial_forces(self) -> Array:
-        """A newton in the middle, shape (n, 2) [N]."""
-        forces = np.zeros(self.forces_shape)
-        forces[len(forces) // 2, 0] = 1.0
-        return forces
+    def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
+        """A frame of a share of a newton in the middle, four thicknesses of the cover wide."""
+        forces, places = np.zeros(self.forces_shape), self.skin.places
+        forces[np.abs(places) < 2 * self.skin.cover, 0] = share
+        forces /= np.count_nonzero(forces) or 1
+        return self.model.expose(forces, rng, strain="linear")
 
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame that was checked, without any earlier state."""
@@ -194,7 +198,7 @@ class SkinReader(StripFrames):
     def _silent(self, seen: Seen) -> Explanation | None:
         """No contact, if that explains the frame."""
         nothing = Contacts(np.zeros((1, 2)), self.skin.drawn[None])
-        posterior, start = seen.posterior(nothing)
+        posterior, start = seen.linear.posterior(nothing)
         precision = posterior.prior.precision.copy()
         precision[:2] *= 1e8
         alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
@@ -211,7 +215,7 @@ class SkinReader(StripFrames):
         rough = self._silent(coarse) if silent is not None else None
         found = [
             silent if silent is not None and one is rough else renewed(seen, one)
-            for one in _distinct(self._explained(coarse, lines, rough))
+            for one in _distinct(self._explained(coarse, lines, rough), CLOSE / 2)
         ]
         return _ordered(found)
 
@@ -232,13 +236,17 @@ class SkinReader(StripFrames):
         if met and met[0].chance > FITS:
             met = _ordered(met + self._mirrored(seen, met[0], met, tried, NEAR))
             met = _ordered(met + self._simplified(seen, met[0]))
+            if self.skin.strain is not None:
+                solved = [self._solved(seen, one) for one in _distinct(met, CLOSE)]
+                met = _ordered([one for one in solved if not one.folded])
         return met
 
     def _pressed(self, seen: Seen, phase: Array, met: list[Explanation]) -> list[Explanation]:
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
         explained = bool(met) and met[0].chance > FITS
-        loads, misfit = self._search.pressed(phase)
+        best = met[0] if explained else None
+        loads, misfit = self._search.pressed(phase - self._strained(best))
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
         bound = met[0].top.loss + OFF if explained else np.inf
@@ -246,12 +254,66 @@ class SkinReader(StripFrames):
             contacts = self._search.divided(loads, count)
             if contacts is None:
                 break
-            one = climbed(seen, contacts, bound=bound)
+            one = self._climbed(seen, contacts, best, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - CLOSE
             found.append(one)
             if one.chance > PLAIN or not better or one.top.loss > bound + HOPELESS * one.top.count:
                 break
         return found
+
+    def _climbed(
+        self,
+        seen: Seen,
+        contacts: Contacts,
+        best: Explanation | None,
+        others: Array | None = None,
+        bound: float = np.inf,
+    ) -> Explanation:
+        """The explanation that contacts lead to.
+
+        Under large strain contacts of small strain are found, what large strain adds under these to
+        the phase, and so on: first with what it adds under the likeliest ones so far.  Right ones
+        leave no more than noise does, and what strain adds beyond what was taken.
+        """
+        skin = self.skin
+        if skin.strain is None:
+            return climbed(seen, contacts, others, bound=bound)
+        beyond = self._strained(best)
+        one = climbed(seen.linear, contacts, beyond=beyond)
+        for _ in range(SOLUTIONS):
+            added = strained(skin, one.contacts)
+            if added is None:
+                return replace(one, solved=False, folded=True)
+            known = phase_information(skin.uncertain.frame, one.phase)
+            missed = float(known @ np.square(added - beyond))
+            most = square_limit(one.top.count, FITS) + one.top.loss - one.top.square
+            if missed < 1 or one.top.loss > min(most, bound) + missed:
+                break
+            beyond, last = added, one.top.loss
+            one = climbed(seen.linear, one.contacts, one.others, beyond=beyond)
+            if abs(one.top.loss - last) < 1:
+                break
+        return replace(one, solved=False)
+
+    def _solved(self, seen: Seen, one: Explanation) -> Explanation:
+        """An explanation with the strip solved at its contacts."""
+        if one.solved:
+            return one
+        return climbed(seen, one.contacts, np.append(0.0, one.others))
+
+    def strain_size(self, one: Explanation) -> float:
+        """What large strain adds to the phase of an explanation, in deviations of the noise."""
+        known = phase_information(self.skin.uncertain.frame, one.phase)
+        return float(np.sqrt(known @ np.square(self._strained(one))))
+
+    def _strained(self, one: Explanation | None) -> Array:
+        """What large strain adds to the phase of an explanation at the nodes, shape (m,) [rad]."""
+        if self.skin.strain is None or one is None:
+            return np.zeros(len(self.skin.uncertain.frame.fixed))
+        model, unknowns = self.skin.linear.frame(one.contacts)
+        own = len(unknowns) - (model.at.fields + len(one.contacts.forces) * GEOMETRY)
+        unknowns[len(unknowns) - own :] = one.others[len(one.others) - own :]
+        return one.phase - node_phase(model, unknowns)
 
     def _mirrored(
         self,
@@ -279,7 +341,7 @@ class SkinReader(StripFrames):
             starts = sorted(self._fewer(best), key=lambda start: start[0])[:2]
             if not starts:
                 break
-            tried = [climbed(seen, contacts, best.others) for _, contacts in starts]
+            tried = [self._climbed(seen, contacts, best, best.others) for _, contacts in starts]
             found += tried
             likeliest = max(tried, key=lambda one: one.evidence)
             if likeliest.evidence < best.evidence:
@@ -316,7 +378,7 @@ class SkinReader(StripFrames):
         self, met: list[Explanation], silent: Explanation | None
     ) -> tuple[Reading, Explanation]:
         """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
-        distinct = _distinct(met)
+        distinct = _distinct(met, CLOSE / 2)
         best = distinct[0]
         weights = posterior_weights(np.array([one.evidence for one in distinct]))
         mine = np.array([np.abs(one.phase - best.phase).max() < SAME for one in distinct])
@@ -363,7 +425,9 @@ class SkinReader(StripFrames):
             forces=partial(getattr, result, "forces"),
             shape=shape,
             covariance=result.covariance,
-            phase=partial(result.phase, self.model),
+            phase=partial(
+                self._caused, self.skin if best.solved else self.skin.linear, best.contacts
+            ),
             chi2=best.top.square / max(best.top.count - best.posterior.model.at.loads, 1.0),
             status=status,
             probability=probability,
@@ -375,6 +439,10 @@ class SkinReader(StripFrames):
             std=result.std,
         )
 
+    def _caused(self, skin: SkinModel, contacts: Contacts) -> Array:
+        """Phase at the pixels that contacts cause, shape (n_pixels,) [rad]."""
+        return self.at_pixels(skin.phase(contacts))
+
     def _refused(self, frame: Array, lines: Lines, met: list[Explanation]) -> Reading:
         """The reading of a frame that nothing explains."""
         status = self.refusal(frame, lines)
@@ -384,7 +452,7 @@ class SkinReader(StripFrames):
         return Reading.of(
             forces=nothing,
             covariance=np.diag(np.full(nothing.size, np.inf)),
-            phase=partial(self.model.phase, nothing),
+            phase=partial(np.zeros, self.model.sensor.camera.pixels),
             chi2=np.inf,
             status=status,
             probability=0.0,
@@ -401,17 +469,18 @@ def near(found: Contacts, last: Contacts) -> bool:
 
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:
-    return sorted(met, key=lambda one: one.top.loss)
+    return sorted(met, key=lambda one: (one.folded, one.top.loss))
 
 
-def _distinct(met: list[Explanation]) -> list[Explanation]:
-    """Explanations that have weight, each once, the likeliest first."""
-    found = list[Explanation]()
+def _distinct(met: list[Explanation], margin: float) -> list[Explanation]:
+    """Explanations of different contacts, the likeliest first, whose evidence is not far less."""
+    distinct = list[Explanation]()
     for one in sorted(met, key=lambda own: -own.evidence):
-        far = bool(found) and one.evidence <= found[0].evidence - CLOSE / 2
-        if not far and not any(_same(one, known) for known in found):
-            found.append(one)
-    return found
+        if one.folded or (distinct and one.evidence <= distinct[0].evidence - margin):
+            continue
+        if not any(_same(one, known) for known in distinct):
+            distinct.append(one)
+    return distinct
 
 
 def _same(one: Explanation, other: Explanation) -> bool:

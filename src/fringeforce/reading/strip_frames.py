@@ -87,11 +87,14 @@ class StripFrames(FrameReader):
         linear, frame = self.model.phase(forces, strain="linear"), self.uncertain.frame
         if not len(frame.curvature):
             return linear
-        loads, pixels = forces.ravel(), slice(None, len(linear))
-        bent = np.einsum("a,b,abm->m", loads, loads, frame.curvature)
-        return linear + (
-            bent[frame.first[pixels, None] + np.arange(4)] * frame.weights[pixels]
-        ).sum(axis=1)
+        loads = forces.ravel()
+        return linear + self.at_pixels(np.einsum("a,b,abm->m", loads, loads, frame.curvature))
+
+    def at_pixels(self, nodes: Array) -> Array:
+        """A phase along the strip from its coefficients at the nodes, shape (n_pixels,)."""
+        frame, pixels = self.uncertain.frame, slice(self.model.sensor.camera.pixels)
+        around = nodes[frame.first[pixels, None] + np.arange(4)]
+        return (around * frame.weights[pixels]).sum(axis=1)
 
     @abstractmethod
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:

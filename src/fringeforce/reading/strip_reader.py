@@ -164,9 +164,10 @@ class StripFrameReader(StripFrames):
         noise = np.sqrt(model.variance / max(pixels, 1.0))
         return float(4 * np.sqrt(noise / (model.amplitude.mean() * model.visibility)))
 
-    def trial_forces(self) -> Array:
-        """A newton on every tactel, shape (n, 2) [N]."""
-        return np.tile([1.0, 0.0], (self.model.sensor.tactels.count, 1))
+    def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
+        """A frame of a share of a newton on every tactel."""
+        forces = np.tile([share, 0.0], (self.model.sensor.tactels.count, 1))
+        return self.model.expose(forces, rng, strain="linear")
 
     @cached_property
     def _bins(self) -> Bins:

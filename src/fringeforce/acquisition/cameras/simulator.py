@@ -22,6 +22,8 @@ LINE_RATE, IMAGE_RATE = 1000.0, 20.0
 # exposing a line takes longer than a fast camera does, so a loop of lines is exposed beforehand
 LOOP, PRESSED = 4096, 1024
 """Lines of a loop at most; presses take ten times as long as forces of tactels."""
+SOLVED = 64
+"""The same of a skin under large strain, which takes a tenth of a second for each."""
 PIXELS = 2**23
 """Pixels of all images of a loop; 128 of 256 x 256."""
 Script = Callable[[NDArray[Any]], Any]
@@ -72,15 +74,17 @@ class SimulatedCamera(Interruptible):
         self._per_loop = max(round(period * self.line_rate), 1)
         sensor, skin = model.sensor, model.sensor.skin
         most = max(PIXELS // prod(model.frame_shape), 2) if images else PRESSED if skin else LOOP
+        if skin is not None and getattr(sensor.transducer, "strain", "linear") == "finite":
+            most = SOLVED
         count = min(most, self._per_loop)
         times = np.arange(count) * (period / count)
         if script is None:
             script = partial(fingertip_forces, places=model.sensor.tactels.places)
             if skin is not None:
-                script = partial(fingertip_presses, extent=skin.extent)
-            if images and skin is not None:
                 modulus = sensor.transducer.compliant.youngs_modulus
-                script = partial(script, force=bearable(skin.extent, modulus))
+                across = None if images else sensor.transducer.width
+                force = bearable(skin.extent, modulus, across)
+                script = partial(fingertip_presses, extent=skin.extent, force=force)
         self.forces: Any = script(times)
         noise = np.random.default_rng(rng)
         # one by one, for intensities of images take eight times their room

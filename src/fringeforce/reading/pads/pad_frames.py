@@ -53,11 +53,11 @@ class PadFrames(FrameReader):
         """Retardance over both passes, shape (2, rows, columns) [rad]."""
         return self.model.retardance(forces)
 
-    def trial_forces(self) -> Array:
-        """A newton on the tactel in the middle, shape (n, 3) [N]."""
+    def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
+        """A frame of a share of a newton on the tactel in the middle."""
         forces = np.zeros(self.forces_shape)
-        forces[len(forces) // 2, 0] = 1.0
-        return forces
+        forces[len(forces) // 2, 0] = share
+        return self.model.expose(forces, rng)
 
     @property
     def pixels(self) -> int:

@@ -1,0 +1,132 @@
+"""What a soft skin makes of cylinders that press on it anywhere, by linear theory and beyond it.
+
+    python benchmarks/soft_skin.py [frames] [seed]
+
+One or two rigid cylinders at a time, 6 to 15 mm in radius, under 0.12 to 1.2 N each, use up to 0.9
+of their friction and lie at least 4 mm apart on the shipped soft skin.  Their tractions come from
+contact mechanics on its layers, as uniform patches on finer elements of a higher order than the
+reader's, about the contacts; the hyperelastic strip is solved under each, and the pixels have a
+uniform noise of 5 grey levels.
+
+OK, AMBIGUOUS, refused: frames.  wrong OK: read as OK, but a total lies more than six stated
+deviations off.  inside: share of what is stated that lies within its 95 % interval.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import Counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fringeforce as ff
+from fringeforce.base.errors import InputError
+from fringeforce.mechanics.finite_strain import finite_strip
+from fringeforce.models.presses import tractions
+from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+
+FRAMES, SEED = 40, 77
+RADII, FORCES = (6e-3, 15e-3), (0.12, 1.2)
+FRICTION, USED = 0.6, 0.9
+OUTERMOST, APART = 6e-3, 4e-3
+ORDER, PATCHES = 6, 12
+"""Order of the elements, and uniform patches in the place of a cylinder."""
+FAR, INTERVAL = 6.0, 1.96
+"""Stated standard deviations."""
+
+
+def drawn(generator: np.random.Generator) -> list[ff.Press]:
+    """One or two cylinders."""
+    count = int(generator.integers(1, 3))
+    while True:
+        places = np.sort(generator.uniform(-OUTERMOST, OUTERMOST, count))
+        if (np.diff(places) > APART).all():
+            break
+    return [
+        ff.Press(
+            x=float(x),
+            normal=(force := float(np.exp(generator.uniform(*np.log(FORCES))))),
+            tangential=float(generator.uniform(-USED, USED)) * FRICTION * force,
+            radius=float(np.exp(generator.uniform(*np.log(RADII)))),
+            friction=FRICTION,
+        )
+        for x in places
+    ]
+
+
+def solved(model: ff.SensorModel, presses: list[ff.Press]) -> tuple[NDArray, NDArray]:
+    """Phase at the pixels [rad], and the total force [N] with its centre [m]."""
+    centres, widths, forces = list[NDArray](), list[NDArray](), list[NDArray]()
+    parts = [tractions(model.sensor, press) for press in presses]
+    for part in parts:
+        first, last = (part.places[[0, -1]] * 3 - part.places[[1, -2]]) / 2
+        edges = np.linspace(first, last, PATCHES + 1)
+        sums = np.cumsum(part.forces, axis=0) - part.forces / 2
+        at = np.concatenate([[first], part.places, [last]])
+        ends = np.concatenate([np.zeros((1, 2)), sums, part.forces.sum(axis=0)[None]])
+        reached = np.column_stack([np.interp(edges, at, column) for column in ends.T])
+        centres.append((edges[1:] + edges[:-1]) / 2)
+        widths.append(np.diff(edges))
+        forces.append(np.diff(reached, axis=0))
+    transducer, light = model.sensor.transducer, model.sensor.polariscope
+    patched = np.concatenate(centres), np.concatenate(widths)
+    strip = finite_strip(transducer, *patched, order=ORDER)
+    state = strip.solved(np.concatenate(forces))
+    constant = stress_optic_constant(transducer.photoelastic, light.wavelength)
+    phase = phase_lead(strip.integrated_stress(state, model.pixel_positions), constant)
+    places = np.concatenate([part.places for part in parts])
+    force = np.concatenate([part.forces for part in parts])
+    total = force.sum(axis=0)
+    return phase, np.array([*total, force[:, 0] @ places / total[0]])
+
+
+def main(frames: int = FRAMES, seed: int = SEED) -> None:
+    """Read frames of cylinders, and print how well."""
+    drawing = ff.load_sensor("soft-skin")
+    model = ff.characterize(drawing)
+    shots, truths, folds = list[NDArray](), list[NDArray](), 0
+    for number in range(frames):
+        generator = np.random.default_rng([seed, number])
+        try:
+            phase, true = solved(model, drawn(generator))
+        except InputError:
+            folds += 1
+            continue
+        shots.append(model.delivered(phase, generator))
+        truths.append(true)
+    print(f"frames {frames}, the surface folds in {folds}")
+    for strain in ("linear", "finite"):
+        reader = ff.Reader(ff.characterize(drawing.replace(**{"transducer.strain": strain})))
+        reader.prepare()
+        verdicts, errors, deviations = Counter[str](), list[NDArray](), list[NDArray]()
+        seconds = list[float]()
+        for shot, true in zip(shots, truths, strict=True):
+            begun = time.process_time()
+            reading = reader.search(shot)
+            seconds.append(time.process_time() - begun)
+            verdicts[reading.status.name] += 1
+            if not reading.ok or reading.total is None:
+                continue
+            total = reading.total
+            errors.append(np.array([*total.force, total.centre[0]]) - true)
+            deviations.append(errors[-1] / total.std[[0, 1, 5]])
+        off = np.abs(deviations)
+        print(f"\n{strain}: " + ", ".join(f"{k} {n}" for k, n in sorted(verdicts.items())))
+        print(f"wrong OK {int((off > FAR).any(axis=1).sum())}")
+        print(f"{'':14s}{'rms error':>12s}{'inside':>9s}{'rms of deviations':>20s}")
+        rms = np.sqrt(np.square(errors).mean(axis=0)) * [1, 1, 1e3]
+        for k, name in enumerate(("total N [N]", "total T [N]", "centre [mm]")):
+            print(
+                f"{name:14s}{rms[k]:12.4f}{np.mean(off[:, k] < INTERVAL):9.1%}"
+                f"{np.sqrt(np.square(off[:, k]).mean()):20.2f}"
+            )
+        print(
+            f"cold read {np.median(seconds):.2f} s of processor in the median, "
+            f"{np.quantile(seconds, 0.9):.2f} s in nine of ten"
+        )
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
