@@ -118,7 +118,7 @@ def test_pads_have_two_axes(tmp_path: Path, pad) -> None:
     loads = table(tmp_path, text, pad)
     np.testing.assert_allclose(loads.places[1, 0], [3e-3, -2e-3])
     np.testing.assert_allclose(loads.forces[1, 0], [4, 1, -0.5])
-    press = "press at 3.0, -2.0 mm, 4 N down, 1 N towards +x, 0.5 N towards -y"
+    press = "press at x 3.0 mm, y -2.0 mm, 4 N down, 1 N towards +x, 0.5 N towards -y"
     assert in_words(loads) == ["no load", press]
     save_bench_loads(tmp_path / "again.csv", loads)
     again = load_bench_loads(tmp_path / "again.csv", pad)

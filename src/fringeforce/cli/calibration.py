@@ -47,7 +47,9 @@ def plan(
     parameter: Parameters = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
 ) -> None:
-    """Propose the loads that teach a calibration most: on tactels, or by position.
+    """Propose the loads that teach a calibration most.
+
+    They are on tactels, or by position.
 
     Beside the table the same stands in words, a line for each load.
     """

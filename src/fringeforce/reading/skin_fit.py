@@ -7,12 +7,14 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import pdtrc
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
+from fringeforce.reading.strip_frames import FITS
 
 STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
@@ -111,6 +113,21 @@ class Explanation:
         if self.top.chance < 1e-9:
             return self.top.chance
         return min(self.top.chance, self.posterior.waves_chance(self.top, self.about))
+
+    @cached_property
+    def broken(self) -> float:
+        """Number of pixels, or bins, that are not clipped and show anything at all."""
+        model, frame = self.posterior.model, self.posterior.frame
+        inside = np.count_nonzero((frame > model.floor) & (frame < model.ceiling))
+        return max(inside - self.top.count, 0.0)
+
+    def spoilt(self, before: float) -> bool:
+        """Whether more pixels show anything than did in earlier frames, and chance adds.
+
+        A wrong explanation fits a part of a frame, and takes the rest for broken.
+        """
+        chance = len(self.posterior.frame) * self.posterior.model.broken
+        return bool(pdtrc(max(self.broken - before, 0.0), chance) < FITS)
 
     @cached_property
     def evidence(self) -> float:

@@ -55,7 +55,7 @@ class SkinFollower(Follower):
         self._used = np.empty(0, bool)
         self._like: SkinResult | None = None
         self._probability, self._age, self._silent, self._size = 0.0, 0, False, 1
-        self._strain = 0.0
+        self._strain = self._broken = 0.0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -73,7 +73,7 @@ class SkinFollower(Follower):
             last = renewed(self._seen(last.posterior.frame, last), last)
         self._last, self._used, self._age = last, used, 0
         if last is not None:
-            self._probability = reading.probability
+            self._probability, self._broken = reading.probability, last.broken
             self._begin(last)
         return reading
 
@@ -123,6 +123,8 @@ class SkinFollower(Follower):
         self._age += 1
         contacts = self._single.skin.contacts(posterior.model, top.unknowns)
         found = Explanation(posterior, top, contacts, last.centre)
+        if found.spoilt(self._broken):
+            return None
         if self._age >= OLDEST:
             if found.chance < FITS:
                 return None
@@ -132,7 +134,9 @@ class SkinFollower(Follower):
             seen = self._seen(frame, found)
             found = renewed(seen, found)
             # the linearisation that a large step was judged by does not hold at its end
-            if found.chance < FITS or not near(found.contacts, last.contacts):
+            if found.chance < FITS or found.spoilt(self._broken):
+                return None
+            if not near(found.contacts, last.contacts):
                 return None
             like = self._begin(found)
             if fallen.any() and (found.contacts.forces[:, 0] <= FAINT * like.deviations).any():

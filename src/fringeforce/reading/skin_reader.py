@@ -118,7 +118,8 @@ class SkinReader(StripFrames):
         if before is not None:
             last, probability = before
             found = renewed(seen, climbed(coarse, last.contacts, last.others))
-            if found.chance > FITS and near(found.contacts, last.contacts):
+            fits = found.chance > FITS and not found.spoilt(last.broken)
+            if fits and near(found.contacts, last.contacts):
                 return self.stated(found, probability, tracked=True), found
         silent = self._silent(seen)
         met = self._met(seen, coarse, lines, silent)
@@ -211,13 +212,19 @@ class SkinReader(StripFrames):
     def _met(
         self, seen: Seen, coarse: Seen, lines: Lines, silent: Explanation | None
     ) -> list[Explanation]:
-        """Explanations of a frame that may have weight, the best first, or the nearest to one."""
+        """Explanations of a frame that may have weight, the best first, or the nearest to one.
+
+        Where none is found in bins, pixels are looked at: few bins are broken sooner.
+        """
         rough = self._silent(coarse) if silent is not None else None
         found = [
             silent if silent is not None and one is rough else renewed(seen, one)
             for one in _distinct(self._explained(coarse, lines, rough), CLOSE / 2)
         ]
-        return _ordered(found)
+        met = _ordered(found)
+        if (met and met[0].chance > FITS) or len(coarse.frame) == len(seen.frame):
+            return met
+        return self._met(seen, seen, lines, silent)
 
     def _explained(self, seen: Seen, lines: Lines, silent: Explanation | None) -> list[Explanation]:
         """Explanations of a frame, the likeliest first, or the nearest to one."""
