@@ -14,6 +14,10 @@ from matplotlib.figure import Figure
 from fringeforce.base.errors import InputError
 from fringeforce.base.measured import INTERVAL
 from fringeforce.base.storage import whole_file
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
+from fringeforce.design.text import unit_at
+from fringeforce.design.units import READABLE
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel
@@ -74,7 +78,7 @@ def calibration_report(model: SensorModel | PadModel, path: Path) -> None:
         sensor=model.sensor,
         found=found,
         frames=model.provenance.get("calibration frames", "-"),
-        rows=list(_rows(found)),
+        rows=list(_rows(found, model.sensor)),
         figures=[_shown(*one) for one in _figures(model, found)],
         design=model.sensor.to_toml(),
     )
@@ -165,14 +169,14 @@ def _shown(title: str, text: str, draw: Callable[[], Figure]) -> dict[str, str]:
     return {"title": title, "text": text, "picture": picture}
 
 
-def _rows(found: Calibration) -> Iterator[tuple[str, ...]]:
+def _rows(found: Calibration, sensor: Sensor | Pad) -> Iterator[tuple[str, ...]]:
     """Name, value drawn, value found, and 95 % interval."""
     columns = found.names, found.drawing, found.values, INTERVAL * found.std
     for name, drawn, value, reach in zip(*columns, strict=True):
-        unit = " m" if name.startswith(LENGTHS) else ""
-        yield (
-            name,
-            f"{drawn:.{DIGITS}g}{unit}",
-            f"{value:.{DIGITS}g}{unit}",
-            f"± {reach:.2g}{unit}",
-        )
+        unit = "meter" if name.startswith(LENGTHS) else None
+        if name.startswith("transducer."):
+            unit = unit_at(sensor, name)
+        factor, symbol = READABLE.get(unit, (1.0, ""))
+        there, here, far = (factor * one for one in (drawn, value, reach))
+        texts = f"{there:.{DIGITS}g}", f"{here:.{DIGITS}g}", f"± {far:.2g}"
+        yield name, *(f"{text} {symbol}".rstrip() for text in texts)
