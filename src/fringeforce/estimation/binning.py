@@ -13,6 +13,9 @@ from fringeforce.estimation.frame_model import FrameModel, node_weights, pixels_
 
 Array = NDArray[np.float64]
 
+SIZES = 4, 2
+"""Pixels of a bin that are tried: of more the loops over nodes, not pixels, take the time."""
+
 
 def binned(model: FrameModel, size: int) -> FrameModel:
     """What makes frames of bins of so many pixels; pixels left over at the end are left out.
@@ -43,6 +46,21 @@ def coarsest(model: FrameModel) -> int:
     """Most pixels of a bin: one bin or more must lie between neighbouring nodes."""
     pixels = len(model.amplitude) // len(model.bias)
     return max(pixels // (len(model.fixed) - 3), 1)
+
+
+def slow_size(model: FrameModel, pace: float, span: float) -> int:
+    """Most pixels of a bin through which a phase runs by less than a span, 1 if through none.
+
+    Parameters
+    ----------
+    model : FrameModel
+        Of single pixels.
+    pace : float
+        Of the phase where it is fastest [rad per pixel].
+    span : float
+        Limit [rad].
+    """
+    return next((n for n in SIZES if n <= coarsest(model) and n * pace < span), 1)
 
 
 def means(line: Array, size: int, channels: int) -> Array:

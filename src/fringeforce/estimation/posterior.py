@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs, solve_triangular
 from scipy.special import chdtrc
 
-from fringeforce.estimation.binning import binned, coarsest, seen_means
+from fringeforce.estimation.binning import binned, coarsest, seen_means, slow_size
 from fringeforce.estimation.contact_sampling import (
     contacts_about,
     gaussian_share,
@@ -381,11 +381,10 @@ class Posterior:
         return node_phase(self.model, top.unknowns)
 
 
-def sharp(model: FrameModel, phase: Array, span: float = SHARP) -> int:
-    """Most pixels of a bin that a phase at the nodes (m,) does not run through by more [rad]."""
+def sharp(model: FrameModel, phase: Array) -> int:
+    """Most pixels of a bin that tell as much as its pixels of a phase at the nodes, shape (m,)."""
     nodes_per_pixel = len(model.fixed) * len(model.bias) / len(model.amplitude)
-    pace = np.abs(np.diff(phase)).max() * nodes_per_pixel
-    return next((n for n in (4, 2) if n <= coarsest(model) and pace * n < span), 1)
+    return slow_size(model, float(np.abs(np.diff(phase)).max()) * nodes_per_pixel, SHARP)
 
 
 @lru_cache(maxsize=8)

@@ -14,7 +14,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
-from fringeforce.estimation.binning import coarsest, seen_means
+from fringeforce.estimation.binning import seen_means, slow_size
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.residual_test import (
@@ -38,9 +38,9 @@ from fringeforce.reading.strip_frames import (
     doubted,
 )
 
-SPAN, BINS = 1.5, (4, 2)
+SPAN = 1.5
 """Phase that bins of pixels may span while explanations are looked for, which takes a tenth of the
-fringes' contrast [rad], and the bins that are tried."""
+fringes' contrast [rad]."""
 PLAIN, UNSURE = 0.02, 2e-3
 """Chances of noise below which the search goes on, and below which the best that it finds may not
 be all: contacts have so few unknowns that wrong ones leave much more."""
@@ -192,7 +192,7 @@ class SkinReader(StripFrames):
         pace, _ = beam.true_pace(lines, lines.light)
         # contacts whose fringes run as fast as the frame's
         push = beam.pushing(pace) * np.sqrt(len(beam.model.moments))
-        size = next((n for n in BINS if n <= coarsest(drawn) and n * pace.max() < SPAN), 1)
+        size = slow_size(drawn, float(pace.max()), SPAN)
         coarse = Seen(self.skin.in_bins(size), seen_means(sound, size, len(drawn.bias)), push)
         return Seen(self.skin, frame, push), coarse, lines
 
