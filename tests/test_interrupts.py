@@ -67,6 +67,11 @@ def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.Monke
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
     monkeypatch.setattr(cli, "app", loop)
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert ended.value.code == 130
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert ended.value.code == 130
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # nothing is left to end
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from typing import Annotated
 
@@ -54,11 +55,20 @@ def main() -> None:
     except FringeforceError as error:
         print(f"fringeforce: {error}", file=sys.stderr)
         sys.exit(2)
-    except SystemError as error:
-        # compiled loops say in this way that they were interrupted
-        if not isinstance(error.__cause__, KeyboardInterrupt):
+    except (KeyboardInterrupt, SystemExit, SystemError) as error:
+        if not _interrupted(error):
             raise
+        # another Ctrl-C has nothing left to end: it would only break off the end of Python
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.exit(INTERRUPTED)
+
+
+def _interrupted(error: BaseException) -> bool:
+    """Whether Ctrl-C ended a command, which compiled loops say in a cause and Typer in a status."""
+    causes = error, error.__cause__
+    return getattr(error, "code", None) == INTERRUPTED or any(
+        isinstance(cause, KeyboardInterrupt) for cause in causes
+    )
 
 
 @app.callback(invoke_without_command=True)
