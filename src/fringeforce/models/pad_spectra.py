@@ -19,9 +19,9 @@ from scipy.special import spherical_jn
 
 from fringeforce.base.arrays import Single
 
-DEGREES = 9
-"""Number of the degrees, 0 to 8."""
-WAVES = 7
+DEGREES = 11
+"""Number of the degrees, 0 to 10."""
+WAVES = 9
 """Functions of the angle that an even degree has at most."""
 FINE, UP_TO = 64, 32
 """Values of R_n in a unit of q, between which lines are drawn: they are off by 3e-5 of its second
@@ -68,7 +68,7 @@ def _row(alpha, beta, matrix, table, q, radial, around) -> None:
         around[0, 0, j] = one
         around[0, 1, j] = c[j] * c[j] - s[j] * s[j]
         around[0, 2, j] = c[j] * s[j] + c[j] * s[j]
-    for parity, p in ((1, 2), (0, 3), (1, 4), (0, 5)):
+    for parity, p in ((1, 2), (0, 3), (1, 4), (0, 5), (1, 6), (0, 7)):
         for j in range(len(beta)):
             x, y = around[parity, p - 2, j], around[parity, p - 1, j]
             twice_c, twice_s = around[0, 1, j], around[0, 2, j]
