@@ -141,7 +141,8 @@ def test_every_kind_of_design_has_its_page() -> None:
         limits.check_skin(skin.replace(**{"skin.resolution": "0.02 mm"}))
 
 
-def test_cameras_of_skins_are_watched_elsewhere(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["skin", "pad-skin"])
+def test_cameras_of_skins_are_watched_elsewhere(name: str) -> None:
     from fringeforce.explorer.live import Source
 
     def opened(model: object) -> None:
@@ -149,4 +150,4 @@ def test_cameras_of_skins_are_watched_elsewhere(tmp_path: Path) -> None:
 
     camera = Source(opened, recorded=False)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="fringeforce live"):
-        application(FirstDesign(ff.load_sensor("skin")), "token", lambda: None, camera)
+        application(FirstDesign(ff.load_sensor(name)), "token", lambda: None, camera)

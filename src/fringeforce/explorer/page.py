@@ -127,7 +127,7 @@ STRIP_PAGE = Page(
 )
 PAD_PAGE = Page(
     file="pad.html",
-    shipped=partial(_shipped, shipped_pads, skin=False),
+    shipped=shipped_pads,
     understood=pads.PAD,
     questions={
         pads.PressRequest: DesignQuestion("picture", pad_tasks.press),
@@ -158,8 +158,9 @@ SKIN_PAGE = Page(
 )
 
 
+PAGES = {"strip": STRIP_PAGE, "strip skin": SKIN_PAGE, "pad": PAD_PAGE, "pad skin": PAD_PAGE}
+
+
 def page_of(sensor: Sensor | Pad) -> Page:
     """The page that shows a sensor."""
-    if isinstance(sensor, Pad):
-        return PAD_PAGE
-    return STRIP_PAGE if sensor.skin is None else SKIN_PAGE
+    return PAGES[sensor.kind if sensor.skin is None else f"{sensor.kind} skin"]
