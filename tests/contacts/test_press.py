@@ -84,6 +84,19 @@ def test_a_cylinder_is_narrower_than_on_its_cover_alone() -> None:
     assert 0.3 * half < np.ptp(places) / 2 < half
 
 
+@pytest.mark.parametrize("normal", [1e-5, 1e-3, 6e-3])
+def test_a_faint_cylinder_keeps_its_force_and_is_as_wide_as_on_a_half_space(normal: float) -> None:
+    sensor = load_sensor("saad")
+    press = Press(x=0.0, normal=normal, tangential=0.3 * normal, radius=2e-3)
+    places, forces = tractions(sensor, press)
+    cover, width = sensor.transducer.compliant, sensor.transducer.width
+    # Johnson, Contact Mechanics, equation (4.43)
+    half = np.sqrt(4 * normal / width * 2e-3 / (np.pi * cover.youngs_modulus))
+    np.testing.assert_allclose(forces.sum(axis=0), [normal, 0.3 * normal], rtol=1e-6)
+    # the light along the strip does not resolve a few micrometres
+    assert np.ptp(places) / 2 == pytest.approx(half, abs=6e-6)
+
+
 @pytest.mark.parametrize(
     ("numbers", "words"),
     [

@@ -208,6 +208,19 @@ def test_every_preset_is_read(page: Page, pad_server: LocalServer) -> None:
         expect(page.locator("#status")).to_have_text("OK" if count else "NO CONTACT")
 
 
+def test_a_skin_is_pressed_by_spheres(page: Page, pad_server: LocalServer) -> None:
+    page.goto(f"{pad_server.address}#start=fingertip&c=1.6,-1,4,1,0.2,0,0")
+    read(page, COMPILED)
+    expect(page.locator("#status")).to_have_text("OK")
+    expect(page.locator("#sums tr")).to_have_count(3)
+    force = page.locator("#sums tr").nth(2).locator("td span").first
+    expect(force).to_have_text(re.compile("(1[.]00|0[.]99)"))
+    expect(page.locator("label[for=contact-radius]")).to_contain_text("of the fingertip")
+    expect(page.locator("#contact-twist")).to_be_hidden()
+    expect(page.locator("[data-path='tactels.pitch']")).to_be_hidden()
+    expect_accessible(page)
+
+
 @pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
 def test_axe_finds_nothing_serious_and_nothing_overflows(
     browser: Browser, pad_server: LocalServer, scheme: str, width: int

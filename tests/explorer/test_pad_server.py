@@ -46,7 +46,8 @@ def client() -> Iterator[TestClient]:
 def ask(client: TestClient) -> Iterator[Ask]:
     address = f"ws://127.0.0.1:8000/{TOKEN}/socket"
     with client.websocket_connect(address, headers={"Origin": HOST}) as socket:
-        assert decoded(socket.receive_bytes())[0]["designs"] == ["pad"]
+        designs = decoded(socket.receive_bytes())[0]["designs"]
+        assert sorted(designs) == ["fingertip", "pad", "pad-skin"]
 
         def asked(**header: object) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
             socket.send_bytes(encoded(header))

@@ -72,6 +72,22 @@ def peak(page: Page) -> str:
     return page.locator("[data-key=peak]").inner_text()
 
 
+def test_finite_strain_stands_beside_the_linear_one(page: Page, server: LocalServer) -> None:
+    opened(page, server, "#load=paper&mesh=1")
+    canvas = page.locator("#stress canvas").first
+    before = canvas.evaluate("(canvas) => canvas.toDataURL()")
+    page.locator("[data-strain=finite]").click()
+    note = page.locator("#strain-note")
+    expect(note).to_contain_text("of its peak", timeout=WAIT)
+    expect(note).to_contain_text("0.50 mm wide")
+    # the mesh moves by finite strain
+    page.wait_for_function(
+        "([canvas, before]) => canvas.toDataURL() !== before", arg=[canvas.element_handle(), before]
+    )
+    page.locator("[data-preset=none]").click()
+    expect(note).to_contain_text("by 0.000 rad", timeout=WAIT)
+
+
 def test_dragging_an_arrow_moves_phase_fringes_and_forces_read(
     page: Page, server: LocalServer, model: ff.SensorModel
 ) -> None:

@@ -1,6 +1,7 @@
 """What the server answers, and to whom."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,13 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 import fringeforce as ff
-from fringeforce.explorer.protocol import MAX_REQUEST, decoded, encoded
+from fringeforce.base.errors import InputError
+from fringeforce.explorer.protocol import MAX_REQUEST, StrainRequest, decoded, encoded
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import FirstDesign
+from fringeforce.explorer.strain import under_forces
+from fringeforce.explorer.tasks import stored
+from fringeforce.models.imaging import Calibration
 
 pytestmark = pytest.mark.slow
 
@@ -144,6 +149,38 @@ def test_the_skin_sinks_where_it_is_pressed_and_the_base_stays(ask: Ask) -> None
         assert moved[2 * tactel, 1, column, -1] == moved[2 * tactel, 1].min() < 0
         pulled = moved[2 * tactel + 1, 0]
         assert pulled[column, -1] == pulled.max() > 0
+
+
+def test_finite_strain_is_the_library_s_and_of_second_order(
+    ask: Ask, model: ff.SensorModel
+) -> None:
+    ask(type="design", id=1)
+    found = list[float]()
+    width = model.sensor.transducer.compliant.thickness
+    wide = ff.characterize(model.sensor.replace(**{"tactels.contact_width": width}))
+    for number, load in enumerate((0.25, 0.5), 2):
+        forces = ff.polar(load, 10, model.sensor.tactels.count)
+        header, blocks = ask(type="strain", id=number, design=1, forces=forces.tolist())
+        assert header["type"] == "strain"
+        assert header["width"] == width
+        expected = wide.phase(forces, strain="finite")
+        np.testing.assert_allclose(blocks["finite"], expected, atol=1e-5)
+        np.testing.assert_allclose(blocks["linear"], wide.phase(forces), atol=1e-5)
+        found.append(header["largest"])
+        sunk = blocks["moved"][1, :, -1]
+        assert sunk[np.abs(blocks["mesh_x"]).argmin()] < 0
+    assert found[1] / found[0] == pytest.approx(4, rel=0.05)
+
+
+def test_calibrated_models_tell_that_they_are_of_small_strain(
+    model: ff.SensorModel, tmp_path: Any
+) -> None:
+    none = np.zeros(0)
+    own = Calibration((), none, none, np.zeros((0, 0)), (), (), (), 1.0, ())
+    calibrated = replace(model, calibration=own)
+    wish = StrainRequest(type="strain", id=1, design=1, forces=[[0.0, 0.0]] * 11)
+    with pytest.raises(InputError, match="of small strain"):
+        under_forces(stored(calibrated, str(tmp_path)), wish)
 
 
 def test_a_reading_is_the_library_s_of_the_same_frame(ask: Ask, model: ff.SensorModel) -> None:

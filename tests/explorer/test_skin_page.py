@@ -116,6 +116,22 @@ def test_a_design_that_cannot_be_is_told_beside_its_control(
     expect(page.locator("#skin-extent-problem")).to_be_hidden(timeout=WAIT)
 
 
+def test_finite_strain_stands_beside_the_linear_one(page: Page, skin_server: LocalServer) -> None:
+    opened(page, skin_server, ONE)
+    expect(page.locator("#finite")).to_be_hidden()
+    page.locator("[data-strain=finite]").click()
+    note = page.locator("#strain-note")
+    expect(note).to_contain_text("of its peak", timeout=WAIT)
+    expect(page.locator("#finite-fringes canvas")).to_have_count(2)
+    before = note.inner_text()
+    page.locator("#finger-normal").fill("4")
+    page.locator("#finger-normal").press("Enter")
+    expect(note).not_to_have_text(before, timeout=WAIT)
+    page.wait_for_url(re.compile("finite=1"), timeout=WAIT)
+    page.locator("[data-strain=linear]").click()
+    expect(page.locator("#finite")).to_be_hidden()
+
+
 def test_files_can_be_taken_away(page: Page, skin_server: LocalServer) -> None:
     opened(page, skin_server, ONE)
     expect_downloads(page, {"design": b"name", "reading": b"frame,contact", "png": b"\x89PNG"})
@@ -126,7 +142,9 @@ def test_anybody_can_use_it(
     browser: Browser, skin_server: LocalServer, scheme: str, width: int
 ) -> None:
     with sized_page(browser, scheme, width) as page:
-        expect_accessible(opened(page, skin_server))
+        opened(page, skin_server, f"{ONE}&finite=1")
+        expect(page.locator("#finite")).to_be_visible(timeout=WAIT)
+        expect_accessible(page)
 
 
 def test_what_is_not_there_yet_has_a_name(page: Page, skin_server: LocalServer) -> None:

@@ -13,8 +13,14 @@ from fringeforce.explorer.page import PAD_PAGE, SKIN_PAGE, STRIP_PAGE, page_of
 from fringeforce.explorer.protocol import encoded, request
 from fringeforce.explorer.server import application
 from fringeforce.explorer.session import FirstDesign
-from fringeforce.explorer.skins.protocol import SKIN, SkinDownloadRequest, SkinReadRequest
-from fringeforce.explorer.skins.tasks import PLACES, file, read
+from fringeforce.explorer.skins.protocol import (
+    SKIN,
+    SkinDownloadRequest,
+    SkinReadRequest,
+    SkinStrainRequest,
+)
+from fringeforce.explorer.skins.tasks import PLACES, file, pressed, read
+from fringeforce.explorer.strain import under_fingers
 from fringeforce.explorer.tasks import stored
 
 FINGERS = [
@@ -66,6 +72,30 @@ def test_what_is_read_is_what_is_true(path: str) -> None:
     assert encoded(facts, blocks)  # all of it can be sent
 
 
+def test_finite_strain_of_fingers_is_that_of_finer_elements(tmp_path: Path) -> None:
+    model = ff.characterize(ff.load_sensor("soft-skin"))
+    fingers = [
+        {**FINGERS[0], "normal": 1.0, "tangential": 0.3},
+        {**FINGERS[1], "normal": 0.3, "tangential": 0.0},
+    ]
+    asked = {"type": "strain", "id": 1, "design": 1, "contacts": fingers}
+    wished = SkinStrainRequest.model_validate(asked)
+    facts, blocks = under_fingers(stored(model, str(tmp_path)), wished)
+    # patches that stand for the fingers, on finer elements of higher order
+    finer, peak = model.phase(pressed(wished), strain="finite"), np.abs(blocks["linear"]).max()
+    assert facts["share"] > 0.05
+    assert np.abs(blocks["finite"] - finer).max() < 0.01 * peak
+    assert np.abs(blocks["finite"] - blocks["linear"]).max() == facts["largest"]
+    assert facts["deviations"] > 5
+    assert encoded(facts, blocks)
+
+
+def test_finite_strain_of_nothing_is_nothing(path: str) -> None:
+    asked = {"type": "strain", "id": 1, "design": 1, "contacts": []}
+    facts, _ = under_fingers(path, SkinStrainRequest.model_validate(asked))
+    assert facts["largest"] == facts["share"] == facts["deviations"] == 0
+
+
 def test_nothing_presses(path: str) -> None:
     facts, blocks = read(path, wish([{**FINGERS[0], "normal": 0.0, "tangential": 0.0}]))
     assert facts["status"] == "NO_CONTACT"
@@ -111,7 +141,8 @@ def test_every_kind_of_design_has_its_page() -> None:
         limits.check_skin(skin.replace(**{"skin.resolution": "0.02 mm"}))
 
 
-def test_cameras_of_skins_are_watched_elsewhere(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["skin", "pad-skin"])
+def test_cameras_of_skins_are_watched_elsewhere(name: str) -> None:
     from fringeforce.explorer.live import Source
 
     def opened(model: object) -> None:
@@ -119,4 +150,4 @@ def test_cameras_of_skins_are_watched_elsewhere(tmp_path: Path) -> None:
 
     camera = Source(opened, recorded=False)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="fringeforce live"):
-        application(FirstDesign(ff.load_sensor("skin")), "token", lambda: None, camera)
+        application(FirstDesign(ff.load_sensor(name)), "token", lambda: None, camera)

@@ -59,11 +59,6 @@ def check_pad(pad: Pad, solved: bool = False) -> None:
         In the words of a design file's problems, so that the page finds the control.
     """
     problems = []
-    if pad.skin is not None:
-        problems.append(
-            "skin: the page shows the forces of tactels; give the design tactels here, and read "
-            "skins with `fringeforce read` or in Python."
-        )
     if pad.tactels.total > PAD_TACTELS:
         problems.append(
             f"tactels.count = {list(pad.tactels.count)}: {PAD_TACTELS} tactels or fewer can be "

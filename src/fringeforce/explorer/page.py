@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
-from fringeforce.explorer import tasks
+from fringeforce.explorer import strain, tasks
 from fringeforce.explorer.pads import protocol as pads
 from fringeforce.explorer.pads import tasks as pad_tasks
 from fringeforce.explorer.protocol import (
@@ -22,6 +22,7 @@ from fringeforce.explorer.protocol import (
     InsideRequest,
     ReadRequest,
     Request,
+    StrainRequest,
 )
 from fringeforce.explorer.skins import protocol as skins
 from fringeforce.explorer.skins import tasks as skin_tasks
@@ -32,7 +33,7 @@ class Process(Enum):
 
     DESIGNS = "characterises designs"
     ANSWERS = "answers what a person waits for"
-    READINGS = "reads what takes long, and leaves the processor to the others"
+    SLOW = "works out what takes long, and leaves the processor to the others"
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,7 @@ STRIP_PAGE = Page(
     questions={
         InsideRequest: DesignQuestion("inside", tasks.inside, Process.DESIGNS),
         ReadRequest: DesignQuestion("reading", tasks.read),
+        StrainRequest: DesignQuestion("strain", strain.under_forces, Process.SLOW),
         DownloadRequest: DesignQuestion("file", tasks.file),
     },
     solution="fringeforce.explorer.solution",
@@ -125,13 +127,13 @@ STRIP_PAGE = Page(
 )
 PAD_PAGE = Page(
     file="pad.html",
-    shipped=partial(_shipped, shipped_pads, skin=False),
+    shipped=shipped_pads,
     understood=pads.PAD,
     questions={
         pads.PressRequest: DesignQuestion("picture", pad_tasks.press),
         pads.SlicesRequest: DesignQuestion("slices", pad_tasks.slices),
-        pads.PadReadRequest: DesignQuestion("reading", pad_tasks.read, Process.READINGS),
-        pads.PadDownloadRequest: DesignQuestion("file", pad_tasks.file, Process.READINGS),
+        pads.PadReadRequest: DesignQuestion("reading", pad_tasks.read, Process.SLOW),
+        pads.PadDownloadRequest: DesignQuestion("file", pad_tasks.file, Process.SLOW),
     },
     solution="fringeforce.explorer.pads.solution",
     remembered=4,
@@ -146,6 +148,7 @@ SKIN_PAGE = Page(
     understood=skins.SKIN,
     questions={
         skins.SkinReadRequest: DesignQuestion("reading", skin_tasks.read),
+        skins.SkinStrainRequest: DesignQuestion("strain", strain.under_fingers, Process.SLOW),
         skins.SkinDownloadRequest: DesignQuestion("file", skin_tasks.file),
     },
     solution="fringeforce.explorer.skins.solution",
@@ -155,8 +158,9 @@ SKIN_PAGE = Page(
 )
 
 
+PAGES = {"strip": STRIP_PAGE, "strip skin": SKIN_PAGE, "pad": PAD_PAGE, "pad skin": PAD_PAGE}
+
+
 def page_of(sensor: Sensor | Pad) -> Page:
     """The page that shows a sensor."""
-    if isinstance(sensor, Pad):
-        return PAD_PAGE
-    return STRIP_PAGE if sensor.skin is None else SKIN_PAGE
+    return PAGES[sensor.kind if sensor.skin is None else f"{sensor.kind} skin"]

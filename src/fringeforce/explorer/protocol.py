@@ -94,6 +94,12 @@ class ReadRequest(LoadedRequest):
     type: Literal["read"]
 
 
+class StrainRequest(LoadedRequest):
+    """Compare the light of small and of finite strain."""
+
+    type: Literal["strain"]
+
+
 class DownloadRequest(LoadedRequest):
     """A file of the design, the model, the forces or the reading."""
 
@@ -109,7 +115,8 @@ class LiveRequest(Request):
     again: bool = False
 
 
-_Wish = DesignRequest | InsideRequest | ReadRequest | DownloadRequest | LiveRequest
+_Loaded = ReadRequest | StrainRequest | DownloadRequest
+_Wish = DesignRequest | InsideRequest | LiveRequest | _Loaded
 STRIP: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])
 """What the page of a strip may ask."""
 

@@ -55,7 +55,7 @@ def application(
         Pages can watch it; it is started when the first one does.
     """
     page = page_of(start.sensor)
-    if camera is not None and not page.display:
+    if camera is not None and start.sensor.skin is not None:
         raise InputError(
             "The page of a skin shows no camera yet; watch one with `fringeforce live`."
         )

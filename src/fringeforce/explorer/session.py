@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.errors import FringeforceError, InputError
 from fringeforce.design.files import load_sensor
+from fringeforce.design.materials import by_strain
 from fringeforce.explorer.page import Page
 from fringeforce.explorer.protocol import (
     AboutDesign,
@@ -115,7 +116,7 @@ class Session:
 
     async def _design(self, wish: DesignRequest) -> None:
         shipped = wish.start in self.page.shipped()
-        base = FirstDesign(load_sensor(wish.start)) if shipped else self.start
+        base = FirstDesign(by_strain(load_sensor(wish.start))) if shipped else self.start
         sensor = base.sensor.replace(**wish.changes)
         model = base.model if sensor == base.sensor else None
         solved = await self.workers.solve(sensor, model)

@@ -137,7 +137,7 @@ class Workers:
         self._workers = {
             Process.DESIGNS: Worker(folder=self._folder.name),
             Process.ANSWERS: Worker(),
-            Process.READINGS: Worker(patient=True),
+            Process.SLOW: Worker(patient=True),
         }
         self._known: OrderedDict[str, Solved] = OrderedDict()
 

@@ -73,8 +73,26 @@ def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     """
     strip = strip_of_tactels(sensor)
     loads = forces.reshape(-1, *forces.shape[-2:])
-    found = np.array([_phase(sensor, strip, x, one) for one in loads])
+    found = np.array([phase_of(sensor, strip, x, strip.solved(one)) for one in loads])
     return found.reshape(*forces.shape[:-2], len(x))
+
+
+def phase_of(sensor: Sensor, strip: FiniteStrip, x: Array, moved: Array) -> Array:
+    """Phase lead of a deformed strip, shape (m,) [rad].
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip.
+    strip : FiniteStrip
+        Its elements.
+    x : ndarray, shape (m,)
+        Positions along it [m].
+    moved : ndarray
+        Coefficients of the displacements [m].
+    """
+    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
+    return phase_lead(strip.integrated_stress(moved, x), constant)
 
 
 def _at(sensor: Sensor, strip: FiniteStrip, x: Array, stress: Array) -> Array:
@@ -183,7 +201,7 @@ def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Arra
     parts = [_patches(sensor, press) for press in presses]
     centres, widths, forces = (np.concatenate(part) for part in zip(*parts, strict=True))
     strip = finite_strip(sensor.transducer, centres, widths)
-    return _phase(sensor, strip, x, forces)
+    return phase_of(sensor, strip, x, strip.solved(forces))
 
 
 def _patches(sensor: Sensor, press: Press) -> tuple[Array, Array, Array]:
@@ -212,8 +230,3 @@ def _patches(sensor: Sensor, press: Press) -> tuple[Array, Array, Array]:
     )
     reached = np.column_stack([np.interp(edges, ends, part) for part in sums.T])
     return edges[:-1] + step / 2, np.full(PATCHES, step), np.diff(reached, axis=0)
-
-
-def _phase(sensor: Sensor, strip: FiniteStrip, x: Array, forces: Array) -> Array:
-    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
-    return phase_lead(strip.integrated_stress(strip.solved(forces), x), constant)

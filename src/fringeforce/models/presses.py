@@ -26,12 +26,10 @@ STEPS = 64
 layer on a stiffer one gives way less."""
 MARGIN = 1.4
 """How far beyond that the surface is looked at: shear and pressure together widen a contact."""
-FINEST = 5e-4
-"""Width of small forces over the thickness of the cover below which nothing changes."""
 LADDER = 4
 """Widths of small forces in a factor of two."""
 MOST_TERMS = 20000
-"""Harmonics of the surface at most."""
+"""Harmonics of the surface at most; small forces are so wide that these resolve them."""
 
 
 def are_presses(loads: Any) -> TypeGuard[Sequence[Any]]:
@@ -86,7 +84,8 @@ def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Trac
     # Hertz, for a half-space of the cover: Johnson's equation (4.43)
     half = MARGIN * np.sqrt(4 * line * radius / (np.pi * modulus))
     # steps of a ladder, whose compliances are known after a while
-    rung = np.floor(LADDER * np.log2(max(half / STEPS / cover.thickness, FINEST)))
+    finest = 2 ** (1 / LADDER) * 2 * transducer.length / MOST_TERMS
+    rung = np.floor(LADDER * np.log2(max(half / STEPS, finest) / cover.thickness))
     step = cover.thickness * float(2 ** (rung / LADDER))
     compliance = _compliance(transducer.model_dump_json(), step)
     forces = cylinder_forces(compliance, radius, press.normal, press.shear[0], press.friction)
@@ -98,7 +97,7 @@ def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Trac
 @lru_cache(maxsize=64)
 def _compliance(stated: str, step: float) -> Compliance:
     transducer = Transducer.model_validate_json(stated)
-    terms = min(int(np.ceil(2 * transducer.length / step)), MOST_TERMS)
+    terms = int(np.ceil(2 * transducer.length / step))
     count = int(np.ceil(2 ** (1 / LADDER) * STEPS)) + 4
     return Compliance(step, *fourier.surface_displacement(transducer, step, 2 * count, terms))
 

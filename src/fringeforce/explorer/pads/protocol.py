@@ -49,9 +49,10 @@ class Finger(BaseModel):
 
 
 class PressedRequest(AboutDesign):
-    """About a design that is pressed."""
+    """About a design that is pressed, a skin with this friction."""
 
     contacts: Annotated[list[Finger], Field(max_length=MOST)]
+    friction: Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)] = 0.6
     seed: Seed = 0
 
 

@@ -73,6 +73,7 @@ def facts(model: PadModel) -> Mapping[str, Any]:
         "tactels": {"count": list(pad.tactels.count), "pitch": pad.tactels.pitch},
         "views": [list(view) for view in views(pad)],
         "slices": len(profile),
+        "skin": None if pad.skin is None else list(pad.skin.extent),
         "light": light_colour(pad.polariscope.wavelength).tolist(),
         "camera": {"pixels": list(camera.pixels), "full_scale": camera.full_scale},
     }
@@ -91,7 +92,7 @@ def figures(model: PadModel) -> list[Figure]:
     waves = np.linalg.norm(seen.retardance(forces), axis=0).max() / (2 * np.pi)
     lit = seen.intensity(forces)
     along = pad.camera.pixels[0] / pad.transducer.length
-    return [
+    common = [
         Figure(
             "order",
             "Fringe order of a fingertip",
@@ -106,6 +107,11 @@ def figures(model: PadModel) -> list[Figure]:
             "%",
             "Of the light that a dark field can let through, under the same fingertip.",
         ),
+    ]
+    if pad.skin is not None:
+        return common
+    return [
+        *common,
         Figure("tactels", "Tactels", pad.tactels.total, "", "Three components of force each."),
         Figure(
             "pixels",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Single
 from fringeforce.base.errors import InputError
 from fringeforce.explorer.pads.protocol import (
     PadDownloadRequest,
@@ -19,6 +19,7 @@ from fringeforce.explorer.tasks import Answer, download, model_of
 from fringeforce.explorer.values import verdict
 
 if TYPE_CHECKING:
+    from fringeforce.contacts.press import Press
     from fringeforce.explorer.pads.sketch import Sketch
     from fringeforce.models.pad import PadModel
     from fringeforce.reading.reader import Reader
@@ -45,14 +46,19 @@ def press(path: str, wish: PressRequest) -> Answer:
     model: PadModel = model_of(path)
     if wish.view not in dict(pictures.views(model.sensor)):
         raise InputError(f"This pad has no view {wish.view!r}.")
+    skin = model.sensor.skin is not None
     forces = _forces(model, wish)
     if wish.view.startswith("camera"):
-        if wish.fine:
-            frame = model.expose(forces, rng=wish.seed)
+        if wish.fine or skin:
+            seen = model if wish.fine else _coarse(path)
+            frame = seen.expose(_acting(model, wish), rng=wish.seed)
         else:
             modes = _sketch(path).modes(forces)
             frame = pictures.exposed(_coarse(path), wish.view, modes, wish.seed)
         image = pictures.camera_picture(model, wish.view, frame)
+    elif skin:
+        sight = _eye(path, pictures.FINE if wish.fine else pictures.COARSE)
+        image = pictures.seen(model, wish.view, _slices(sight, wish))
     else:
         sight = _eye(path, pictures.FINE) if wish.fine else _sketch(path)
         image = pictures.seen(model, wish.view, sight.slices(forces))
@@ -62,10 +68,12 @@ def press(path: str, wish: PressRequest) -> Answer:
 def slices(path: str, wish: SlicesRequest) -> Answer:
     """Single-pass retardance of every slice, for small pictures, shape (slices, 2, rows, cols)."""
     from fringeforce.explorer.pads.pictures import SLICE
+    from fringeforce.models.pad_slices import block_of
 
     seen = _eye(path, SLICE)
-    found = seen.slices(_forces(seen, wish))
-    return {"shape": found.shape, "heights": seen.slice_heights.tolist()}, {"slices": found}
+    found = _slices(seen, wish)
+    heights = block_of(seen.sensor).depths(len(found))[0]
+    return {"shape": found.shape, "heights": heights.tolist()}, {"slices": found}
 
 
 def read(path: str, wish: PressedRequest) -> Answer:
@@ -73,16 +81,23 @@ def read(path: str, wish: PressedRequest) -> Answer:
     from fringeforce.contacts.resultant import resultant
     from fringeforce.explorer.pads.fingers import SHOWN, groups
 
-    tactels = model_of(path).sensor.tactels
+    pad = model_of(path).sensor
+    tactels = pad.tactels
     forces, reading = _read(path, wish)
+    facts = verdict(reading.status, reading.advice, reading.chi2)
+    found = {"forces": reading.forces, "std": reading.std}
+    if pad.skin is not None:
+        from fringeforce.explorer.pads.presses import acting, sums
+
+        parts = acting(pad, wish)
+        return facts, {**found, "sums": sums(parts, reading.total, reading.contacts)}
     members = [np.arange(tactels.total), *map(np.flatnonzero, groups(tactels, wish.contacts))]
     rows = []
     for group in members:
         truth = resultant(tactels.places, forces, group)
-        found = resultant(tactels.places, reading.forces, group, reading.covariance)
-        rows.append([one[SHOWN] for one in (truth.values, found.values, found.std)])
-    facts = verdict(reading.status, reading.advice, reading.chi2)
-    return facts, {"forces": reading.forces, "std": reading.std, "sums": np.array(rows)}
+        read = resultant(tactels.places, reading.forces, group, reading.covariance)
+        rows.append([one[SHOWN] for one in (truth.values, read.values, read.std)])
+    return facts, {**found, "sums": np.array(rows)}
 
 
 def file(path: str, wish: PadDownloadRequest) -> Answer:
@@ -92,16 +107,42 @@ def file(path: str, wish: PadDownloadRequest) -> Answer:
 
 
 def _forces(model: PadModel, wish: PressedRequest) -> Array:
-    from fringeforce.explorer.pads.fingers import tactel_forces
+    """Of tactels, or on the squares of a skin."""
+    pad = model.sensor
+    if pad.skin is None:
+        from fringeforce.explorer.pads.fingers import tactel_forces
 
-    return tactel_forces(model.sensor.tactels, wish.contacts)
+        return tactel_forces(pad.tactels, wish.contacts)
+    from fringeforce.explorer.pads.presses import acting, forces_on_squares
+
+    return forces_on_squares(pad, acting(pad, wish))
+
+
+def _acting(model: PadModel, wish: PressedRequest) -> Array | list[Press]:
+    """What the light comes from: forces of tactels, or presses on a skin."""
+    if model.sensor.skin is None:
+        return _forces(model, wish)
+    from fringeforce.explorer.pads.presses import pressed
+
+    return pressed(wish)
+
+
+def _slices(model: PadModel, wish: PressedRequest) -> Single:
+    """Single-pass retardance of slices on the pixels of a model."""
+    if model.sensor.skin is None:
+        return model.slices(_forces(model, wish))
+    from fringeforce.explorer.pads.presses import pressed
+    from fringeforce.models.pad_presses import press_slices
+
+    presses = pressed(wish)
+    return press_slices(model.sensor, presses, *model.sensor.pixel_positions).astype(np.float32)
 
 
 def _read(path: str, wish: PressedRequest) -> tuple[Array, Reading]:
     """True forces, and the reading of one noisy frame of them."""
     model: PadModel = model_of(path)
-    forces = _forces(model, wish)
-    return forces, _reader(path).read(model.expose(forces, rng=wish.seed))
+    frame = model.expose(_acting(model, wish), rng=wish.seed)
+    return _forces(model, wish), _reader(path).read(frame)
 
 
 @lru_cache(maxsize=6)

@@ -45,6 +45,12 @@ class SkinReadRequest(SkinRequest):
     type: Literal["read"]
 
 
+class SkinStrainRequest(SkinRequest):
+    """Compare the light of small and of finite strain."""
+
+    type: Literal["strain"]
+
+
 class SkinDownloadRequest(SkinRequest):
     """A file of the design, the model or the reading."""
 
@@ -52,5 +58,5 @@ class SkinDownloadRequest(SkinRequest):
     kind: Literal["design", "model", "reading"]
 
 
-_Wish = DesignRequest | SkinReadRequest | SkinDownloadRequest
+_Wish = DesignRequest | SkinReadRequest | SkinStrainRequest | SkinDownloadRequest
 SKIN: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])

@@ -58,6 +58,12 @@ export class Choice<K extends string> {
     container.append(...this.buttons.values());
   }
 
+  /** Offer one of them, or not. */
+  offer(key: K, there: boolean): void {
+    const made = this.buttons.get(key);
+    if (made) made.hidden = !there;
+  }
+
   show(chosen: string): void {
     for (const [key, made] of this.buttons) press(made, key === chosen);
   }

@@ -57,7 +57,7 @@ export class Compare {
       const place = layout(half, model.facts.strip.length);
       const [field, fringes] = this.canvases[i];
       const phase = model.phase(loads);
-      drawStress(field, model, loads, component, place, mesh, limit);
+      drawStress(field, model, loads, component, place, mesh ? model.mesh(loads) : null, limit);
       drawFringes(fringes, model, phase, place);
       return phase;
     });

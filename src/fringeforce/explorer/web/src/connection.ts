@@ -37,6 +37,11 @@ export class Connection {
     return this.socket?.readyState === WebSocket.OPEN;
   }
 
+  /** Whether something of a kind was asked for, or will be, that has no answer yet. */
+  busy(kind: string): boolean {
+    return this.wishes.has(kind) || (this.flying.get(kind)?.length ?? 0) > 0;
+  }
+
   /** Ask for something; while earlier requests of the kind are away, the latest wish waits. */
   want(kind: string, wish: Wish): void {
     this.wishes.set(kind, wish);

@@ -43,10 +43,15 @@ export class DesignForm {
   /** Show the values of a design that the server accepted. */
   show(values: Record<string, Value>): void {
     this.clear();
-    for (const { control, field, slider } of this.rows.values()) {
+    for (const { control, row, field, slider } of this.rows.values()) {
       const value = this.store.state.changes[control.path] ?? values[control.path];
       if (document.activeElement !== field || control.choices) field.value = spelled(value);
       if (slider && document.activeElement !== slider) this.place(control, slider, value);
+      // such as tactels of a skin
+      row.hidden = value === undefined;
+    }
+    for (const fold of byId("design").querySelectorAll("details")) {
+      fold.hidden = !fold.querySelector(":scope > div:not([hidden])");
     }
   }
 

@@ -15,6 +15,7 @@ import { Painting } from "./painting";
 import { presetLoads, refitted } from "./presets";
 import { answer, type Message } from "./protocol";
 import { type State, Store } from "./store";
+import { StrainPanel } from "./strain";
 import { Toolbar } from "./toolbar";
 import { Tour } from "./tour";
 import { TypedForces } from "./typed";
@@ -31,6 +32,12 @@ export class Explorer {
   private readonly page = new Page(this.store, () => this.schedule());
   private readonly painting = new Painting(this.store, () => this.schedule());
   private readonly form = new DesignForm(this.store, GROUPS);
+  private readonly strain = new StrainPanel(
+    this.store,
+    () => this.connection,
+    () => this.question("strain", {}),
+    () => this.schedule(),
+  );
   private readonly typed = new TypedForces(this.store);
   private readonly toolbar = new Toolbar(this.store, {
     preset: (key) => this.preset(key),
@@ -106,6 +113,7 @@ export class Explorer {
 
   private wantReading(): void {
     this.connection.want("read", () => this.question("read", {}));
+    this.strain.want();
   }
 
   /** A question about the current load of the current design; none while they do not fit. */
@@ -123,6 +131,7 @@ export class Explorer {
     else if (message.type === "model") this.modelled(new Model(message), header.slot as string);
     else if (message.type === "inside") this.completed(message);
     else if (message.type === "reading") this.read(answer<Reading>(message));
+    else if (message.type === "strain") this.strain.take(message);
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
   }
@@ -190,6 +199,10 @@ export class Explorer {
   private refused(header: Record<string, unknown>): void {
     if (header.stale) return;
     const text = header.text as string;
+    if (header.of === "strain") {
+      this.strain.refuse(text);
+      return;
+    }
     const aboutDesign = header.of === "design" && header.slot === "main";
     if (header.of !== "design" || aboutDesign) {
       this.page.notice(aboutDesign ? this.form.refuse(text) : text);
@@ -216,10 +229,11 @@ export class Explorer {
     if (!this.model || this.store.state.normal.length !== this.model.tactels.length) return;
     if (this.loadChanged) {
       this.typed.draw();
-      this.painting.paintLoad(this.model);
+      this.painting.paintLoad(this.model, this.strain.mesh(this.model));
     }
     this.loadChanged = false;
     this.painting.paintReading(this.model, this.reading);
+    this.strain.draw(this.model, byId("strip").clientWidth);
     this.page.keep();
   }
 }

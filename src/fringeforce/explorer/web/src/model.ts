@@ -2,6 +2,7 @@
 
 import type { Value } from "./controls";
 import type { Block, Message } from "./protocol";
+import type { Mesh } from "./stress";
 
 export interface Figure {
   key: string;
@@ -69,9 +70,10 @@ export class Model {
     return superposed(this.blocks[`stress_${layer}`], loads);
   }
 
-  /** Displacement u, then w, of the elements' corners [m], column by column from the base up. */
-  movement(loads: number[]): Float32Array {
-    return superposed(this.blocks.moved, loads);
+  /** The elements as the loads move them. */
+  mesh(loads: number[]): Mesh {
+    const { mesh_x, mesh_z, moved } = this.blocks;
+    return { mesh_x, mesh_z, moved: superposed(moved, loads) };
   }
 }
 

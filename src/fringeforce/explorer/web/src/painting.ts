@@ -10,7 +10,7 @@ import { intensity, type Model, type Reading } from "./model";
 import { showVerdict } from "./page";
 import { Plot } from "./plots";
 import { Readings } from "./readings";
-import { drawScale, drawStress, megapascals, NAMES } from "./stress";
+import { drawScale, drawStress, megapascals, type Mesh, NAMES } from "./stress";
 import type { Store } from "./store";
 import { Strip } from "./strip";
 
@@ -58,7 +58,7 @@ export class Painting {
   }
 
   /** All that follows from the load, without anybody being asked. */
-  paintLoad(model: Model): void {
+  paintLoad(model: Model, finite: Mesh | null): void {
     const { view, loads } = this.store;
     const width = byId("strip").clientWidth;
     const place = layout(width, model.facts.strip.length);
@@ -67,7 +67,7 @@ export class Painting {
     this.strip.draw(model, place);
     // until the new stresses come, those of the design before stay
     if (model.whole && this.shows("stress")) {
-      this.limit = drawStress(this.stress, model, loads, view.component, place, view.mesh);
+      this.limit = drawStress(this.stress, model, loads, view.component, place, view.mesh ? (finite ?? model.mesh(loads)) : null);
       drawScale(this.scale, view.component, this.limit, width);
     }
     if (this.shows("fringes")) drawFringes(this.fringes, model, this.phase, place);

@@ -22,11 +22,14 @@ export const COMPONENTS: Component[] = ["sigma_x", "sigma_z", "tau_xz", "princip
 
 export class Store extends Timeline<State> {
   view: View;
+  /** Whether finite strain is shown beside the linear one. */
+  finite: boolean;
 
   constructor(hash: string, onChange: (before: State) => void) {
     const values = linked(hash);
     super(stateOf(values), onChange);
     this.view = viewOf(values);
+    this.finite = values.has("finite");
   }
 
   /** Forces in the order of all arrays: the normal and the tangential one of tactel after tactel. */
@@ -46,6 +49,7 @@ export class Store extends Timeline<State> {
     if (view.component !== "sigma_x") values.set("stress", view.component);
     if (view.mesh) values.set("mesh", "1");
     if (view.compare) values.set("edges", "1");
+    if (this.finite) values.set("finite", "1");
     return `#${values}`;
   }
 }

@@ -23,6 +23,13 @@ const MARGIN = 16;
 const SCALE_HEIGHT = 40;
 const SHOWN_SINKING = 0.1;
 
+/** Corners of elements [m], and their displacements: u, then w, column by column from the base up [m]. */
+export interface Mesh {
+  mesh_x: Float32Array;
+  mesh_z: Float32Array;
+  moved: Float32Array;
+}
+
 /** One stress of a layer [Pa], from the three that the server sent one after another. */
 export function picked(all: Float32Array, component: Component): Float32Array {
   const size = all.length / 3;
@@ -41,7 +48,7 @@ export function drawStress(
   loads: number[],
   component: Component,
   place: Layout,
-  mesh: boolean,
+  mesh: Mesh | null,
   given?: number,
 ): number {
   const { layers } = model.facts;
@@ -63,7 +70,7 @@ export function drawStress(
   context.strokeStyle = inked("ink-soft");
   context.lineWidth = 0.6;
   context.strokeRect(LEFT, MARGIN, width, depth);
-  if (mesh) drawMesh(context, model, loads, place, component === "principal" ? "#ffffff" : inked("ink"));
+  if (mesh) drawMesh(context, model, mesh, place, component === "principal" ? "#ffffff" : inked("ink"));
   canvas.setAttribute(
     "aria-label",
     `Picture of the ${SPOKEN[component]}; colours end at ${megapascals(limit)}.`,
@@ -83,13 +90,11 @@ function exaggeration(moved: Float32Array, rows: number, depth: number): number 
 function drawMesh(
   context: CanvasRenderingContext2D,
   model: Model,
-  loads: number[],
+  { mesh_x: x, mesh_z: z, moved }: Mesh,
   place: Layout,
   ink: string,
 ): void {
-  const { mesh_x: x, mesh_z: z } = model.blocks;
   const { layers } = model.facts;
-  const moved = model.movement(loads);
   const times = exaggeration(moved, z.length, layers[0] + layers[1]);
   const corners = x.length * z.length;
   const at = (i: number, j: number): [number, number] => {

@@ -13,7 +13,7 @@ type Key = keyof Contact | "friction";
 
 const NAMES: [Key, string, string, number][] = [
   ["normal", "Normal force", "N", 0.5],
-  ["radius", "Radius of the patch", "mm", 0.1],
+  ["radius", "Radius", "mm", 0.1],
   ["x", "Place x", "mm", 0.1],
   ["y", "Place y", "mm", 0.1],
   ["shearX", "Shear along x", "N", 0.1],
@@ -24,6 +24,7 @@ const NAMES: [Key, string, string, number][] = [
 
 export class Editor {
   private readonly rows = new Map<Key, Row>();
+  private readonly radius = element("span");
   private readonly title = byId("contact-title");
   private readonly add = byId<HTMLButtonElement>("add");
   private readonly remove = byId<HTMLButtonElement>("remove");
@@ -35,12 +36,12 @@ export class Editor {
   }
 
   show(): void {
-    const { state, view, half, selected } = this.store;
+    const { state, view, reach, selected } = this.store;
     this.title.textContent = selected ? `Contact ${view.selected + 1} of ${state.contacts.length}` : "No contact";
     this.remove.disabled = !selected;
     for (const [key, { field, slider }] of this.rows) {
       const value = key === "friction" ? state.friction : selected?.[key];
-      const [low, high] = limits(key, selected ?? FINGER, state.friction, half);
+      const [low, high] = limits(key, selected ?? FINGER, state.friction, reach);
       const text = value === undefined ? "" : `${Number(value.toFixed(2))}`;
       for (const input of [field, slider]) {
         input.disabled = value === undefined;
@@ -50,11 +51,17 @@ export class Editor {
     }
   }
 
+  /** Fingers on a skin are spheres, and do not twist. */
+  suit(skin: boolean): void {
+    (byId("contact-twist").parentElement as HTMLElement).hidden = skin;
+    this.radius.textContent = skin ? "Radius of the fingertip" : "Radius of the patch";
+  }
+
   private made(key: Key, name: string, unit: string, step: number): HTMLElement {
     const id = `contact-${key}`;
     const field = element("input", { id, type: "number", step: "any" });
     const slider = element("input", { type: "range", step, "aria-label": `${name}, slider` });
-    const label = element("label", { for: id }, name);
+    const label = element("label", { for: id }, key === "radius" ? this.radius : name);
     if (unit) label.append(element("small", {}, ` ${unit}`));
     slider.addEventListener("input", () => this.set(key, slider.valueAsNumber, false));
     slider.addEventListener("change", () => this.store.commit());

@@ -90,8 +90,16 @@ export class PadExplorer {
   }
 
   private contactsOf(key: string): State["contacts"] {
-    const { half, state } = this.store;
-    return presetContacts(key, half).map((one) => held(one, state.friction, half));
+    const { reach, state } = this.store;
+    return presetContacts(key, reach).map((one) => held(one, state.friction, reach));
+  }
+
+  /** Speak of what the pad has: tactels, or a skin under rigid spheres that do not twist. */
+  private suit(model: PadModel): void {
+    const skin = model.facts.skin !== null;
+    byId("forces-title").textContent = skin ? "Forces on squares of the skin" : "Forces of the tactels";
+    this.editor.suit(skin);
+    this.presets.offer("twist", !skin);
   }
 
   private wantDesign(): void {
@@ -124,8 +132,10 @@ export class PadExplorer {
   /** A question about the contacts on the current design. */
   private question(type: string, more: object): Record<string, unknown> | null {
     if (!this.model) return null;
-    const { contacts, seed } = this.store.state;
-    return { type, design: this.model.id, contacts: contacts.map(sent), seed, ...more };
+    const { contacts, friction, seed } = this.store.state;
+    const turned = this.model.facts.skin ? { twist: 0 } : {};
+    const fingers = contacts.map((contact) => sent({ ...contact, ...turned }));
+    return { type, design: this.model.id, contacts: fingers, friction, seed, ...more };
   }
 
   private receive(message: Message): void {
@@ -167,10 +177,12 @@ export class PadExplorer {
     this.page.notice("");
     byId("solving").textContent = "";
     store.half = model.half;
+    store.reach = model.reach;
     const { contacts, friction, preset } = store.state;
     store.amend({
-      contacts: preset ? this.contactsOf(preset) : contacts.map((one) => held(one, friction, model.half)),
+      contacts: preset ? this.contactsOf(preset) : contacts.map((one) => held(one, friction, model.reach)),
     });
+    this.suit(model);
     const view = byId<HTMLSelectElement>("view");
     view.replaceChildren(...model.facts.views.map(([key, name]) => element("option", { value: key }, name)));
     if (!model.facts.views.some(([key]) => key === store.view.seen)) store.view.seen = "white";

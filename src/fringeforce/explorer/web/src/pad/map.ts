@@ -76,14 +76,15 @@ export class ForceMap {
   }
 
   private tell(model: PadModel, full: Scale, truth: Float32Array | null, reading: Forces | null): void {
+    const kind = model.facts.skin ? "square" : "tactel";
     const spread = reading ? middle(reading.std, 0) : Number.NaN;
     const pulled = reading ? Math.max(middle(reading.std, 1), middle(reading.std, 2)) : Number.NaN;
-    const sure = Number.isFinite(spread)
-      ? ` Read to ±${(spread * 1e3).toPrecision(2)} mN, shear to ±${(pulled * 1e3).toPrecision(2)} mN (σ, median tactel).`
+    const sure = spread > 0
+      ? ` Read to ±${(spread * 1e3).toPrecision(2)} mN, shear to ±${(pulled * 1e3).toPrecision(2)} mN (σ, median ${kind}).`
       : "";
     this.legend.textContent = `A disc that fills its cell: ${full.normal} N. An arrow of 1.5 cells: ${full.shear} N.${sure}`;
     const pressed = truth ? Array.from({ length: model.tactels }, (_, i) => truth[3 * i]).filter((n) => n > 1e-3).length : 0;
-    set(this.canvas, { "aria-label": `Forces of ${model.tactels} tactels; ${pressed} of them are pressed. The table of resultants sums them up.` });
+    set(this.canvas, { "aria-label": `Forces of ${model.tactels} ${kind}s; ${pressed} of them are pressed. The table of resultants sums them up.` });
   }
 }
 

@@ -13,6 +13,8 @@ interface Facts {
   tactels: { count: [number, number]; pitch: number };
   views: [key: string, name: string][];
   slices: number;
+  /** Extent of a skin [m]; null of a pad with tactels. */
+  skin: [number, number] | null;
 }
 
 export class PadModel {
@@ -27,6 +29,12 @@ export class PadModel {
   /** Half of the sides [mm]. */
   get half(): [number, number] {
     return [this.facts.pad.length * 500, this.facts.pad.width * 500];
+  }
+
+  /** Half of the sides of what can be pressed [mm]. */
+  get reach(): [number, number] {
+    const { skin } = this.facts;
+    return skin ? [skin[0] * 500, skin[1] * 500] : this.half;
   }
 
   get tactels(): number {

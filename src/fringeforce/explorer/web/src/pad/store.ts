@@ -27,6 +27,8 @@ export class PadStore extends Timeline<State> {
   view: View;
   /** Half of the pad's sides [mm]. */
   half: [number, number] = [1, 1];
+  /** Half of the sides of what can be pressed [mm]. */
+  reach: [number, number] = [1, 1];
 
   constructor(hash: string, onChange: (before: State) => void) {
     const values = linked(hash);
@@ -47,7 +49,7 @@ export class PadStore extends Timeline<State> {
   touch(number: number, part: Partial<Contact>, commit = true): void {
     const { contacts, friction } = this.state;
     const changed = contacts.map((old, i) =>
-      i === number ? held({ ...old, ...part }, friction, this.half) : old,
+      i === number ? held({ ...old, ...part }, friction, this.reach) : old,
     );
     this.change({ contacts: changed, preset: "" }, commit);
   }
@@ -57,7 +59,7 @@ export class PadStore extends Timeline<State> {
     const { contacts, friction } = this.state;
     if (contacts.length >= MOST) return false;
     this.view.selected = contacts.length;
-    this.change({ contacts: [...contacts, held(contact, friction, this.half)], preset: "" }, commit);
+    this.change({ contacts: [...contacts, held(contact, friction, this.reach)], preset: "" }, commit);
     return true;
   }
 
@@ -68,7 +70,7 @@ export class PadStore extends Timeline<State> {
 
   rub(friction: number): void {
     const limit = clamped(friction, ...LIMITS.friction);
-    const contacts = this.state.contacts.map((contact) => held(contact, limit, this.half));
+    const contacts = this.state.contacts.map((contact) => held(contact, limit, this.reach));
     this.change({ friction: limit, contacts });
   }
 

@@ -11,6 +11,7 @@ import { layout } from "../layout";
 import { Page } from "../page";
 import { Plot } from "../plots";
 import { answer, type Message } from "../protocol";
+import { StrainPanel } from "../strain";
 import { Editor } from "./editor";
 import { held, sent } from "./fingers";
 import { SkinModel, type SkinReading } from "./model";
@@ -43,6 +44,12 @@ export class SkinExplorer {
   private readonly strip = new StripView(this.store);
   private readonly editor = new Editor(this.store);
   private readonly form = new DesignForm(this.store, SKIN_GROUPS, false);
+  private readonly strain = new StrainPanel(
+    this.store,
+    () => this.connection,
+    () => this.question("strain", {}),
+    () => this.schedule(),
+  );
   private readonly plots = (["pressure", "shear"] as const).map(
     (part) => new Plot(byId(part), { height: 170, label: `${part}, MPa`, curves: CURVES, band: [3, 4] }),
   );
@@ -91,6 +98,7 @@ export class SkinExplorer {
 
   private wantReading(): void {
     this.connection.want("read", () => this.question("read", {}));
+    this.strain.want();
   }
 
   /** A question about the fingers on the current design. */
@@ -104,6 +112,7 @@ export class SkinExplorer {
     const { header, blocks } = message;
     if (message.type === "hello") this.page.offer(header.designs as string[], this.store.state.start);
     else if (message.type === "model") this.modelled(new SkinModel(message));
+    else if (message.type === "strain") this.strain.take(message);
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
     else if (message.type === "reading" && header.design === this.model?.id) {
@@ -130,6 +139,10 @@ export class SkinExplorer {
 
   private refused(header: Record<string, unknown>): void {
     if (header.stale) return;
+    if (header.of === "strain") {
+      this.strain.refuse(header.text as string);
+      return;
+    }
     const aboutDesign = header.of === "design";
     if (aboutDesign) byId("solving").textContent = "";
     this.page.notice(aboutDesign ? this.form.refuse(header.text as string) : (header.text as string));
@@ -149,6 +162,7 @@ export class SkinExplorer {
     if (!model) return;
     const width = byId("strip").clientWidth;
     this.strip.draw(model, width);
+    this.strain.draw(model, width);
     if (!reading) return;
     drawFringes(this.fringes, model, reading.phase, layout(width, model.facts.strip.length));
     this.camera.draw(width, [model.millimetres, Float32Array.from(reading.frame)]);

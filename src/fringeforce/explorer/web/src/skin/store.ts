@@ -17,9 +17,12 @@ export class SkinStore extends Timeline<State> {
   selected = 0;
   /** Half of the skin's extent [mm]. */
   half = 1000;
+  /** Whether finite strain is shown beside the linear one. */
+  finite: boolean;
 
   constructor(hash: string, onChange: (before: State) => void) {
     super(stateOf(linked(hash)), onChange);
+    this.finite = linked(hash).has("finite");
   }
 
   get finger(): Finger | undefined {
@@ -51,6 +54,7 @@ export class SkinStore extends Timeline<State> {
   get hash(): string {
     const values = linkOf(this.state);
     values.set("f", this.state.fingers.map(written).join(";"));
+    if (this.finite) values.set("finite", "1");
     return `#${values}`;
   }
 }
