@@ -14,6 +14,8 @@ from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.sparse import csr_array
 
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
@@ -354,19 +356,34 @@ def coefficients(values: Array, count: int) -> Array:
     -------
     ndarray, shape (..., m)
     """
-    # one product of matrices: a stack of small ones takes several times as long
-    flat = values.reshape(-1, values.shape[-1]) @ _fitted(values.shape[-1], count)
-    return flat.reshape(*values.shape[:-1], count)
+    samples = values.shape[-1]
+    onto, factor = _normal(samples, count)
+    # a column for each profile; samples come first where a spline was evaluated at them
+    columns = np.moveaxis(values, -1, 0).reshape(samples, -1)
+    found = cho_solve_banded((factor, True), onto @ columns, check_finite=False)
+    return np.ascontiguousarray(found.T).reshape(*values.shape[:-1], count)
 
 
 @cache
-def _fitted(samples: int, count: int) -> Array:
-    """Coefficients of each of so many samples, shape (s, m)."""
+def _normal(samples: int, count: int) -> tuple[csr_array, Array]:
+    """Normal equations of so many samples, which splines of four nodes each make banded.
+
+    Returns
+    -------
+    onto : sparse array, shape (m, s)
+        Right-hand sides of samples.
+    factor : ndarray, shape (4, m)
+        Lower Cholesky factor, as `scipy.linalg.cho_solve_banded` takes it.
+    """
     first, weights = node_weights(np.linspace(1, count - 2, samples), count)
-    splines = np.zeros((samples, count))
+    nodes = first[:, None] + np.arange(4)
+    rows = np.repeat(np.arange(samples), 4)
+    splines = csr_array((weights.ravel(), (rows, nodes.ravel())), shape=(samples, count))
+    gram = (splines.T @ splines).toarray()
+    bands = np.zeros((4, count))
     for k in range(4):
-        splines[np.arange(samples), first + k] = weights[:, k]
-    return np.asarray(np.linalg.pinv(splines), dtype=float).T
+        bands[k, : count - k] = np.diagonal(gram, -k)
+    return splines.T.tocsr(), np.asarray(cholesky_banded(bands, lower=True))
 
 
 def _contact_moments(
