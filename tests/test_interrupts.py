@@ -38,11 +38,15 @@ def test_a_second_interrupt_neither_breaks_off_the_end_nor_waits(tmp_path: Path)
     run = subprocess.Popen(
         command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    time.sleep(4.0)
-    for _ in range(3):
-        os.killpg(run.pid, signal.SIGINT)
-        time.sleep(0.02)
-    _, said = run.communicate(timeout=60.0)
+    try:
+        time.sleep(4.0)
+        for _ in range(3):
+            os.killpg(run.pid, signal.SIGINT)
+            time.sleep(0.02)
+        _, said = run.communicate(timeout=60.0)
+    finally:
+        run.kill()
+        run.wait()
     assert run.returncode in (130, -signal.SIGINT)  # a shell calls both of them 130
     assert "Traceback" not in said
     assert not list(tmp_path.glob(".*"))

@@ -218,6 +218,22 @@ def test_tractions_carry_the_force(model: PadModel, reader: ff.Reader) -> None:
     assert np.abs(off).mean() < 0.15 * pressure
 
 
+def test_contacts_push_within_the_friction_cone() -> None:
+    pad = ff.characterize(ff.load_sensor("fingertip"))
+    first = ff.Press(x=1.6e-3, y=-1e-3, radius=4e-3, normal=1.0, tangential=(0.2, 0.0))
+    second = ff.Press(x=-2.5e-3, y=1.5e-3, radius=3e-3, normal=0.5, tangential=(0.0, -0.1))
+    truth, reader = np.array([1.5, 0.2, -0.1]), ff.Reader(pad)
+    for seed in range(2, 6):
+        frame = pad.expose([first, second], rng=seed)
+        for found in (reader.search(frame), reader.read(frame)):  # alone, and from the last one
+            assert found.ok
+            assert found.total is not None
+            assert (np.abs(found.total.force - truth) < FAR * found.total.force_std).all()
+            for one in found.contacts:
+                normal, *shear = one.force
+                assert np.hypot(*shear) <= 1.000001 * pad.sensor.skin.friction * normal
+
+
 def test_nothing_is_no_contact(model: PadModel, reader: ff.Reader) -> None:
     reading = reader.search(model.expose(np.zeros((model.sensor.tactels.total, 3)), rng=0))
     assert reading.status is ff.Status.NO_CONTACT

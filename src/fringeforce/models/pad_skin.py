@@ -340,10 +340,16 @@ class PadSkinModel:
                 found.append((1 + part, normal * each[1 + part, SHEARS[term]]))
         return found
 
+    @property
+    def friction(self) -> float:
+        """Largest |tangential| / normal force of a contact."""
+        assert self.pad.skin is not None
+        return self.pad.skin.friction
+
     def drawn(self, count: int) -> tuple[Array, Array]:
         """Mean and standard deviation of the unknowns of contacts before a frame, (k, SIZE_OF)."""
         assert self.pad.skin is not None
-        cover, friction = self.pad.transducer.compliant.thickness, self.pad.skin.friction
+        cover, friction = self.pad.transducer.compliant.thickness, self.friction
         mean, std = np.zeros(SIZE_OF), np.zeros(SIZE_OF)
         std[:PLACE] = FORCE, friction * FORCE, friction * FORCE
         std[PLACE:SHAPE] = np.array(self.pad.skin.extent) / 2

@@ -298,6 +298,7 @@ class PadSkinReader(PadFrames):
         near = BESIDE * self._cover + reach[weak] + np.delete(reach, weak)
         if (apart > near).all() and not self._faint(one)[weak]:
             return None
+        rest[int((apart - near).argmin()), :PLACE] += one.contacts[weak, :PLACE]
         return fit.climb(fit.at(rest, one.extra), np.ones(rest.shape, dtype=bool), FOLLOWED)
 
     @cached_property
