@@ -79,7 +79,8 @@ export class ForceMap {
     const kind = model.facts.skin ? "square" : "tactel";
     const spread = reading ? middle(reading.std, 0) : Number.NaN;
     const pulled = reading ? Math.max(middle(reading.std, 1), middle(reading.std, 2)) : Number.NaN;
-    const sure = spread > 0
+    // most squares of a skin are under no contact, whose deviations are in the table
+    const sure = spread > 0 && !model.facts.skin
       ? ` Read to ±${(spread * 1e3).toPrecision(2)} mN, shear to ±${(pulled * 1e3).toPrecision(2)} mN (σ, median ${kind}).`
       : "";
     this.legend.textContent = `A disc that fills its cell: ${full.normal} N. An arrow of 1.5 cells: ${full.shear} N.${sure}`;

@@ -51,7 +51,7 @@ function cell(truth: number, value: number, spread: number): HTMLElement {
   return element(
     "td",
     {},
-    element("span", {}, `${fixed(value, digits)} ± ${fixed(spread, digits)}`),
+    element("span", {}, `${fixed(value, digits)} ±\u00a0${fixed(spread, digits)}`),
     element("small", {}, fixed(truth, digits)),
   );
 }
