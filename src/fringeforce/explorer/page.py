@@ -158,9 +158,15 @@ SKIN_PAGE = Page(
 )
 
 
-PAGES = {"strip": STRIP_PAGE, "strip skin": SKIN_PAGE, "pad": PAD_PAGE, "pad skin": PAD_PAGE}
+PAGES = {
+    ("strip", False): STRIP_PAGE,
+    ("strip", True): SKIN_PAGE,
+    ("pad", False): PAD_PAGE,
+    ("pad", True): PAD_PAGE,
+}
+"""Pages by the kind of sensor and whether it has a skin."""
 
 
 def page_of(sensor: Sensor | Pad) -> Page:
     """The page that shows a sensor."""
-    return PAGES[sensor.kind if sensor.skin is None else f"{sensor.kind} skin"]
+    return PAGES[sensor.kind, sensor.skin is not None]

@@ -379,10 +379,10 @@ def _normal(samples: int, count: int) -> tuple[csr_array, Array]:
     nodes = first[:, None] + np.arange(4)
     rows = np.repeat(np.arange(samples), 4)
     splines = csr_array((weights.ravel(), (rows, nodes.ravel())), shape=(samples, count))
-    gram = (splines.T @ splines).toarray()
+    gram = splines.T @ splines
     bands = np.zeros((4, count))
     for k in range(4):
-        bands[k, : count - k] = np.diagonal(gram, -k)
+        bands[k, : count - k] = gram.diagonal(-k)
     return splines.T.tocsr(), np.asarray(cholesky_banded(bands, lower=True))
 
 

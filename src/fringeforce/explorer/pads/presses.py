@@ -11,7 +11,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.nodes import Squares
 from fringeforce.contacts.press import Press, Tractions
-from fringeforce.contacts.resultant import Resultant
+from fringeforce.contacts.resultant import Resultant, resultant_matrix
 from fringeforce.design.pad import Pad
 from fringeforce.explorer.pads.fingers import SHOWN
 from fringeforce.explorer.pads.protocol import PressedRequest
@@ -90,6 +90,7 @@ def sums(parts: Sequence[Tractions], total: Resultant | None, read: Sequence[Res
 
 
 def _true(places: Array, forces: Array) -> Array:
-    (x, y), normal = places.T, forces[:, 0]
-    spin = x @ forces[:, 2] - y @ forces[:, 1]
-    return np.array([*forces.sum(axis=0), spin, *(normal @ places / normal.sum())])
+    normal, *shear, about_x, about_y, spin = np.einsum(
+        "rnc,nc->r", resultant_matrix(places), forces
+    )
+    return np.array([normal, *shear, spin, about_y / normal, -about_x / normal])

@@ -81,9 +81,8 @@ def read(path: str, wish: PressedRequest) -> Answer:
     from fringeforce.contacts.resultant import resultant
     from fringeforce.explorer.pads.fingers import SHOWN, groups
 
-    pad = model_of(path).sensor
-    tactels = pad.tactels
-    forces, reading = _read(path, wish)
+    model: PadModel = model_of(path)
+    pad, reading = model.sensor, _reading(path, wish)
     facts = verdict(reading.status, reading.advice, reading.chi2)
     found = {"forces": reading.forces, "std": reading.std}
     if pad.skin is not None:
@@ -91,6 +90,7 @@ def read(path: str, wish: PressedRequest) -> Answer:
 
         parts = acting(pad, wish)
         return facts, {**found, "sums": sums(parts, reading.total, reading.contacts)}
+    tactels, forces = pad.tactels, _forces(model, wish)
     members = [np.arange(tactels.total), *map(np.flatnonzero, groups(tactels, wish.contacts))]
     rows = []
     for group in members:
@@ -103,7 +103,7 @@ def read(path: str, wish: PressedRequest) -> Answer:
 def file(path: str, wish: PadDownloadRequest) -> Answer:
     """A file of the pad's design, model, forces or reading."""
     model: PadModel = model_of(path)
-    return download(wish.kind, model, _forces(model, wish), lambda: _read(path, wish)[1])
+    return download(wish.kind, model, _forces(model, wish), lambda: _reading(path, wish))
 
 
 def _forces(model: PadModel, wish: PressedRequest) -> Array:
@@ -138,11 +138,10 @@ def _slices(model: PadModel, wish: PressedRequest) -> Single:
     return press_slices(model.sensor, presses, *model.sensor.pixel_positions).astype(np.float32)
 
 
-def _read(path: str, wish: PressedRequest) -> tuple[Array, Reading]:
-    """True forces, and the reading of one noisy frame of them."""
+def _reading(path: str, wish: PressedRequest) -> Reading:
+    """The reading of one noisy frame."""
     model: PadModel = model_of(path)
-    frame = model.expose(_acting(model, wish), rng=wish.seed)
-    return _forces(model, wish), _reader(path).read(frame)
+    return _reader(path).read(model.expose(_acting(model, wish), rng=wish.seed))
 
 
 @lru_cache(maxsize=6)

@@ -361,9 +361,9 @@ class SkinFit:
         """Contacts that push, within the friction cone, on the pad, with sizes that make sense."""
         found, cover = contacts.copy(), self.model.sensor.transducer.compliant.thickness
         found[:, 0] = np.maximum(found[:, 0], WEAKEST)
-        most = self.skin.friction * found[:, 0]
+        held = self.skin.friction * found[:, 0]
         shear = np.hypot(found[:, 1], found[:, 2])
-        found[:, 1:PLACE] *= np.minimum(1.0, most / np.maximum(shear, most))[:, None]
+        found[:, 1:PLACE] *= (held / np.maximum(shear, held))[:, None]
         pad = self.model.sensor.transducer
         ends = np.array([pad.length, pad.width]) / 2
         found[:, PLACE:SHAPE] = np.clip(found[:, PLACE:SHAPE], -ends, ends)
