@@ -83,7 +83,7 @@ def test_derivatives_are_those_of_the_loads(model: PadModel) -> None:
         # curvatures take the lowest alone
         change = change[:, : harmonics.shape[-2], : harmonics.shape[-1]]
         mine = np.zeros_like(change)
-        mine[... if component == 3 else component] = harmonics
+        mine[... if component is None else component] = harmonics
         assert np.abs(change - mine).max() < 5e-3 * np.abs(change).max(), k
 
 
@@ -259,6 +259,10 @@ def test_moving_contacts_are_followed_and_end_and_new_ones_are_searched(model: P
     assert total is not None
     off = np.concatenate([total.force, total.centre]) - expected(model.sensor, rows[2])
     assert (np.abs(off) < FAR * total.std[VALUES]).all()
+    # an earlier matrix serves while it is nearly right
+    searched = ff.Reader(model).search(frames[2]).total
+    assert searched is not None
+    np.testing.assert_allclose(total.std[VALUES], searched.std[VALUES], rtol=0.1)
 
 
 def test_what_the_skin_of_a_pad_does_not_allow_for_is_told(model: PadModel) -> None:

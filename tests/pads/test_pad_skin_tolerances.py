@@ -158,7 +158,8 @@ def test_frames_that_follow_carry_on_what_lasts(drawn: PadModel) -> None:
     alone, last = ff.Reader(model).search(frames[-1]).total, readings[-1].total
     assert alone is not None
     assert last is not None
-    assert (last.std < 1.02 * alone.std).all()
+    # the last is the angle of the axes, which a round contact does not have
+    assert (last.std[:-1] < 1.02 * alone.std[:-1]).all()
     assert distance(readings[-1], truth(model, steps[-1])) < stats.chi2(5).ppf(1 - RARE)
 
 

@@ -136,6 +136,7 @@ def minimise(
     damping: float = FIRST,
     reuse: bool = False,
     curvature: Curvature | None = None,
+    stale: float = STALE,
 ) -> Minimum[Place]:
     """Descend from a place near the minimum, never to a larger loss.
 
@@ -157,6 +158,8 @@ def minimise(
         Whether a curvature serves until steps by it leave much.
     curvature : Curvature, optional
         Of a place near by, if it is reused.
+    stale : float
+        Share of a promise that it may leave before the last step.
     """
     here, step, promised, given = start, np.zeros(0), np.inf, curvature is not None
     for _ in range(steps):
@@ -165,7 +168,7 @@ def minimise(
             curvature = Curvature(about.curvature())
         step, promised = curvature.step(about.gradient)
         last = promised < stop.close
-        if not fresh and promised > (STALE if last and given else SLOW) * before:
+        if not fresh and promised > (stale if last and given else SLOW) * before:
             curvature, fresh, given = Curvature(about.curvature()), True, False
             step, promised = curvature.step(about.gradient)
             last = promised < stop.close

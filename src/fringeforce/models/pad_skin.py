@@ -35,7 +35,7 @@ from fringeforce.mechanics.solid.fourier import retardance_waves
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_spectra import DEGREES, add_loads, fill_terms, pull, radial_table
-from fringeforce.models.pad_synthesis import Synthesis
+from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 DEGREE, RADIAL = 8, 10
@@ -113,7 +113,11 @@ SHEARS = tuple(
     if 0 < term.degree <= SHEAR_DEGREE or (0 < term.degree <= SHEAR_RADIAL and term.waves == 0)
 )
 """Polynomials of pressure and of either component of shear."""
-SIZE_OF = FIRST + len(PRESSURES) + 2 * len(SHEARS)
+_SHAPES = np.array(
+    [(0, term) for term in PRESSURES] + [(part, term) for part in (1, 2) for term in SHEARS]
+)
+"""Component and polynomial of every unknown of the shapes."""
+SIZE_OF = FIRST + len(_SHAPES)
 """Unknowns of a contact."""
 
 
@@ -293,11 +297,10 @@ class PadSkinModel:
         found[first:] = contact[0] * by_mixed[1:, list(SHEARS)].ravel()
         return found
 
-    def derivatives(self, contact: Array, free: Mask) -> list[tuple[int, Single]]:
-        """Derivatives of `loads` by unknowns of a contact: component and harmonics of each.
+    def derivatives(self, contact: Array, free: Mask) -> list[Harmonics]:
+        """Derivatives of `loads` by unknowns of a contact.
 
-        Component 3 stands for all three, of the shape (3, m, n).  Only those harmonics are given
-        that count for curvatures, the lowest.
+        Only those harmonics are given that count for curvatures, the lowest.
 
         Parameters
         ----------
@@ -315,29 +318,29 @@ class PadSkinModel:
             return total
 
         whole = all_three(mixed, shape)
-        each = np.empty((3, len(TERMS), *size), dtype=np.float32)
-        if free[FIRST:].any():
-            fill_terms(grid, _DEGREES, shape, _SCALES.astype(np.float32), each)
-        first, normal = FIRST + len(PRESSURES), np.float32(contact[0])
-        found = list[tuple[int, Single]]()
-        for k in np.flatnonzero(free).tolist():
-            if k < PLACE:
+        found = list[Harmonics]()
+        for k in np.flatnonzero(free[:FIRST]).tolist():
+            if k == 0:
+                values = all_three(mixed_by_normal(mixed, contact), shape)
+            elif k < PLACE:
                 one = np.zeros_like(mixed)
                 one[k, 0] = 1.0
-                found.append(
-                    (3, all_three(mixed_by_normal(mixed, contact) if k == 0 else one, shape))
-                )
+                values = all_three(one, shape)
             elif k < SHAPE:
-                found.append((3, all_three(mixed, shape, k - PLACE + 1)))
-            elif k < FIRST:
+                values = all_three(mixed, shape, k - PLACE + 1)
+            else:
                 ahead = contact.copy()
                 ahead[k] += STEP
-                found.append((3, (all_three(mixed, self._ellipse(ahead)) - whole) / STEP))
-            elif k < first:
-                found.append((0, normal * each[0, PRESSURES[k - FIRST]]))
-            else:
-                part, term = divmod(k - first, len(SHEARS))
-                found.append((1 + part, normal * each[1 + part, SHEARS[term]]))
+                values = (all_three(mixed, self._ellipse(ahead)) - whole) / STEP
+            found.append(Harmonics(None, values))
+        chosen = _SHAPES[free[FIRST:]]
+        if len(chosen):
+            places = np.full((3, len(TERMS)), -1)
+            places[tuple(chosen.T)] = np.arange(len(chosen))
+            each = np.empty((len(chosen), *size), dtype=np.float32)
+            scales = (contact[0] * _SCALES).astype(np.float32)
+            fill_terms(grid, _DEGREES, shape, scales, places, each)
+            found += map(Harmonics, chosen[:, 0].tolist(), each)
         return found
 
     @property

@@ -142,17 +142,26 @@ def add_loads(grid, first, shape, mixed, moved, total) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
-def fill_terms(grid, first, shape, scales, found) -> None:
-    """Fill in harmonics of every polynomial in N, T_x and T_y, shape (3, terms, m, n).
+def fill_terms(grid, first, shape, scales, places, found) -> None:
+    """Fill in harmonics of single polynomials in N, T_x or T_y.
 
-    Parameters are those of `add_loads`, and the scales of the terms.
+    Parameters
+    ----------
+    grid, first, shape
+        As of `add_loads`.
+    scales : ndarray, shape (terms,)
+        Real factors of the terms.
+    places : ndarray of int, shape (3, terms)
+        Where the harmonics of a term go; -1 for none.
+    found : ndarray, shape (count, m, n)
+        Harmonics.
     """
     alpha, beta, reach, norm, table = grid
     (begin, counts), (matrix, at_x, at_y) = first, shape
     n = len(beta)
     q, radial = np.empty(n, np.float32), np.empty((DEGREES + 1, n), np.float32)
-    around = np.empty((2, WAVES, n), np.float32)
-    cosine, sine = np.empty(n, np.float32), np.empty(n, np.float32)
+    around, rows = np.empty((2, WAVES, n), np.float32), np.empty((3, n), np.float32)
+    cosine, sine, base = rows[0], rows[1], rows[2]
     found[:] = 0
     for i in range(len(alpha)):
         for side in range(2):
@@ -166,12 +175,20 @@ def fill_terms(grid, first, shape, scales, found) -> None:
                 for p in range(counts[degree]):
                     t = begin[degree] + p
                     for j in range(n):
-                        base = scales[t] * radial[degree, j] * around[parity, p, j]
-                        real = -sine[j] if parity else cosine[j]
-                        imaginary = cosine[j] if parity else sine[j]
-                        found[0, t, i, j] += real * base
-                        found[1, t, i, j] += imaginary * base
-                        found[2, t, i, j] += sign * imaginary * base
+                        base[j] = scales[t] * radial[degree, j] * around[parity, p, j]
+                    # the real part for N, the imaginary one for T_x and T_y
+                    first_sign = np.float32(-1) if parity else np.float32(1)
+                    real, imaginary = (sine, cosine) if parity else (cosine, sine)
+                    normal, x, y = places[0, t], places[1, t], places[2, t]
+                    if normal >= 0:
+                        for j in range(n):
+                            found[normal, i, j] += first_sign * real[j] * base[j]
+                    if x >= 0:
+                        for j in range(n):
+                            found[x, i, j] += imaginary[j] * base[j]
+                    if y >= 0:
+                        for j in range(n):
+                            found[y, i, j] += sign * imaginary[j] * base[j]
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -51,13 +53,17 @@ class Waves:
         return found
 
     def adjoint(self, values: Single) -> Single:
-        """From derivatives at places, shape (..., places), to those by amplitudes, (..., m)."""
+        """From derivatives at places, shape (..., places, q), to those by amplitudes, (..., q, m).
+
+        Places do not come last, so that halves are added up along rows of numbers.
+        """
+        turned = values.swapaxes(-1, -2)
         if not self.even:
-            return values @ self.table
+            return turned @ self.table
         half = len(self.table)
-        near, far = values[..., :half], values[..., : half - 1 : -1]
-        both = near + far, near - far
-        found = np.empty((*values.shape[:-1], self.table.shape[1]), dtype=np.float32)
+        near, far = values[..., :half, :], values[..., : half - 1 : -1, :]
+        both = (near + far).swapaxes(-1, -2), (near - far).swapaxes(-1, -2)
+        found = np.empty((*turned.shape[:-1], self.table.shape[1]), dtype=np.float32)
         first, second = both if self.sign > 0 else both[::-1]
         np.matmul(first, self.table[:, : self.even], out=found[..., : self.even])
         np.matmul(second, self.table[:, self.even :], out=found[..., self.even :])
@@ -88,6 +94,21 @@ def waves_at(places: Array, side: float, count: int) -> tuple[Index, tuple[Waves
     return numbers, (Waves(cosines, even, 1), Waves(sines, even, -1))
 
 
+class Harmonics(NamedTuple):
+    """Amplitudes of standing waves of loads.
+
+    Attributes
+    ----------
+    component : int or None
+        Of N, T_x and T_y; none if all three are given.
+    values : ndarray, shape (m, n), or (3, m, n)
+        Amplitudes.
+    """
+
+    component: int | None
+    values: Single
+
+
 @dataclass(frozen=True, eq=False)
 class Synthesis:
     """From harmonics to retardance on a grid of places.
@@ -112,8 +133,14 @@ class Synthesis:
         """At columns and rows [m] of a pad with these sides [m], from harmonics as they come."""
         m, n = waves.shape[-2:]
         (first, along), (second, across) = waves_at(x, sides[0], m), waves_at(y, sides[1], n)
-        own = np.ascontiguousarray(waves[..., first[:, None], second])
-        return cls(own, along, across, (first, second))
+        found = cls(waves, along, across, (first, second))
+        return replace(found, waves=found.ordered(waves))
+
+    def ordered(self, values: Single) -> Single:
+        """Values of harmonics as they come, shape (..., m, n), in the order of the waves."""
+        if self.along[0].even or self.across[0].even:
+            return np.ascontiguousarray(values[..., self.orders[0][:, None], self.orders[1]])
+        return values
 
     def modes(self, loads: Single) -> Single:
         """Retardance of every depth profile, shape (2, modes, rows, columns) [rad]."""
@@ -121,38 +148,43 @@ class Synthesis:
 
     def mixed(self, waves: Single, loads: Single) -> Single:
         """Sums (2, modes, m, n) over the components of other waves, as they come, and loads."""
-        first, second = self.orders
-        own = np.ascontiguousarray(waves[..., first[:, None], second])
-        return self._mixed(own, loads)
+        return self._mixed(self.ordered(waves), loads)
 
     def _mixed(self, waves: Single, loads: Single) -> Single:
         sums = np.zeros((*waves.shape[:2], *waves.shape[3:]), dtype=np.float32)
         _mix(waves, *self.orders, loads, sums)
         return sums
 
-    def columns(self, component: int, harmonics: Single) -> Single:
-        """The same of several harmonics of one component, or, as component 3, of all three.
+    def columns(self, harmonics: Sequence[Harmonics], slopes: Single) -> Array:
+        """What harmonics change of something whose derivatives by the modes are known.
 
         Parameters
         ----------
-        component : int
-            Of N, T_x and T_y.
-        harmonics : ndarray, shape (k, m, n), or (k, 3, m, n)
-            Harmonics.
+        harmonics : sequence of Harmonics, length k
+            Of loads.
+        slopes : ndarray, shape (s, 2 modes, rows * columns)
+            Derivatives of s quantities at every place by the modes of A and then of B.
 
         Returns
         -------
-        ndarray, shape (2, k, modes, rows, columns)
-            [rad].
+        ndarray, shape (k, s * rows * columns)
         """
-        first, second = self.orders
-        own = harmonics[..., first[:, None], second]
-        if component == 3:
-            sums = np.einsum("frcmn,qcmn->fqrmn", self.waves, own)
-        else:
-            sums = self.waves[:, None, :, component] * own[:, None]
-        found = self._spread(sums.reshape(2, -1, *sums.shape[3:]))
-        return found.reshape(*sums.shape[:3], *found.shape[2:])
+        (_, modes, _, m, n), pixels = self.waves.shape, slopes.shape[-1]
+        # one after the other, for all together would leave the processor's cache
+        sums = np.empty((2, modes, m, n), dtype=np.float32)
+        part = np.empty_like(sums)
+        found = np.empty((len(harmonics), len(slopes), pixels))
+        for (component, own), row in zip(harmonics, found, strict=True):
+            ordered = self.ordered(own)
+            if component is None:
+                np.multiply(self.waves[:, :, 0], ordered[0], out=sums)
+                for c in (1, 2):
+                    sums += np.multiply(self.waves[:, :, c], ordered[c], out=part)
+            else:
+                np.multiply(self.waves[:, :, component], ordered, out=sums)
+            spread = self._spread(sums).reshape(-1, pixels)
+            np.einsum("sfp,fp->sp", slopes, spread, out=row)
+        return found.reshape(len(harmonics), slopes.shape[0] * pixels)
 
     def _spread(self, sums: Single) -> Single:
         rows, columns = (axis[0].count for axis in (self.across, self.along))
@@ -175,11 +207,12 @@ class Synthesis:
 
     def gather(self, by_modes: Single) -> Single:
         """The same to those by sums of harmonics, shape (2, modes, m, n)."""
-        sums = []
+        _, modes, _, m, n = self.waves.shape
+        sums = np.empty((2, modes, m, n), dtype=np.float32)
         for field, values in enumerate(by_modes):
-            lines = self.along[field].adjoint(values)
-            sums.append(self.across[field].adjoint(lines.swapaxes(1, 2)))
-        return np.stack(sums)
+            lines = self.across[field].adjoint(values)
+            sums[field] = self.along[field].adjoint(lines).swapaxes(1, 2)
+        return sums
 
 
 @njit(cache=True, error_model="numpy", fastmath=True, nogil=True)

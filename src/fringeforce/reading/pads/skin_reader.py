@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
-from fringeforce.reading.pads.following import KEPT
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
@@ -74,6 +74,8 @@ class Expected:
         What is known of these; as stated if not given.
     probability : float
         Of the explanation that is followed.
+    curvature : Curvature
+        Used last.
     """
 
     contacts: Array
@@ -81,6 +83,7 @@ class Expected:
     extra: Array
     prior: Prior | None
     probability: float
+    curvature: Curvature
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +147,7 @@ class PadSkinReader(PadFrames):
         if expected is not None:
             following = replace(fit, prior=expected.prior)
             start_at = following.at(following.limited(expected.contacts), expected.extra)
-            one = following.climb(start_at, expected.free, FOLLOWED)
+            one = following.climb(start_at, expected.free, FOLLOWED, curvature=expected.curvature)
             one = self._touching(following, one)
             if one is not None and self.explains(fit, classifier, one):
                 return self._stated(fit, one, expected.probability, tracked=True), one
@@ -473,6 +476,20 @@ def _whole(one: SkinOptimum) -> bool:
     return bool(one.free.all())
 
 
+def _kept(here: SkinOptimum, change: Array, earlier: Array | None) -> float:
+    """Share of the last change of contacts that the next is expected to have.
+
+    It is the share of the change before it that the last one had, as far as noise tells: of a
+    steady motion all, of noise nothing.
+    """
+    if earlier is None or earlier.shape != change.shape:
+        return 0.0
+    count = int(here.free.sum())
+    known = here.curvature.information[:count, :count]
+    last, first = change[here.free], earlier[here.free]
+    return float(np.clip((last @ known @ first) / max(first @ known @ first, 1.0), 0.0, 1.0))
+
+
 def _noise_makes(free: Mask) -> float:
     """What contacts that noise alone makes gain of the loss at most, as of `FALSE_CONTACT`."""
     return square_limit(float(free.sum()), FALSE_CONTACT)
@@ -494,6 +511,7 @@ class PadSkinFollower(PadFramesFollower):
     def reset(self) -> None:
         """Forget the last readings: the next frame is searched."""
         self._last: SkinOptimum | None = None
+        self._change: Array | None = None
         self._expected: Expected | None = None
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
@@ -506,12 +524,18 @@ class PadSkinFollower(PadFramesFollower):
             return reading
         known, prior = self._single.uncertain, None
         if known is not None:
-            earlier = None if expected is None or not reading.tracked else expected.prior
-            first = earlier or Prior.stated(known)
-            prior = first.after(known, here.extra, here.curvature)
+            told = None if expected is None or not reading.tracked else expected.prior
+            first = told or Prior.stated(known)
+            # a matrix that served before has told already
+            fresh = expected is None or here.curvature is not expected.curvature
+            prior = first.after(known, here.extra, here.curvature if fresh else None)
+        earlier, self._change = self._change, None
         ahead = here.contacts
         if before is not None and reading.tracked and len(before.contacts) == len(ahead):
-            ahead = ahead + KEPT * (ahead - before.contacts)  # none has gone
+            self._change = here.contacts - before.contacts  # none has gone
+            ahead = ahead + _kept(here, self._change, earlier) * self._change
         extra = here.extra if prior is None else prior.mean
-        self._expected = Expected(ahead, here.free, extra, prior, reading.probability)
+        self._expected = Expected(
+            ahead, here.free, extra, prior, reading.probability, here.curvature
+        )
         return reading
