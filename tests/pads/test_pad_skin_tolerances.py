@@ -185,3 +185,31 @@ def test_a_finding_names_what_departs(
     assert words in finding
     assert "standard deviations" in finding
     assert next(iter(departs)) in finding
+
+
+@pytest.mark.parametrize(
+    ("departs", "words"),
+    [
+        ({"camera.shift_x": 0.1e-3}, "shifted along x by 0."),
+        ({"camera.scale": 1.01}, "% larger than drawn"),
+    ],
+)
+def test_what_the_residual_of_all_pixels_hides_is_refused_and_named(
+    drawn: PadModel, reader: ff.Reader, departs: dict[str, float], words: str
+) -> None:
+    # as faint as this the sum of all squares is that of noise
+    faint = [replace(press, normal=press.normal / 2, tangential=(0.0, 0.0)) for press in PRESSES[1]]
+    made, single = loosened(drawn, **departs), PadSkinReader(drawn)
+    frame = made.expose(faint, rng=3)
+    used = single.usable(None)
+    classifier = single.classifier(used)
+    levels = frame.ravel().astype(float)
+    best = single.likeliest(levels, used)
+    assert best is not None
+    assert single.explains(single.fit(classifier.filled(levels), classifier), classifier, best)
+    reading = reader.search(frame)
+    assert reading.status is Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert words in finding
+    assert next(iter(departs)) in finding
+    assert reader.search(drawn.expose(faint, rng=3)).ok

@@ -304,7 +304,7 @@ class Reader:
 
     def _diagnosed(self, reading: Reading, levels: NDArray, used: NDArray[np.bool_]) -> Reading:
         """A reading that says what seems wrong, if no load explains its frame."""
-        if reading.status is not Status.MODEL_MISMATCH:
+        if reading.status is not Status.MODEL_MISMATCH or reading.findings:
             return reading
         return reading.with_findings(lambda: self._diagnosis(levels, used))
 

@@ -31,6 +31,7 @@ from fringeforce.reading.findings import (
     sentence,
     together,
 )
+from fringeforce.reading.pads.departure_test import Sized
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
@@ -57,7 +58,7 @@ BEGUN = 2
 """Steps after which departures are compared."""
 FOLLOWED, STEPS = 6, 20
 """Departures that are followed to their best, and steps for each."""
-UNSEEN = "camera.shift_x", "camera.shift_y", PLACEMENT, SIZE
+UNSEEN = PLACEMENT, SIZE
 """Departures of which a skin shows nothing."""
 MOST = 3
 """Departures that are named together at most."""
@@ -159,25 +160,6 @@ class Candidate:
         share = CENTRE if first else WIDTH
         moved = [share * side * std * extra[place][self.shown[place]] for std, place, _ in chosen]
         return float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
-
-
-@dataclass(frozen=True)
-class Sized:
-    """A departure and by how much a frame shows it.
-
-    Attributes
-    ----------
-    departure : PadDeparture
-        What departs.
-    size : float
-        By how much, root mean square if it is many numbers.
-    significance : float
-        Standard deviations between this and the design.
-    """
-
-    departure: PadDeparture
-    size: float
-    significance: float
 
 
 class PadDiagnosis(ABC):
@@ -367,7 +349,7 @@ class PadSkinDiagnosis(PadDiagnosis):
         self._known: dict[PadDeparture, PadSkinUncertainty] = {}
 
     def possible(self) -> tuple[PadDeparture, ...]:
-        """As of `PadDiagnosis`; contacts beside where they are explain a camera that is shifted."""
+        """As of `PadDiagnosis`; a skin has no tactels."""
         return tuple(one for one in super().possible() if one.path not in UNSEEN)
 
     @cached_property

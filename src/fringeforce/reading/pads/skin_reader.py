@@ -19,6 +19,8 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.findings import RIVAL, sentence
+from fringeforce.reading.pads.departure_test import DepartureTest, Sized
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
@@ -121,6 +123,10 @@ class PadSkinReader(PadFrames):
         squares = PadUncertainty.of(self.model)
         return Search(squares.model, self.response, squares.looseness, squares.still)
 
+    @cached_property
+    def _departures(self) -> DepartureTest:
+        return DepartureTest(self.optics, self.skin)
+
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
         return self.found(levels, used, start=start)[0]
@@ -164,6 +170,11 @@ class PadSkinReader(PadFrames):
             status = classifier.refusal(fit.frame)
             return self._refused(fit, best, status), None
         good.sort(key=lambda one: -self._mass(one))
+        while shown := self._departures.shown(fit, good[0]):
+            if len(good) == 1:
+                finding = sentence(_alike(shown), self.model)
+                return self._refused(fit, good[0], Status.MODEL_MISMATCH, (finding,)), None
+            del good[0]
         weights = posterior_weights(np.array([self._mass(one) for one in good]))
         best = good[0]
         own = np.array([self._same(best, one) for one in good])
@@ -402,6 +413,7 @@ class PadSkinReader(PadFrames):
         status: Status | None = None,
         tracked: bool = False,
         others: list[SkinOptimum] | None = None,
+        findings: tuple[str, ...] = (),
     ) -> Reading:
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
@@ -418,6 +430,7 @@ class PadSkinReader(PadFrames):
             probability=probability,
             alternatives=rivals.reshape(-1, *result.forces.shape),
             tracked=tracked,
+            findings=findings,
             contacts=result.contacts,
             total=result.total,
             traction=result.traction,
@@ -441,9 +454,15 @@ class PadSkinReader(PadFrames):
             traction=result.traction,
         )
 
-    def _refused(self, fit: SkinFit, best: SkinOptimum | None, status: Status) -> Reading:
+    def _refused(
+        self,
+        fit: SkinFit,
+        best: SkinOptimum | None,
+        status: Status,
+        findings: tuple[str, ...] = (),
+    ) -> Reading:
         if best is not None:
-            return self._stated(fit, best, 0.0, status)
+            return self._stated(fit, best, 0.0, status, findings=findings)
         forces = np.zeros(self.forces_shape)
         return Reading.of(
             forces=forces,
@@ -469,6 +488,12 @@ class PadSkinReader(PadFrames):
         place = fit.at(contacts)
         joint = covariance_of(fit.information(place, free))[: free.size, : free.size]
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
+
+
+def _alike(shown: list[Sized]) -> list[Sized]:
+    """Departures whose squares are so near the largest that a frame cannot tell them apart."""
+    least = shown[0].significance ** 2 - 2 * RIVAL
+    return [one for one in shown if one.significance**2 > least]
 
 
 def _whole(one: SkinOptimum) -> bool:
