@@ -111,7 +111,6 @@ def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel,
     size = contacts.size
     template = frame._replace(
         mixing=contacts.mixing,
-        table=contacts.table,
         reach=size.reach,
         place=size.place,
         width=size.width,

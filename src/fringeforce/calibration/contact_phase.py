@@ -17,12 +17,11 @@ from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
 from fringeforce.design.light import Camera
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.estimation.frame_model import moment_table
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import QUICK, STRIP
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
 from fringeforce.models.strip_width import light_line
-from fringeforce.models.uncertainty import ORDER, coefficients, line_moments, mixtures
+from fringeforce.models.uncertainty import coefficients, line_moments, mixtures
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 SOLVED = 16
@@ -66,8 +65,6 @@ class ContactPhases:
         slopes and half curvatures by the entries [rad/N].
     mixing : ndarray, shape (k, K)
         The mixtures from the moments.
-    table : ndarray
-        Coefficients of the moments.
     size : ContactSize
         Of the contacts.
     fine : ndarray, shape (C, 2, K, G)
@@ -88,7 +85,6 @@ class ContactPhases:
     half: float
     lead: CubicSpline
     mixing: Array
-    table: Array
     size: ContactSize
     fine: Array
     places: Array
@@ -242,8 +238,8 @@ def contact_phases(
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.concatenate([middle[None], slopes, curves])
     mixed = np.einsum("kr,ictkg->gctri", spread, parts, optimize=True)
-    lead, table = CubicSpline(grid, mixed), moment_table(ORDER)
-    return ContactPhases(centre, half, lead, mixing, table, size, fine, places, step, origin, bends)
+    lead = CubicSpline(grid, mixed)
+    return ContactPhases(centre, half, lead, mixing, size, fine, places, step, origin, bends)
 
 
 def _grid(drawn: Transducer) -> Array:

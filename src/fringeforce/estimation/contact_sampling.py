@@ -29,6 +29,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.frame_exposure import dot, patch_moments
+from fringeforce.estimation.frame_information import fill_combinations, fill_dots, fill_products
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -50,18 +52,22 @@ ACTIVE = 4
 """Newton steps in which the contacts that pull are found."""
 DRAWS = 48
 """Draws from Laplace's approximation that tell how good it is."""
-CHAINS, WARM, KEPT = 4, 6, 40
+CHAINS, WARM, KEPT = 4, 4, 28
 """Walks, the trajectories of each that only find the step, and those that count."""
 LENGTH = 1.2
 """Mean length of a trajectory, in standard deviations."""
 WORSE = 6.0
 """Mean energy over the least at which a walk is in a valley of no weight, exp(-6) = 0.002."""
 DEPENDENT = 4.0
-"""Neighbouring samples that tell as much as one that is independent of others."""
+"""Neighbouring samples that tell as much of a mean as one that is independent of others."""
+TAILED = 2.0
+"""The same of a covariance over that: the variance of squares is (k - 1) over that of the square of
+a variance, and loads have a kurtosis k of some 5 in their skew directions, normal ones 3."""
 SEED = 20140115
 """Seed of the random numbers, which are the same for every frame: readings can be repeated."""
-STEP = 0.2
-"""First step of the walk, in standard deviations."""
+STEP, RELUCTANCE = 0.3, 0.2
+"""First step of the walk, in standard deviations, and how little surplus acceptance changes it: the
+step suits most walks, and few trajectories tell no better one."""
 WANTED = 0.75
 """Share of trajectories that are to be accepted (Betancourt et al., arXiv:1411.6669)."""
 MOST = 20
@@ -83,8 +89,6 @@ class Contacts(NamedTuple):
         Of the loads before the frame.
     friction, stiff : float
         Largest |tangential| / normal force (negative if any), and penalty of pulling [1/N^2].
-    table : ndarray, shape (K, K // 2 + 1)
-        Coefficients of the moments.
     place, width, width_std, narrow : float
         As of `FrameModel`, in units of the reach; deviations are zero for what is known.
     """
@@ -95,7 +99,6 @@ class Contacts(NamedTuple):
     precision: Array
     friction: float
     stiff: float
-    table: Array
     place: float
     width: float
     width_std: float
@@ -160,7 +163,6 @@ def contacts_about(
         prior.precision[: at.loads].copy(),
         prior.friction,
         1 / prior.yielding**2,
-        model.table,
         model.place / model.reach if at.width > at.place else 0.0,
         model.width / model.reach,
         model.width_std / model.reach if at.fields > at.width else 0.0,
@@ -172,34 +174,14 @@ def contacts_about(
 
 
 @sums
-def _powers(table, place, square, mean, by_place, by_square):
-    """Moments of a patch at a place of squared half width `square`, and their derivatives."""
-    order = len(table)
-    places, squares = np.empty(order + 1), np.empty(order // 2 + 1)
-    places[0] = squares[0] = 1.0
-    for k in range(order):
-        places[k + 1] = places[k] * place
-    for i in range(order // 2):
-        squares[i + 1] = squares[i] * square
-    for k in range(order):
-        a = b = c = 0.0
-        for i in range(k // 2 + 1):
-            power, weight = k - 2 * i, table[k, i]
-            a += weight * places[power] * squares[i]
-            if power > 0:
-                b += weight * power * places[power - 1] * squares[i]
-            if i > 0:
-                c += weight * i * places[power] * squares[i - 1]
-        mean[k], by_place[k], by_square[k] = a, b, c
+def _influence(contacts, z, moments, used, out):
+    """Influence of all contacts, moments with their derivatives by place and width.
 
-
-@sums
-def _influence(contacts, z, moments, moved, out):
-    """Influence of all contacts, and moments with their derivatives by place and width."""
+    `used` is how many moments of each component count.
+    """
     tactels = len(contacts.profiles)
-    order, rank = contacts.profiles.shape[2:]
+    order = contacts.profiles.shape[2]
     placed, wider = contacts.place > 0, contacts.width_std > 0
-    out[:] = 0.0
     for j in range(tactels):
         shift, wide, slope = 0.0, contacts.width, 0.0
         if placed:
@@ -209,52 +191,59 @@ def _influence(contacts, z, moments, moved, out):
             root = np.sqrt(value * value + contacts.narrow * contacts.narrow)
             wide, slope = (value + root) / 2, 0.5 * (1 + value / root)
         half = wide / 2
-        _powers(contacts.table, shift, half * half, moments[0, j], moments[1, j], moments[2, j])
+        patch_moments(shift, half, moments[0, j], moments[1, j], moments[2, j])
+        used[j] = 1
         for k in range(order):
             moments[1, j, k] *= contacts.place
-            moments[2, j, k] *= half * slope * contacts.width_std
-            factor = moments[0, j, k]
-            most = max(abs(factor), abs(moments[1, j, k]), abs(moments[2, j, k]))
+            moments[2, j, k] *= slope / 2 * contacts.width_std
+            most = max(abs(moments[0, j, k]), abs(moments[1, j, k]), abs(moments[2, j, k]))
             for c in range(2):
-                moved[j, c, k] = most * contacts.largest[j, c, k] > NEGLIGIBLE
-                if not moved[j, c, k]:
-                    continue
-                row, own = contacts.profiles[j, c, k], out[2 * j + c]
-                for i in range(rank):
-                    own[i] += factor * row[i]
+                if most * contacts.largest[j, c, k] > NEGLIGIBLE:
+                    used[j, c] = k + 1
+        for c in range(2):
+            count = used[j, c]
+            fill_combinations(
+                moments[:1, j, :count], contacts.profiles[j, c], out[2 * j + c : 2 * j + c + 1]
+            )
 
 
 @sums_entry
 def influence(contacts, z):
     """Influence of all contacts at places and widths, shape (2n, r)."""
     tactels, _, order, rank = contacts.profiles.shape
-    out = np.empty((2 * tactels, rank))
-    moved = np.empty((tactels, 2, order), np.bool_)
-    _influence(contacts, z, np.empty((3, tactels, order)), moved, out)
+    out, used = np.empty((2 * tactels, rank)), np.empty((tactels, 2), np.int64)
+    _influence(contacts, z, np.empty((3, tactels, order)), used, out)
     return out
 
 
 @sums
-def _cone(contacts, loads, hessian, push):
-    """Add what the cone adds to half the second derivative, and give its penalty."""
+def _cone(contacts, loads, sides):
+    """Penalty of the cone, and the sides of it that loads miss, into `sides`."""
     penalty = 0.0
     for j in range(len(loads) // 2):
-        a, b = 2 * j, 2 * j + 1
-        if contacts.friction < 0:
-            if loads[a] < 0:
-                hessian[a, a] += contacts.stiff
-                penalty += contacts.stiff * loads[a] ** 2
-                push[a] = 1.0
-            continue
-        for side in (-1.0, 1.0):
-            miss = contacts.friction * loads[a] + side * loads[b]
-            if miss < 0:
-                penalty += contacts.stiff * miss * miss
-                hessian[a, a] += contacts.stiff * contacts.friction**2
-                hessian[b, b] += contacts.stiff
-                hessian[b, a] += contacts.stiff * side * contacts.friction
-                push[a if side < 0 else b] = 1.0
+        a, b = loads[2 * j], loads[2 * j + 1]
+        for c in range(2):
+            miss = contacts.friction * a + (2 * c - 1) * b
+            if contacts.friction < 0:
+                miss = a if c == 0 else 0.0
+            sides[2 * j + c] = 1.0 if miss < 0 else 0.0
+            penalty += contacts.stiff * min(miss, 0.0) ** 2
     return penalty
+
+
+@sums
+def _stiffen(contacts, sides, hessian):
+    """Add what the cone adds on some of its sides to half the second derivative."""
+    for j in range(len(sides) // 2):
+        a, b = 2 * j, 2 * j + 1
+        for c in range(2):
+            stiff, slope = contacts.stiff * sides[2 * j + c], contacts.friction
+            if slope < 0:
+                hessian[a, a] += stiff
+                continue
+            hessian[a, a] += stiff * slope * slope
+            hessian[b, b] += stiff
+            hessian[b, a] += stiff * (2 * c - 1) * slope
 
 
 @sums
@@ -310,75 +299,65 @@ def _inverse(lower, out):
 
 
 @sums
-def _density(contacts, z, loads, inverse, gradient):
-    """Negative logarithm of the density of places and widths, its gradient, and the loads given."""
+def _density(contacts, z, sides, loads, inverse, gradient):
+    """Negative logarithm of the density of places and widths, its gradient, and the loads given.
+
+    `sides` of the cone are those to begin with, and those found.
+    """
     tactels, _, order, rank = contacts.profiles.shape
     size = 2 * tactels
     moments, shown = np.empty((3, tactels, order)), np.empty((size, rank))
-    moved = np.empty((tactels, 2, order), np.bool_)
-    _influence(contacts, z, moments, moved, shown)
+    used = np.empty((tactels, 2), np.int64)
+    _influence(contacts, z, moments, used, shown)
     bare, hessian, lower = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
     right = np.empty(size)
     # loops rather than BLAS, whose sums depend on where arrays lie: readings can be repeated
+    fill_products(shown, shown, size, bare)
     for x in range(size):
-        for y in range(x + 1):
-            total = 0.0
-            for i in range(rank):
-                total += shown[x, i] * shown[y, i]
-            bare[x, y] = total
         bare[x, x] += contacts.precision[x]
-        total = 0.0
-        for i in range(rank):
-            total += shown[x, i] * contacts.target[i]
-        right[x] = total
+        right[x] = dot(shown[x], contacts.target)
     # the cone is quadratic on each of its sides: Newton's steps end when the sides stay the same
-    sides, before = np.zeros(size), np.zeros(size)
-    hessian[:] = bare
-    penalty = 0.0
+    before, penalty = np.empty(size), 0.0
     for _ in range(ACTIVE):
+        before[:] = sides
+        hessian[:] = bare
+        _stiffen(contacts, sides, hessian)
         _factorise(hessian, lower)
         _substitute(lower, right, loads)
-        before[:] = sides
-        sides[:] = 0.0
-        hessian[:] = bare
-        penalty = _cone(contacts, loads, hessian, sides)
+        penalty = _cone(contacts, loads, sides)
         same = True
         for x in range(size):
             same = same and sides[x] == before[x]
         if same:
             break
     _inverse(lower, inverse)
-    left, pull = -contacts.target, np.empty(rank)
-    for x in range(size):
-        for i in range(rank):
-            left[i] += loads[x] * shown[x, i]
     value = penalty
-    for i in range(rank):
-        value += left[i] * left[i]
     for x in range(size):
         value += contacts.precision[x] * loads[x] ** 2 + 2 * np.log(lower[x, x])
     for x in range(len(z)):
         value += z[x] * z[x]
         gradient[x] = z[x]
     placed, wider = contacts.place > 0, contacts.width_std > 0
+    left, pull, along = -contacts.target, np.empty(rank), np.empty(order)
+    for x in range(size):
+        for i in range(rank):
+            left[i] += loads[x] * shown[x, i]
+    value += dot(left, left)
     for x in range(size):
         j, c = x // 2, x % 2
         for i in range(rank):
             pull[i] = loads[x] * left[i]
-        for y in range(0, size, 2):
+        for y in range(0, size - 1, 2):
             a, b = inverse[x, y], inverse[x, y + 1]
+            one, two = shown[y], shown[y + 1]
             for i in range(rank):
-                pull[i] += a * shown[y, i] + b * shown[y + 1, i]
-        for k in range(1, order):
-            if not moved[j, c, k]:
-                continue
-            row, along = contacts.profiles[j, c, k], 0.0
-            for i in range(rank):
-                along += row[i] * pull[i]
+                pull[i] += a * one[i] + b * two[i]
+        fill_dots(contacts.profiles[j, c], pull, used[j, c], along)
+        for k in range(1, used[j, c]):
             if placed:
-                gradient[j] += along * moments[1, j, k]
+                gradient[j] += along[k] * moments[1, j, k]
             if wider:
-                gradient[len(z) - tactels + j] += along * moments[2, j, k]
+                gradient[len(z) - tactels + j] += along[k] * moments[2, j, k]
     return 0.5 * value
 
 
@@ -406,7 +385,7 @@ def density(contacts, z):
     """
     size = 2 * len(contacts.profiles)
     loads, inverse, gradient = np.empty(size), np.empty((size, size)), np.empty(len(z))
-    value = _density(contacts, z, loads, inverse, gradient)
+    value = _density(contacts, z, np.zeros(size), loads, inverse, gradient)
     return value, gradient, loads, inverse
 
 
@@ -448,7 +427,8 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
     loads, inverse = np.empty(most), np.empty((most, most))
     own, within = np.empty(most), np.empty((most, most))
     here, trial, gradient, slope = start.copy(), start.copy(), np.empty(size), np.empty(size)
-    energy = _density(contacts, here, own, within, gradient)
+    sides = np.zeros(most)
+    energy = _density(contacts, here, sides, own, within, gradient)
     kept, given = np.empty((count - warm, size)), np.empty((count - warm, most))
     energies, covariance = np.empty(count - warm), np.zeros((most, most))
     averaged, surplus = np.log(STEP), 0.0
@@ -473,7 +453,7 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
                 for y in range(x + 1):
                     total += scale[x, y] * momentum[y]
                 trial[x] += step * total
-            reached = _density(contacts, trial, loads, inverse, slope)
+            reached = _density(contacts, trial, sides, loads, inverse, slope)
             for x in range(size):
                 total = 0.0
                 for y in range(x, size):
@@ -492,7 +472,7 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
             energy = reached
         if t < warm:
             surplus += (WANTED - chance - surplus) / (t + 1 + 10)
-            log_step = np.log(10 * STEP) - np.sqrt(t + 1) / 0.05 * surplus
+            log_step = np.log(STEP) - np.sqrt(t + 1) / RELUCTANCE * surplus
             weight = (t + 1) ** -0.75
             averaged = weight * log_step + (1 - weight) * averaged
         else:
@@ -562,7 +542,7 @@ def sampled_loads(
     within = np.mean([own for _, _, own, _ in walks], axis=0)
     independent = len(loads) / DEPENDENT
     # few samples leave some directions too narrow: Laplace's counts as many as there are loads
-    known = len(laplace)
-    covariance = independent * (within + np.cov(loads.T)) + known * laplace
-    covariance *= (1 + 1 / independent) / (independent + known)
+    known, told = len(laplace), independent / TAILED
+    covariance = told * (within + np.cov(loads.T)) + known * laplace
+    covariance *= (1 + 1 / independent) / (told + known)
     return loads.mean(axis=0), covariance

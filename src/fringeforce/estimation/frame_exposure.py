@@ -29,23 +29,21 @@ _C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7 = map(float, _COSINE)
 
 
 @sums
-def _moments(table, place, square, mean, by_place, by_square):
-    """Moments of a patch at a place of squared half width `square`, and their derivatives.
+def patch_moments(place, half, mean, by_place, by_half):
+    """Moments of a patch at a place, and their derivatives by that and its half width.
 
-    The mean of t^k over a patch changes with its place by that of k t^(k - 1).
+    The mean of t^k between a and b is S_k / (k + 1) with S_k = a S_(k-1) + b^k, and changes with
+    its place by k times that of t^(k-1).
     """
-    powers, squares = np.ones(len(table)), np.ones(table.shape[1])
-    for k in range(1, len(powers)):
-        powers[k] = powers[k - 1] * place
-    for i in range(1, len(squares)):
-        squares[i] = squares[i - 1] * square
-    for k in range(len(table)):
-        a, b = table[k, 0] * powers[k], 0.0
-        for i in range(1, k // 2 + 1):
-            weight = table[k, i] * powers[k - 2 * i]
-            a += weight * squares[i]
-            b += i * weight * squares[i - 1]
-        mean[k], by_square[k] = a, b
+    a, b = place + half, place - half
+    total = power = 1.0
+    change = before = 0.0
+    for k in range(len(mean)):
+        if k > 0:
+            before, power = power, power * b
+            change = total + a * change - k * before
+            total = a * total + power
+        mean[k], by_half[k] = total / (k + 1), change / (k + 1)
         by_place[k] = k * mean[k - 1] if k > 0 else 0.0
 
 
@@ -76,10 +74,10 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
     if at.fields > at.width:
         wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
     half = wide / (2 * model.reach)
-    order = len(model.table)
+    order = model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
-    _moments(model.table, shift / model.reach, half * half, own, one, other)
-    along, across = model.place / model.reach, half * slope * model.width_std / model.reach
+    patch_moments(shift / model.reach, half, own, one, other)
+    along, across = model.place / model.reach, slope / 2 * model.width_std / model.reach
     for k in range(len(mean)):
         row = model.mixing[k]
         a = b = c = 0.0

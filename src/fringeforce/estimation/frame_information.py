@@ -46,6 +46,36 @@ def fill_products(rows, columns, count, out):
             out[count - 1, k] = dot(rows[count - 1], columns[k])
 
 
+@sums
+def fill_combinations(factors, rows, out):
+    """Factors times rows, into `out`; rows beyond the factors do not count."""
+    for x in range(len(out)):
+        own = out[x]
+        own[:] = 0.0
+        for k in range(factors.shape[1]):
+            factor, row = factors[x, k], rows[k]
+            for i in range(len(own)):
+                own[i] += factor * row[i]
+
+
+@sums
+def fill_dots(rows, line, count, out):
+    """Products of the first rows with a line, four at a time, into `out`."""
+    k = 0
+    while k + 3 < count:
+        p, q, r, s = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
+        a = b = c = d = 0.0
+        for i in range(len(line)):
+            a += p[i] * line[i]
+            b += q[i] * line[i]
+            c += r[i] * line[i]
+            d += s[i] * line[i]
+        out[k], out[k + 1], out[k + 2], out[k + 3] = a, b, c, d
+        k += 4
+    for x in range(k, count):
+        out[x] = dot(rows[x], line)
+
+
 @sums_entry
 def information(model, frame, unknowns, more):
     """Information of the sound pixels about the unknowns: an exact sum over all of them.

@@ -56,8 +56,6 @@ class FrameModel(NamedTuple):
         The same of fewer mixtures of the moments, which are all that likely contacts need.
     mixing : ndarray, shape (k, K)
         The mixtures from the moments.
-    table : ndarray, shape (K, K // 2 + 1)
-        Coefficients of the moments; see `moment_table`.
     reach : float
         Unit of length of the moments [m].
     place : float
@@ -109,7 +107,6 @@ class FrameModel(NamedTuple):
     moments: Array
     profiles: Array
     mixing: Array
-    table: Array
     reach: float
     place: float
     width: float

@@ -119,28 +119,35 @@ def _state(contacts, unknowns, state):
 
 
 @sums
-def _times(rows, matrix, out):
-    """Rows times a matrix, four terms at a time."""
-    rank = len(matrix)
+def _turned(rows, wave, order, out):
+    """Rows in the coordinates that a root by pivots makes, four terms at a time.
+
+    A coordinate counts up to the row of the root whose pivot it is.
+    """
+    count, rank = wave.shape
+    turn = np.empty((rank, count))
+    for i in range(rank):
+        for k in range(count):
+            turn[i, k] = wave[k, order[i]]
     for x in range(len(rows)):
         own, row = out[x], rows[x]
         own[:] = 0.0
         i = 0
         while i + 3 < rank:
-            a, b, c, d = row[i], row[i + 1], row[i + 2], row[i + 3]
-            p, q, r, s = matrix[i], matrix[i + 1], matrix[i + 2], matrix[i + 3]
-            for k in range(len(own)):
+            a, b, c, d = row[order[i]], row[order[i + 1]], row[order[i + 2]], row[order[i + 3]]
+            p, q, r, s = turn[i], turn[i + 1], turn[i + 2], turn[i + 3]
+            for k in range(min(i + 4, count)):
                 own[k] += (a * p[k] + b * q[k]) + (c * r[k] + d * s[k])
             i += 4
         for k in range(i, rank):
-            a, p = row[k], matrix[k]
-            for z in range(len(own)):
+            a, p = row[order[k]], turn[k]
+            for z in range(count):
                 own[z] += a * p[z]
 
 
 @sums
 def _rooted(square, least, root, order):
-    """Root of a positive semidefinite matrix by its largest pivots, in this order.
+    """Root of a positive semidefinite matrix by its largest pivots, in this order, then the others.
 
     Returns
     -------
@@ -174,6 +181,11 @@ def _rooted(square, least, root, order):
         for z in range(k):
             left[order[z]] = -1.0
         rank = k + 1
+    last = rank
+    for i in range(size):
+        if left[i] != -1.0:
+            order[last] = i
+            last += 1
     return rank
 
 
@@ -309,16 +321,15 @@ def _reduced(contacts, prior, known):
                 line[k] -= factor * row[k]
     wave, order = np.empty((rank, rank)), np.empty(rank, np.int64)
     count = _rooted(square, LEAST * prior.precision[0], wave, order)
-    turn = np.ascontiguousarray(wave[:count].T)
     shape = contacts.profiles.shape
     profiles = np.empty((shape[0] * shape[1] * shape[2], count))
-    _times(contacts.profiles.reshape(len(profiles), rank), turn, profiles)
+    _turned(contacts.profiles.reshape(len(profiles), rank), wave[:count], order, profiles)
     ways = contacts.influence.shape
     turned = np.empty((ways[0] * ways[1] * ways[2] * ways[3], count))
-    _times(contacts.influence.reshape(len(turned), rank), turn, turned)
+    _turned(contacts.influence.reshape(len(turned), rank), wave[:count], order, turned)
     loads = len(contacts.curvature)
     curved = np.empty((loads * loads, count))
-    _times(contacts.curvature.reshape(len(curved), rank), turn, curved)
+    _turned(contacts.curvature.reshape(len(curved), rank), wave[:count], order, curved)
     return Reduced(
         root,
         cross,
@@ -371,16 +382,15 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     _shown(contacts, reduced, about, False, np.empty((0, 0)), origin)
     moving = at.fields + len(contacts.influence)
     columns, point = np.empty((moving, count)), np.empty(count)
+    beside, there = np.empty((moving, count)), np.empty(count)
     hessian, cone = np.empty((moving, moving)), np.empty((moving, moving))
     lower, gradient, step = np.empty((moving, moving)), np.empty(moving), np.empty(moving)
     # without products of unknowns the loss is quadratic, but for the cone
     bent = at.fields > at.place or len(contacts.influence) > 0 or len(contacts.curvature) > 0
     unknowns, trial, damping = start.copy(), start.copy(), 1e-2 if bent else 1e-8
-    value, begun = 0.0, False
-    for _ in range(steps):
-        _shown(contacts, reduced, unknowns, True, columns, point)
-        if not begun:
-            value, begun = _value(contacts, prior, told, held, origin, point, unknowns, heat), True
+    _shown(contacts, reduced, unknowns, True, columns, point)
+    value = _value(contacts, prior, told, held, origin, point, unknowns, heat)
+    for turn in range(steps):
         fill_products(columns, columns, moving, hessian)
         for i in range(count):
             apart[i] = (1 + held) * (point[i] - origin[i]) + told[i]
@@ -399,8 +409,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
-                _shown(contacts, reduced, trial, False, columns, point)
-                reached = _value(contacts, prior, told, held, origin, point, trial, heat)
+                _shown(contacts, reduced, trial, turn + 1 < steps, beside, there)
+                reached = _value(contacts, prior, told, held, origin, there, trial, heat)
                 if reached <= value:
                     better = True
                     break
@@ -409,6 +419,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
             break
         gain, value = value - reached, reached
         unknowns[:] = trial
+        columns, beside = beside, columns
+        point, there = there, point
         if gain < tolerance and damping < 0.1:
             break
         damping = max(damping / 8, 1e-8)

@@ -20,7 +20,6 @@ from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
-    moment_table,
     node_weights,
     pixels_at,
 )
@@ -316,7 +315,6 @@ class Departures:
             moments=wide.moments,
             profiles=wide.profiles,
             mixing=wide.mixing,
-            table=wide.table,
             reach=wide.reach,
             place=wide.place,
             width_std=wide.width_std,
@@ -398,9 +396,9 @@ def plain_moments(frame: FrameModel) -> FrameModel:
         return frame
     half, even = frame.width / 2 / frame.reach, np.arange(0, order, 2)
     nominal = np.zeros(order)
-    nominal[even] = moment_table(order)[even, even // 2] * half**even
+    nominal[even] = half**even / (even + 1)
     moments = np.einsum("k,ntkm->ntm", nominal, frame.moments)[:, :, None]
-    return with_moments(frame._replace(table=moment_table(1)), np.ascontiguousarray(moments))
+    return with_moments(frame, np.ascontiguousarray(moments))
 
 
 def with_moments(frame: FrameModel, moments: Array) -> FrameModel:

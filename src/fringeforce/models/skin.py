@@ -25,7 +25,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.estimation.binning import binned
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
-from fringeforce.estimation.frame_model import FrameModel, Layout, moment_table
+from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.models.finite_strain import SkinStrain, skin_strain
 from fringeforce.models.skin_influence import (
     DEGREE,
@@ -61,7 +61,7 @@ MESH = 0.02
 """Standard deviation of what large strain adds to the phase, over that: what its elements miss."""
 Spread = Callable[[Array], tuple[Array, Array]]
 """Loads (..., n) that stand for unit forces at places (...), and their slopes [1/m]."""
-_ONE, _TABLE = np.eye(1), moment_table(1)
+_ONE = np.eye(1)
 
 
 class Contacts(NamedTuple):
@@ -264,7 +264,6 @@ class SkinModel:
             moments=moments,
             profiles=moments,
             mixing=_ONE,
-            table=_TABLE,
             influence=influence,
             at=Layout(*(begin + more for begin in base.at)),
         )

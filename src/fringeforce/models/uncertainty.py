@@ -256,7 +256,6 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     frame = FrameModel(
         **mixed(coefficients(moments, nodes), reach, places, (width, widths)),
         **pixels_at(first, weights, len(seen)),
-        table=moment_table(moments.shape[2]),
         reach=reach,
         place=places,
         width=width,

@@ -22,7 +22,7 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
 )
 from fringeforce.estimation.phase.branches import branches
-from fringeforce.estimation.phase.folding import block_edges, phase_pace
+from fringeforce.estimation.phase.folding import block_edges, block_means, phase_pace
 from fringeforce.estimation.phase.reflections import mirror_images
 from fringeforce.estimation.posterior import Posterior, Top
 
@@ -313,9 +313,7 @@ class PosteriorSearch:
             np.stack(rows, axis=1) for rows in zip(*blocks, strict=True)
         )
         known = np.isfinite(variance)
-        size = np.diff(edges)
-
-        means = np.add.reduceat(self._state, edges[:-1], axis=0) / size[:, None]
+        means = block_means(self._state, edges)
         means = means[np.nonzero(known)[0]] * ratio[known][:, None]
         scale = self._scale(push, effort.push)
         state = means[:, :-1] * np.concatenate(list(scale.values()))

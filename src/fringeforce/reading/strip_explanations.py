@@ -85,10 +85,14 @@ class Explanations:
             self._chances[id(top)] = self.posterior.waves_chance(top, self.about(top))
         return self._chances[id(top)]
 
-    def tried(self, rough: Top) -> bool:
-        """Keep an explanation of the frame in bins; whether it explains the frame plainly."""
+    def keep(self, rough: Top) -> None:
+        """Keep an explanation of the frame in bins, to settle it if it may have weight."""
         self.rough.append(rough)
         self.rough.sort(key=lambda one: one.loss)
+
+    def tried(self, rough: Top) -> bool:
+        """Keep an explanation of the frame in bins; whether it explains the frame plainly."""
+        self.keep(rough)
         if rough is not self.rough[0] or rough.loss > (1 + BINS) * rough.count:
             return False
         return self.explains(self._settle(rough), UNSURE)

@@ -379,12 +379,13 @@ class StripFrameReader(StripFrames):
                 if done:
                     bound = met.rough[0].loss + CLOSE
                     rough = posterior.settled(start, BINS, HEATS[1:], bound=bound)
+                    met.keep(rough)
                 else:
                     rough = posterior.settled(start, BINS, HEATS)
+                    done = met.tried(rough)
                 fits.append(rough)
                 phase = posterior.phase(rough)
                 tried.add(phase, alike_within(phase))
-                done = met.tried(rough) or done
             if done:
                 return True
             for rough in sorted(fits, key=lambda top: top.loss)[:3]:
@@ -403,11 +404,11 @@ class StripFrameReader(StripFrames):
         """
         posterior, seen = met.posterior, MetPhases()
         seen.add(posterior.phase(top), self._hidden)
-        at = posterior.model.at
+        at, found = posterior.model.at, met.tried if stop else met.keep
         if at.fields > at.place:
             heats = CAREFUL if stop else HEATS[1:]
             again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
-            met.tried(again)
+            found(again)
             top = min(top, again, key=lambda one: one.loss)
         rivals, known = [top], MetPhases()
         rounds = MENDED if stop else RIVALLED
@@ -429,7 +430,7 @@ class StripFrameReader(StripFrames):
                     careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL)
                     reached = min(reached, careful, key=lambda one: one.loss)
                 best = met.rough[0].loss
-                met.tried(reached)
+                found(reached)
                 rivals.append(reached)
                 better = reached.loss < best - 1
                 if better and not known.holds(posterior.phase(reached)):

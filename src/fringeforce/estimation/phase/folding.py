@@ -76,3 +76,29 @@ def _edges(allowed):
         count += 1
     edges[count] = len(allowed)
     return edges[: count + 1]
+
+
+@entry
+def block_means(rows, edges):
+    """Means of rows over blocks.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (P, k)
+        One for each pixel.
+    edges : ndarray of int, shape (b + 1,)
+        As of `block_edges`.
+
+    Returns
+    -------
+    ndarray, shape (b, k)
+        For each block.
+    """
+    found = np.zeros((len(edges) - 1, rows.shape[1]))
+    for b in range(len(found)):
+        own, share = found[b], 1.0 / (edges[b + 1] - edges[b])
+        for p in range(edges[b], edges[b + 1]):
+            row = rows[p]
+            for i in range(len(own)):
+                own[i] += share * row[i]
+    return found
