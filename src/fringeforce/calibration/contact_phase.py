@@ -8,7 +8,7 @@ through them; along the strip it is a spline, so that the camera may move.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
@@ -61,9 +61,11 @@ class ContactPhases:
         Entries of the design, as in `design_entries`.
     half : float
         Half the length of the strip [m].
-    lead : CubicSpline
-        Along the strip [m]; values of shape (C, 2, k, 1 + 2d): of k mixtures of moments, then its
-        slopes and half curvatures by the entries [rad/N].
+    grid : ndarray, shape (G,)
+        Places along the strip between which the phase is a cubic [m].
+    lead : ndarray, shape (1 + 2d, 4, G - 1, C, 2, k)
+        Coefficients of these cubics: of k mixtures of moments, then of its slopes and of its half
+        curvatures by the entries [rad/N].
     mixing : ndarray, shape (k, K)
         The mixtures from the moments.
     table : ndarray
@@ -86,7 +88,8 @@ class ContactPhases:
 
     centre: Array
     half: float
-    lead: CubicSpline
+    grid: Array
+    lead: Array
     mixing: Array
     table: Array
     size: ContactSize
@@ -108,9 +111,7 @@ class ContactPhases:
         nodes : int
             Their number m.
         """
-        t = design - self.centre
-        lead = self._lead(np.concatenate([[1.0], t, np.square(t)]))
-        return coefficients(np.moveaxis(self._along(lead, x), 0, -1), nodes)
+        return self._evaluated(design, x, nodes)[1]
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -126,11 +127,11 @@ class ContactPhases:
         -------
         ndarray, shape (d + 2, C, 2, k, m)
         """
-        t, unit = design - self.centre, np.eye(len(design))
+        t, entries = design - self.centre, range(1, 1 + len(design))
         near = np.clip(x, -self.half, self.half)
-        along = np.asarray(self._lead(np.concatenate([[1.0], t, np.square(t)]))(near, 1))
-        by_entry = np.concatenate([0 * unit[:1], unit, 2 * t * unit])
-        changes = list(np.moveaxis(self._along(self._lead(by_entry), x), -1, 0))
+        along = np.asarray(self._evaluated(design, x, nodes)[0](near, 1))
+        leads = (self.lead[i] + 2 * t[i - 1] * self.lead[len(t) + i] for i in entries)
+        changes = [self._along(self._cubics(lead), x) for lead in leads]
         changes += [along, along * drawn[:, None, None, None]]
         return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
 
@@ -149,15 +150,27 @@ class ContactPhases:
         far = np.abs(design - self.origin)[~effect].max(initial=0.0)
         return bool(self.step <= step and far <= self.step)
 
-    def _lead(self, weights: Array) -> PPoly:
-        """Spline of the phase under weights, shape (1 + 2d,) or (1 + 2d, q), of values and slopes.
+    def _evaluated(self, design: Array, x: Array, nodes: int) -> tuple[PPoly, Array]:
+        """Cubics of the phase of a design, and its `profiles`."""
+        where = design.tobytes(), x.tobytes(), nodes
+        if where not in self._last:
+            t = design - self.centre
+            # weighed before it is evaluated, since places are more than intervals
+            weights = np.concatenate([[1.0], t, np.square(t)])
+            lead = self._cubics(weights @ self.lead.reshape(len(weights), -1))
+            profiles = coefficients(np.moveaxis(self._along(lead, x), 0, -1), nodes)
+            self._last.clear()
+            self._last[where] = lead, profiles
+        return self._last[where]
 
-        Weighed before it is evaluated, since places are more than intervals.
-        """
-        c = self.lead.c
-        # one product of matrices: a stack of small ones takes half as long again
-        weighed = c.reshape(-1, c.shape[-1]) @ weights
-        return PPoly.construct_fast(weighed.reshape(*c.shape[:-1], *weights.shape[1:]), self.lead.x)
+    @cached_property
+    def _last(self) -> dict[tuple[bytes, bytes, int], tuple[PPoly, Array]]:
+        """What was evaluated last: a step is taken from where the one before it ended."""
+        return {}
+
+    def _cubics(self, values: Array) -> PPoly:
+        """Piecewise cubics along the strip."""
+        return PPoly.construct_fast(values.reshape(self.lead.shape[1:]), self.grid)
 
     def _along(self, lead: PPoly, x: Array) -> Array:
         """Values of a spline.
@@ -241,9 +254,12 @@ def contact_phases(
     slopes[effect], curves[effect] = middle, middle / 2  # the phase is proportional to it
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.concatenate([middle[None], slopes, curves])
-    mixed = np.einsum("kr,ictkg->gctri", spread, parts, optimize=True)
-    lead, table = CubicSpline(grid, mixed), moment_table(ORDER)
-    return ContactPhases(centre, half, lead, mixing, table, size, fine, places, step, origin, bends)
+    mixed = np.einsum("kr,ictkg->gictr", spread, parts, optimize=True)
+    lead = np.ascontiguousarray(np.moveaxis(CubicSpline(grid, mixed).c, 2, 0))
+    table = moment_table(ORDER)
+    return ContactPhases(
+        centre, half, grid, lead, mixing, table, size, fine, places, step, origin, bends
+    )
 
 
 def _grid(drawn: Transducer) -> Array:
