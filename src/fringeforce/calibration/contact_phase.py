@@ -8,7 +8,7 @@ through them; along the strip it is a spline, so that the camera may move.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
@@ -27,6 +27,9 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 SOLVED = 16
 """Solved designs that are kept, some megabytes: other loads of the same bench need them again."""
+CARRIED = 0.1
+"""Change of an entry, mostly a logarithm, over which curvatures are carried: slopes err by half of
+its square there, and values by that share of what is left to the design that was solved."""
 PER_COVER = 10
 """Places along the strip per thickness of the cover, between which influence is a spline."""
 
@@ -136,7 +139,7 @@ class ContactPhases:
         return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
 
     def reaches(self, design: Array, effect: Mask, step: float) -> bool:
-        """Whether curvatures hold at another design, as well as those that a step would give.
+        """Whether curvatures hold at another design, as well as a search needs them.
 
         Parameters
         ----------
@@ -148,7 +151,7 @@ class ContactPhases:
             Of an entry.
         """
         far = np.abs(design - self.origin)[~effect].max(initial=0.0)
-        return bool(self.step <= step and far <= self.step)
+        return bool(self.step <= step and far <= CARRIED)
 
     def _evaluated(self, design: Array, x: Array, nodes: int) -> tuple[PPoly, Array]:
         """Cubics of the phase of a design, and its `profiles`."""
@@ -196,8 +199,7 @@ def contact_phases(
 ) -> ContactPhases:
     """Solve a varied design, and a step of every entry to both sides.
 
-    Of a design within such a step of an earlier one only the middle is solved: curvatures change
-    little over that distance.
+    Of a design near an earlier one only the middle is solved: curvatures change little between.
 
     Parameters
     ----------
@@ -254,12 +256,41 @@ def contact_phases(
     slopes[effect], curves[effect] = middle, middle / 2  # the phase is proportional to it
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.concatenate([middle[None], slopes, curves])
-    mixed = np.einsum("kr,ictkg->gictr", spread, parts, optimize=True)
-    lead = np.ascontiguousarray(np.moveaxis(CubicSpline(grid, mixed).c, 2, 0))
-    table = moment_table(ORDER)
+    mixed = np.einsum("kr,ictkg->igctr", spread, parts, optimize=True)
+    lead, table = _cubics(grid, mixed), moment_table(ORDER)
     return ContactPhases(
         centre, half, grid, lead, mixing, table, size, fine, places, step, origin, bends
     )
+
+
+def _cubics(grid: Array, values: Array) -> Array:
+    """Coefficients of cubic splines through values on an even grid.
+
+    Parameters
+    ----------
+    grid : ndarray, shape (G,)
+        Places [m].
+    values : ndarray, shape (q, G, ...)
+        At them.
+
+    Returns
+    -------
+    ndarray, shape (q, 4, G - 1, ...)
+        As of `scipy.interpolate.PPoly`.
+    """
+    count, step = len(grid), (grid[-1] - grid[0]) / (len(grid) - 1)
+    slopes = (_slopes(count) @ values.reshape(len(values), count, -1)).reshape(values.shape) / step
+    first, last, at = slopes[:, :-1], slopes[:, 1:], values[:, :-1]
+    rise = np.diff(values, axis=1) / step
+    bend = (first + last - 2 * rise) / step
+    return np.stack([bend / step, (rise - first) / step - bend, first, at], axis=1)
+
+
+@cache
+def _slopes(count: int) -> Array:
+    """From values at whole numbers to slopes of the cubic spline through them, shape (n, n)."""
+    whole = np.arange(float(count))
+    return np.asarray(CubicSpline(whole, np.eye(count))(whole, 1))
 
 
 def _grid(drawn: Transducer) -> Array:
