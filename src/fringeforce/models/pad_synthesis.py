@@ -146,9 +146,11 @@ class Synthesis:
             [rad].
         """
         first, second = self.orders
-        own = harmonics[..., first[:, None], second]
+        own = np.ascontiguousarray(harmonics[..., first[:, None], second])
         if component == 3:
-            sums = np.einsum("frcmn,qcmn->fqrmn", self.waves, own)
+            sums = self.waves[:, None, :, 0] * own[:, None, 0]
+            for number in range(1, 3):
+                sums += self.waves[:, None, :, number] * own[:, None, number]
         else:
             sums = self.waves[:, None, :, component] * own[:, None]
         found = self._spread(sums.reshape(2, -1, *sums.shape[3:]))
