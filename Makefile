@@ -2,6 +2,8 @@
 PYTHON ?= python3
 EXTRAS ?= test
 BIN := .venv/bin
+# most modules are never imported; what is, Python compiles then
+INSTALLING := --quiet --no-compile --disable-pip-version-check -c constraints.txt
 
 .PHONY: demo check test bench mutate coverage docs dist clean
 
@@ -50,10 +52,17 @@ dist: .venv/ready
 clean:
 	rm -rf .venv demo dist build docs/_site docs/generated
 
-.venv/ready: pyproject.toml constraints.txt
+.venv/ready: pyproject.toml constraints.txt | .venv/bin/pip
+	$(BIN)/python -m pip install $(INSTALLING) -e '.[$(EXTRAS)]'
+	@touch $@
+
+# What the package itself needs, so that it can be used while the rest is installed.
+.venv/plain: pyproject.toml constraints.txt | .venv/bin/pip
+	$(BIN)/python -m pip install $(INSTALLING) -e .
+	@touch $@
+
+.venv/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo "fringeforce needs Python 3.11 or newer; set PYTHON=python3.x"; exit 1; }
 	@$(PYTHON) -m venv .venv || \
 	    { echo "python3 cannot make environments here; on Debian: apt-get install python3-venv"; exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$(EXTRAS)]'
-	@touch $@

@@ -1,9 +1,11 @@
 """What workers would otherwise do one beside the other: compile the loops, and look at types.
 
-`python tests/prepared.py strips` compiles what reads strips, into the cache that all share; `types`
-runs pyright and keeps what it says in a file, where the test of that name finds it.
+`python tests/prepared.py strips` compiles what reads strips, into the cache that all share; another
+one waits for the first, and finds all done.  `types` runs pyright and keeps what it says in a file,
+where the test of that name finds it.
 """
 
+import fcntl
 import json
 import os
 import subprocess
@@ -59,10 +61,12 @@ def _keep_types(name: str) -> None:
 def _strips() -> None:
     import fringeforce as ff
 
-    model = ff.characterize(ff.load_sensor("saad"))
-    reader = ff.Reader(model)
-    for _ in range(2):  # a search, and a step from its solution
-        reader.read(model.expose(ff.polar(1.0, angle=10, n=11)))
+    with open(__file__, "rb") as alone:
+        fcntl.flock(alone, fcntl.LOCK_EX)
+        model = ff.characterize(ff.load_sensor("saad"))
+        reader = ff.Reader(model)
+        for _ in range(2):  # a search, and a step from its solution
+            reader.read(model.expose(ff.polar(1.0, angle=10, n=11)))
 
 
 def _pads() -> None:

@@ -98,7 +98,9 @@ def psi_error(model: ff.SensorModel, true: ff.SensorModel) -> float:
     return float(np.sqrt(((model.influence(x) - truth) ** 2).mean() / (truth**2).mean()))
 
 
-def test_errors_that_no_design_value_expresses_are_corrected(small, true, bench, corrected) -> None:
+def test_errors_that_no_design_value_expresses_are_corrected(
+    small, true, bench, corrected, cause_not_asked
+) -> None:
     plain = ff.calibrate(small, bench[0], bench[1], [STRAIN_OPTIC])
     poor = held_out(plain, true, np.random.default_rng(33), 40)
     good = held_out(corrected, true, np.random.default_rng(33), 100)

@@ -347,6 +347,7 @@ class BenchSearch(ABC):
         # frames that do not count follow to first order, and settle at the end
         on = posterior.shares > 0
         counted, idle = np.flatnonzero(on).tolist(), np.flatnonzero(~on).tolist()
+        last: list[tuple[State, float]] = []  # where a step ended, and its loss
 
         def expand(state: State) -> Expansion[State]:
             models = posterior.models(state.shared)
@@ -363,9 +364,11 @@ class BenchSearch(ABC):
                 if self.settling and loss - found < KEPT * falls:
                     reached = posterior.settled(reached, there, self.settling, counted)
                     found = posterior.loss(reached, there)[0]
+                last[:] = [(reached, found)]
                 return reached, found
 
-            loss = posterior.loss(state, models)[0]
+            known = last and last[0][0] is state
+            loss = last[0][1] if known else posterior.loss(state, models)[0]
             return Expansion(loss, gradient, lambda: information, ahead)
 
         found = minimise(self.state, expand, self.steps, Stop(close=CLOSE, near=NEAR))

@@ -8,7 +8,7 @@ through them; along the strip it is a spline, so that the camera may move.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
@@ -26,6 +26,9 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 SOLVED = 16
 """Solved designs that are kept, some megabytes: other loads of the same bench need them again."""
+CARRIED = 0.1
+"""Change of an entry, mostly a logarithm, over which curvatures are carried: slopes err by half of
+its square there, and values by that share of what is left to the design that was solved."""
 PER_COVER = 10
 """Places along the strip per thickness of the cover, between which influence is a spline."""
 
@@ -60,9 +63,11 @@ class ContactPhases:
         Entries of the design, as in `design_entries`.
     half : float
         Half the length of the strip [m].
-    lead : CubicSpline
-        Along the strip [m]; values of shape (C, 2, k, 1 + 2d): of k mixtures of moments, then its
-        slopes and half curvatures by the entries [rad/N].
+    grid : ndarray, shape (G,)
+        Places along the strip between which the phase is a cubic [m].
+    lead : ndarray, shape (1 + 2d, 4, G - 1, C, 2, k)
+        Coefficients of these cubics: of k mixtures of moments, then of its slopes and of its half
+        curvatures by the entries [rad/N].
     mixing : ndarray, shape (k, K)
         The mixtures from the moments.
     size : ContactSize
@@ -83,7 +88,8 @@ class ContactPhases:
 
     centre: Array
     half: float
-    lead: CubicSpline
+    grid: Array
+    lead: Array
     mixing: Array
     size: ContactSize
     fine: Array
@@ -104,9 +110,7 @@ class ContactPhases:
         nodes : int
             Their number m.
         """
-        t = design - self.centre
-        lead = self._lead(np.concatenate([[1.0], t, np.square(t)]))
-        return coefficients(np.moveaxis(self._along(lead, x), 0, -1), nodes)
+        return self._evaluated(design, x, nodes)[1]
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -122,16 +126,16 @@ class ContactPhases:
         -------
         ndarray, shape (d + 2, C, 2, k, m)
         """
-        t, unit = design - self.centre, np.eye(len(design))
+        t, entries = design - self.centre, range(1, 1 + len(design))
         near = np.clip(x, -self.half, self.half)
-        along = np.asarray(self._lead(np.concatenate([[1.0], t, np.square(t)]))(near, 1))
-        by_entry = np.concatenate([0 * unit[:1], unit, 2 * t * unit])
-        changes = list(np.moveaxis(self._along(self._lead(by_entry), x), -1, 0))
+        along = np.asarray(self._evaluated(design, x, nodes)[0](near, 1))
+        leads = (self.lead[i] + 2 * t[i - 1] * self.lead[len(t) + i] for i in entries)
+        changes = [self._along(self._cubics(lead), x) for lead in leads]
         changes += [along, along * drawn[:, None, None, None]]
         return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
 
     def reaches(self, design: Array, effect: Mask, step: float) -> bool:
-        """Whether curvatures hold at another design, as well as those that a step would give.
+        """Whether curvatures hold at another design, as well as a search needs them.
 
         Parameters
         ----------
@@ -143,17 +147,29 @@ class ContactPhases:
             Of an entry.
         """
         far = np.abs(design - self.origin)[~effect].max(initial=0.0)
-        return bool(self.step <= step and far <= self.step)
+        return bool(self.step <= step and far <= CARRIED)
 
-    def _lead(self, weights: Array) -> PPoly:
-        """Spline of the phase under weights, shape (1 + 2d,) or (1 + 2d, q), of values and slopes.
+    def _evaluated(self, design: Array, x: Array, nodes: int) -> tuple[PPoly, Array]:
+        """Cubics of the phase of a design, and its `profiles`."""
+        where = design.tobytes(), x.tobytes(), nodes
+        if where not in self._last:
+            t = design - self.centre
+            # weighed before it is evaluated, since places are more than intervals
+            weights = np.concatenate([[1.0], t, np.square(t)])
+            lead = self._cubics(weights @ self.lead.reshape(len(weights), -1))
+            profiles = coefficients(np.moveaxis(self._along(lead, x), 0, -1), nodes)
+            self._last.clear()
+            self._last[where] = lead, profiles
+        return self._last[where]
 
-        Weighed before it is evaluated, since places are more than intervals.
-        """
-        c = self.lead.c
-        # one product of matrices: a stack of small ones takes half as long again
-        weighed = c.reshape(-1, c.shape[-1]) @ weights
-        return PPoly.construct_fast(weighed.reshape(*c.shape[:-1], *weights.shape[1:]), self.lead.x)
+    @cached_property
+    def _last(self) -> dict[tuple[bytes, bytes, int], tuple[PPoly, Array]]:
+        """What was evaluated last: a step is taken from where the one before it ended."""
+        return {}
+
+    def _cubics(self, values: Array) -> PPoly:
+        """Piecewise cubics along the strip."""
+        return PPoly.construct_fast(values.reshape(self.lead.shape[1:]), self.grid)
 
     def _along(self, lead: PPoly, x: Array) -> Array:
         """Values of a spline.
@@ -179,8 +195,7 @@ def contact_phases(
 ) -> ContactPhases:
     """Solve a varied design, and a step of every entry to both sides.
 
-    Of a design within such a step of an earlier one only the middle is solved: curvatures change
-    little over that distance.
+    Of a design near an earlier one only the middle is solved: curvatures change little between.
 
     Parameters
     ----------
@@ -237,9 +252,39 @@ def contact_phases(
     slopes[effect], curves[effect] = middle, middle / 2  # the phase is proportional to it
     mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
     parts = np.concatenate([middle[None], slopes, curves])
-    mixed = np.einsum("kr,ictkg->gctri", spread, parts, optimize=True)
-    lead = CubicSpline(grid, mixed)
-    return ContactPhases(centre, half, lead, mixing, size, fine, places, step, origin, bends)
+    mixed = np.einsum("kr,ictkg->igctr", spread, parts, optimize=True)
+    lead = _cubics(grid, mixed)
+    return ContactPhases(centre, half, grid, lead, mixing, size, fine, places, step, origin, bends)
+
+
+def _cubics(grid: Array, values: Array) -> Array:
+    """Coefficients of cubic splines through values on an even grid.
+
+    Parameters
+    ----------
+    grid : ndarray, shape (G,)
+        Places [m].
+    values : ndarray, shape (q, G, ...)
+        At them.
+
+    Returns
+    -------
+    ndarray, shape (q, 4, G - 1, ...)
+        As of `scipy.interpolate.PPoly`.
+    """
+    count, step = len(grid), (grid[-1] - grid[0]) / (len(grid) - 1)
+    slopes = (_slopes(count) @ values.reshape(len(values), count, -1)).reshape(values.shape) / step
+    first, last, at = slopes[:, :-1], slopes[:, 1:], values[:, :-1]
+    rise = np.diff(values, axis=1) / step
+    bend = (first + last - 2 * rise) / step
+    return np.stack([bend / step, (rise - first) / step - bend, first, at], axis=1)
+
+
+@cache
+def _slopes(count: int) -> Array:
+    """From values at whole numbers to slopes of the cubic spline through them, shape (n, n)."""
+    whole = np.arange(float(count))
+    return np.asarray(CubicSpline(whole, np.eye(count))(whole, 1))
 
 
 def _grid(drawn: Transducer) -> Array:

@@ -36,6 +36,9 @@ FREED = 2
 DETECTED = 4.0
 """Standard deviations of chance that a scatter must exceed noise by to be called one: the variance
 of n values is sure to sqrt(2 / n), and the share s / (1 - s) of it is not noise."""
+ROUGH_STEPS = 6
+"""Most steps of a descent of a rough fit, whose frames are weighed once for each heat: right loads
+lead down in three or four, and others wander for long and explain no more."""
 HOPELESS = 1.5
 """Median misfit of frames beyond which more rounds do not make a bench explained."""
 
@@ -169,6 +172,7 @@ def fitted(
 
 def roughly_fitted(search: BenchSearch) -> float:
     """Usual misfit per pixel of a few frames after the first stages of a new search."""
+    search.steps, search.weighings = ROUGH_STEPS, 1
     search.begin()
     for heat in HEATS[:-1]:
         search.descend(search.calm(STAGES[0]), heat)

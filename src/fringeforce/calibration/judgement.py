@@ -24,8 +24,9 @@ five is not an accident."""
 CHANCE = 1e-4
 """Chance below which intervals do not hold, of a coverage as low as that of the frames that were
 put aside, and below which a value is not that of the drawing, of lying as far off."""
-EXPLAINS = 0.5
-"""Share of what the misfit has beyond noise that a cause must leave at most to be named."""
+EXPLAINS = 0.25
+"""Share of what the misfit has beyond noise that a cause must leave at most to be named: the right
+one leaves none, and a wrong one that wandered far was seen to leave two fifths."""
 WRONG_DRAWING = (
     "The sensor is not the one of the drawing, or the drawing is wrong: correct it or its "
     "tolerance, and calibrate again."
@@ -170,7 +171,7 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     for words, other in tried.items():
         if other.present.any():
             misfits[words] = fit.rough(chosen, other)
-            if misfits[words] < HOPELESS < limit:
+            if misfits[words] < min(limit, HOPELESS):
                 break
     words = min(misfits, key=lambda each: misfits[each])
     if misfits[words] < limit:

@@ -1,7 +1,7 @@
 """The strip under large strain: a total Lagrangian solution with dead loads on patches.
 
 The unknowns are the coefficients of a tensor mesh; stresses are taken at Gauss points, Newton's
-method steps with a banded Cholesky factor that is kept while it converges (Bonet and Wood,
+method steps with a factorised tangent that is kept while it converges (Bonet and Wood,
 Nonlinear Continuum Mechanics for Finite Element Analysis, 2008, chapters 8 and 9).
 """
 
@@ -14,12 +14,13 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+from scipy.linalg import LinAlgError
 from scipy.sparse import csr_array
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
+from fringeforce.mechanics.condensed import Condensation, Tangent
 from fringeforce.mechanics.elements import (
     along,
     gauss_interpolation,
@@ -51,23 +52,6 @@ FEWEST = 1 / 4
 """The same of loads that a search only tries."""
 TILT = 1e-5
 """Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tangent:
-    """A factorised stiffness at one state.
-
-    Attributes
-    ----------
-    factor : ndarray, shape (bandwidth + 1, free)
-        Banded Cholesky factor, lower form.
-    """
-
-    factor: Array
-
-    def solve(self, forces: Array) -> Array:
-        """Displacements of the free unknowns, shape (free, ...) [m]."""
-        return np.asarray(cho_solve_banded((self.factor, True), forces, check_finite=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +116,10 @@ class FiniteStrip:
         return *interpolation(mesh.order, mesh.x, x), *interpolation(mesh.order, mesh.z, z)
 
     @cached_property
+    def _onto_coefficients(self) -> list[csr_array]:
+        return [csr_array(matrix.T) for matrix in self._at_gauss]
+
+    @cached_property
     def _weights(self) -> Array:
         """Reference volume of each Gauss point, shape (along x, along z) [m^3]."""
         (_, along_x), (_, along_z) = self._line(self.mesh.x), self._line(self.mesh.z)
@@ -147,6 +135,10 @@ class FiniteStrip:
             free[[0, -1], 0] = False
         numbers = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
         return numbers.transpose(1, 0, 2)
+
+    @cached_property
+    def _unknowns(self) -> Condensation:
+        return Condensation(self.mesh.order, self._numbers)
 
     @cached_property
     def _free(self) -> Index:
@@ -183,20 +175,18 @@ class FiniteStrip:
 
     def internal_forces(self, coefficients: Array) -> Array:
         """Derivative of the energy with respect to every coefficient, of their shape [N]."""
-        return self._linearised(coefficients)[0]
+        return self._forces(self._responses(self.gradients(coefficients)))
 
-    def _linearised(self, coefficients: Array) -> tuple[Array, Array]:
-        parts = self._responses(self.gradients(coefficients))
+    def _forces(self, parts: tuple[PlaneResponse, PlaneResponse]) -> Array:
+        """Internal forces of responses of both layers."""
         stress = np.concatenate([part.stress for part in parts], axis=-1) * self._weights
-        tangent = np.concatenate([part.tangent for part in parts], axis=-1)
-        vx, sx, vz, sz = (csr_array(matrix.T) for matrix in self._at_gauss)
-        forces = np.array(
+        vx, sx, vz, sz = self._onto_coefficients
+        return np.array(
             [
                 along(vz, along(sx, part[0]), axis=1) + along(sz, along(vx, part[1]), axis=1)
                 for part in stress
             ]
         )
-        return forces, tangent * self._weights
 
     def tangent(self, coefficients: Array) -> Tangent:
         """Factorise the stiffness at displacements.
@@ -206,9 +196,10 @@ class FiniteStrip:
         InputError
             If the strip is unstable there.
         """
-        return self._factorised(self._linearised(coefficients)[1])
+        return self._factorised(self._responses(self.gradients(coefficients)))
 
-    def _factorised(self, moduli: Array) -> Tangent:
+    def _factorised(self, parts: tuple[PlaneResponse, PlaneResponse]) -> Tangent:
+        moduli = np.concatenate([part.tangent for part in parts], axis=-1) * self._weights
         mesh, order, points = self.mesh, self.mesh.order, self.mesh.order + 1
         columns, rows = len(mesh.x) - 1, len(mesh.z) - 1
         value, slope = shape_functions(order, self._points[0])
@@ -219,40 +210,30 @@ class FiniteStrip:
         scale = np.array(
             [np.repeat(1 / np.diff(mesh.x), rows), np.tile(1 / np.diff(mesh.z), columns)]
         )
+        # by the derivatives along both directions, stacked
+        both = np.concatenate(flat).T
+        inner = np.empty((columns * rows, 2, size, size))
         k = np.zeros((columns * rows, 2, size, 2, size))
         for i in range(2):
             for m in range(i + 1):
-                part = np.zeros((columns * rows, size, size))
                 for one in range(2):
-                    inner = sum(
-                        (at[:, i, one, m, other] * (scale[one] * scale[other])[:, None])[:, :, None]
-                        * flat[other]
+                    first, second = (
+                        at[:, i, one, m, other] * (scale[one] * scale[other])[:, None]
                         for other in range(2)
                     )
-                    part += flat[one].T @ inner
+                    np.multiply(first[:, :, None], flat[0], out=inner[:, one])
+                    inner[:, one] += second[:, :, None] * flat[1]
+                part = both @ inner.reshape(len(inner), 2 * size, size)
                 k[:, i, :, m] = part
                 if m < i:
                     k[:, m, :, i] = part.transpose(0, 2, 1)
-        left = np.arange(columns)[:, None] * order + np.arange(points)
-        below = np.arange(rows)[:, None] * order + np.arange(points)
-        own = self._numbers[:, left[:, None, :, None], below[None, :, None, :]]
-        own = own.transpose(1, 2, 0, 3, 4).reshape(columns * rows, -1)
-        row, column = np.broadcast_arrays(own[:, :, None], own[:, None, :])
-        lower = (row >= column) & (column >= 0)
-        row, column = row[lower], column[lower]
-        count, band = len(self._free), int((row - column).max()) + 1
-        place = column * band + (row - column)
-        banded = np.bincount(place, k.reshape(len(own), 2 * size, -1)[lower], count * band)
         try:
-            factor = cholesky_banded(
-                banded.reshape(count, band).T, lower=True, check_finite=False, overwrite_ab=True
-            )
+            return self._unknowns.factorised(k.reshape(len(k), 2 * size, -1))
         except LinAlgError:
             raise InputError(
                 "The strip is unstable under these loads: its surface folds under them. Take "
                 "smaller loads or wider contacts."
             ) from None
-        return Tangent(factor)
 
     @cached_property
     def unit_loads(self) -> Array:
@@ -323,13 +304,13 @@ class FiniteStrip:
         enough = max(tolerance * size, ROUNDING)
         last = np.inf
         for _ in range(ITERATIONS):
-            forces, moduli = self._linearised(now)
-            left = (load - forces).ravel()[free]
+            parts = self._responses(self.gradients(now))
+            left = (load - self._forces(parts)).ravel()[free]
             norm = np.linalg.norm(left)
             if norm <= enough:
                 return now, tangent
             if tangent is None or norm > SLOW * last:
-                tangent = self._factorised(moduli)
+                tangent = self._factorised(parts)
             last = norm
             step = np.zeros(now.size)
             step[free] = tangent.solve(left)

@@ -11,6 +11,7 @@ Neo-Hookean rubber has c_1 alone, Mooney and Rivlin's c_1 and c01, Yeoh's c_1 to
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -32,19 +33,37 @@ class PlaneResponse:
         Per reference volume [Pa].
     stress : ndarray, shape (2, 2, ...)
         First Piola-Kirchhoff stress P, the derivative with respect to F [Pa].
-    tangent : ndarray, shape (2, 2, 2, 2, ...)
-        Derivative of P with respect to F [Pa].
     across : ndarray, shape (...)
         Stretch across the strip; 1 in plane strain.
     stress_across : ndarray, shape (...)
         Cauchy stress across the strip [Pa]; 0 in plane stress.
+    gradient : ndarray, shape (2, 2, ...)
+        F itself.
+    slope, curve : ndarray, shapes (2, ...) and (2, 2, ...)
+        First and second derivatives of the energy by F:F and det F [Pa].
     """
 
     energy: Array
     stress: Array
-    tangent: Array
     across: Array
     stress_across: Array
+    gradient: Array
+    slope: Array
+    curve: Array
+
+    @cached_property
+    def tangent(self) -> Array:
+        """Derivative of P with respect to F, shape (2, 2, 2, 2, ...) [Pa]."""
+        parts = (2 * self.gradient, _cofactor(self.gradient))
+        found = np.zeros((2, 2, 2, 2, *self.energy.shape))
+        for m, left in enumerate(parts):
+            right = self.curve[m, 0] * parts[0] + self.curve[m, 1] * parts[1]
+            found += left[:, :, None, None] * right[None, None]
+        for i in range(2):
+            for k in range(2):
+                found[i, k, i, k] += 2 * self.slope[0]
+                found[i, k, 1 - i, 1 - k] += self.slope[1] * (1 if i == k else -1)
+        return found
 
 
 @dataclass(frozen=True)
@@ -117,26 +136,18 @@ class Hyperelastic:
         if plane == "stress":  # the stretch follows, so that slope[2] stays 0
             curve = curve[:2, :2] - curve[:2, None, 2] * curve[None, 2, :2] / curve[2, 2]
             stress_across = np.zeros_like(j)
-        cofactor = np.array([[d, -c], [-b, a]])
-        stress = 2 * slope[0] * gradient + slope[1] * cofactor
-        parts = (2 * gradient, cofactor)
-        tangent = np.zeros((2, 2, 2, 2, *j.shape))
-        for m, left in enumerate(parts):
-            for n, right in enumerate(parts):
-                tangent += curve[m, n] * left[:, :, None, None] * right[None, None]
-        for i in range(2):
-            for k in range(2):
-                tangent[i, k, i, k] += 2 * slope[0]
-                tangent[i, k, 1 - i, 1 - k] += slope[1] * (1 if i == k else -1)
-        return PlaneResponse(energy, stress, tangent, across, stress_across)
+        stress = 2 * slope[0] * gradient + slope[1] * _cofactor(gradient)
+        return PlaneResponse(
+            energy, stress, across, stress_across, gradient, slope[:2], curve[:2, :2]
+        )
 
     def _free_stretch(self, t: Array, j: Array) -> Array:
         """Stretch across at which nothing pulls or presses there."""
         # what a material that hardly changes its volume does; the modulus bounds the steps
         across = j ** -(1 - 2 * self._shear / (3 * self.bulk + 2 * self._shear))
         for _ in range(ITERATIONS):
-            _, slope, curve = self._derivatives(t, j, across)
-            step = np.clip(-slope[2] / np.abs(curve[2, 2]), -across / 2, across)
+            slope, curve = self._across(t, j, across)
+            step = np.clip(-slope / np.abs(curve), -across / 2, across)
             across = across + step
             if np.max(np.abs(step) / across, initial=0.0) < 1e-12:
                 return across
@@ -144,6 +155,26 @@ class Hyperelastic:
             f"No stretch across the strip is free of stress at an area ratio of {np.min(j):g}; "
             "take smaller loads or wider contacts."
         )
+
+    def _across(self, t: Array, j: Array, s: Array) -> tuple[Array, Array]:
+        """First and second derivative of W by the stretch across alone, as of `_derivatives`."""
+        square, volume = s**2, j * s
+        scale = volume ** (-2 / 3)
+        first = scale * (t + square)
+        by, twice = (
+            scale * (4 * square - 2 * t) / (3 * s),
+            scale * (10 * t + 4 * square) / (9 * square),
+        )
+        excess, rise, turn = first - 3, np.zeros_like(t), np.zeros_like(t)
+        for i, c in enumerate(self.coefficients, 1):
+            rise += i * c * excess ** (i - 1)
+            turn += i * (i - 1) * c * excess ** max(i - 2, 0)
+        slope, curve = rise * by, rise * twice + turn * by**2
+        if self.second:  # (j s)^(-4/3) (s^2 t + j^2)
+            scale = self.second * scale**2
+            slope += scale * (2 * square * t - 4 * j**2) / (3 * s)
+            curve += scale * (28 * j**2 - 2 * square * t) / (9 * square)
+        return slope + self.bulk * j * (volume - 1), curve + self.bulk * j**2
 
     @property
     def _shear(self) -> float:
@@ -186,6 +217,12 @@ class Hyperelastic:
         curve[1, 2] += pressure
         curve[2, 1] += pressure
         return np.asarray(energy), slope, curve
+
+
+def _cofactor(gradient: Array) -> Array:
+    """Derivative of det F with respect to F, shape (2, 2, ...)."""
+    (a, b), (c, d) = gradient
+    return np.array([[d, -c], [-b, a]])
 
 
 def _isochoric(

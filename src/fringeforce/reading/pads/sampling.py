@@ -244,13 +244,15 @@ class Sampling(Lattice):
                 columns[..., place[group.begin]] += slope * (change @ single)
         for (std, where, _), matrix in zip(uncertain.contacts, self._contacts, strict=True):
             own = np.flatnonzero(shown[where])
-            shaped = matrix.reshape(*matrix.shape[:3], -1, 3)[..., own, :]
-            each = np.einsum("fkmjc,jc->fkmj", shaped, std * loaded.reshape(-1, 3)[own])
-            columns[..., place[where.start + own]] = each
+            if not own.size:
+                continue
+            shares = (std * loaded.reshape(-1, 3)[own]).astype(np.float32)
             spread = (std * extra[where][own]).astype(np.float32)
-            if spread.any() and state.reference is None:
-                mine = columns[..., :loads].reshape(*matrix.shape[:3], -1, 3)
-                mine[..., own, :] += shaped * spread[:, None]
+            if state.reference is not None:
+                spread[:] = 0
+            rows = columns.reshape(-1, size)
+            first = int(place[where.start + own[0]])
+            _spread_contacts(matrix.reshape(len(rows), -1), own, shares, spread, first, rows)
         for number, moved in uncertain.moved(state.modes, self.rows, self.columns):
             columns[..., place[number]] = moved.reshape(*moved.shape[:2], -1)
         if group := uncertain.group(RESIDUAL):
@@ -323,6 +325,22 @@ def _roots(light: Single, forms: Array) -> list[Single]:
     lean = np.divide(ab, root, out=np.zeros_like(ab), where=root > 0)
     rest = np.sqrt(np.clip(bb - lean**2, 0, None))
     return [root * first + lean * second, rest * second]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
+def _spread_contacts(matrix, own, shares, spread, first, rows) -> None:
+    """Derivatives by what spreads contacts, shape (l,), from the column `first` on.
+
+    The influence changes by so much of the matrix, shape (p, 3 n), as they are spread already.
+    """
+    for i in range(len(rows)):
+        for k in range(len(own)):
+            j = 3 * own[k]
+            x, y, z = matrix[i, j], matrix[i, j + 1], matrix[i, j + 2]
+            rows[i, first + k] = shares[k, 0] * x + shares[k, 1] * y + shares[k, 2] * z
+            rows[i, j] += spread[k] * x
+            rows[i, j + 1] += spread[k] * y
+            rows[i, j + 2] += spread[k] * z
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
