@@ -27,6 +27,12 @@ from fringeforce.reading.pads.sampling import Lattice
 CLOSE = 8.0
 """Gain of the loss that a step promises, below which it is taken without evaluating it any more:
 what it leaves is a tenth of that, a third of a standard deviation in sixty unknowns together."""
+FARTHEST = 5.0
+"""Standard deviations that an unknown of a tolerance is off at most: one in two million is.  Where
+contacts are still wrong, a residual of many more would take over what they must explain."""
+LINEAR = 0.1
+"""Change of contacts, over their force and size, above which a last step is evaluated all the same:
+light is not linear in it.  Two contacts at one place exchange much for little."""
 DENSE, SPARSE = 2, 7
 """Pixels between those of the matrix, beside contacts and elsewhere."""
 MOST_DENSE = 64
@@ -333,7 +339,8 @@ class SkinFit:
         def moved(place: SkinPlace, step: Array) -> tuple[Array, Array]:
             found = place.contacts.copy().ravel()
             found[own] += step[: len(own)]
-            return self.limited(found.reshape(free.shape)), place.extra + step[len(own) :]
+            extra = np.clip(place.extra + step[len(own) :], -FARTHEST, FARTHEST)
+            return self.limited(found.reshape(free.shape)), extra
 
         def expanded(place: SkinPlace) -> Expansion[SkinPlace]:
             def ahead(step: Array) -> tuple[SkinPlace, float]:
@@ -359,8 +366,13 @@ class SkinFit:
         )
         place, matrix = found.place, found.curvature
         assert matrix is not None
-        loss = place.left.loss - found.gain
-        return SkinOptimum(*moved(place, found.step), loss, place, matrix, free)
+        loss, (contacts, extra) = place.left.loss - found.gain, moved(place, found.step)
+        if _changed(place.contacts, contacts) > LINEAR:
+            there = self.at(contacts, extra)
+            if there.left.loss < place.left.loss:
+                place = there
+            contacts, extra, loss = place.contacts, place.extra, place.left.loss
+        return SkinOptimum(contacts, extra, loss, place, matrix, free)
 
     def limited(self, contacts: Array) -> Array:
         """Contacts that push, within the friction cone, on the pad, with sizes that make sense."""
@@ -380,6 +392,14 @@ class SkinFit:
         ]
         found[:, SHAPE] = np.clip(found[:, SHAPE], low, high)
         return found
+
+
+def _changed(before: Array, after: Array) -> float:
+    """Largest change of contacts, over their force and size."""
+    change = np.abs(after - before)
+    change[:, :PLACE] /= before[:, :1]
+    change[:, PLACE:SHAPE] /= np.exp(before[:, SHAPE : SHAPE + 1])
+    return float(change.max(initial=0.0))
 
 
 def _mixtures(slopes: Single, modes: Single) -> tuple[Single, Single]:
