@@ -34,7 +34,8 @@ def bench(drawing: ff.Sensor) -> ff.SensorModel:
 def test_a_strip_in_three_dimensions_is_calibrated(
     drawing: ff.Sensor, bench: ff.SensorModel
 ) -> None:
-    rng = np.random.default_rng()
+    # all forces share the errors of one calibration, so that the share inside is no binomial number
+    rng = np.random.default_rng(0)
     loads = rng.uniform(0.5, 3.0, (24, 2, 2)) * [1.0, 0.3]
     model = ff.calibrate(drawing, bench.expose(loads, rng=rng), loads, [EFFECT])
     assert model.calibration is not None
@@ -45,8 +46,7 @@ def test_a_strip_in_three_dimensions_is_calibrated(
     forces = rng.uniform(0.2, 1.5, (40, 2, 2)) * [1.0, 0.3]
     batch = ff.Reader(model).read_batch(bench.expose(forces, rng=rng))
     assert (batch.status == ff.Status.OK).mean() > 0.9
-    # all forces share the errors of one calibration: how many are inside an interval is no binomial
-    # number, but none may be far off
+    assert (np.abs(batch.forces - forces) < 1.96 * batch.std).mean() > 0.85
     assert (np.abs(batch.forces - forces) < 5 * batch.std).all()
 
 

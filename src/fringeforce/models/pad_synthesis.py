@@ -139,8 +139,8 @@ class Synthesis:
     def ordered(self, values: Single) -> Single:
         """Values of harmonics as they come, shape (..., m, n), in the order of the waves."""
         if self.along[0].even or self.across[0].even:
-            return np.ascontiguousarray(values[..., self.orders[0][:, None], self.orders[1]])
-        return values
+            values = values[..., self.orders[0][:, None], self.orders[1]]
+        return np.ascontiguousarray(values)
 
     def modes(self, loads: Single) -> Single:
         """Retardance of every depth profile, shape (2, modes, rows, columns) [rad]."""
@@ -172,18 +172,13 @@ class Synthesis:
         (_, modes, _, m, n), pixels = self.waves.shape, slopes.shape[-1]
         # one after the other, for all together would leave the processor's cache
         sums = np.empty((2, modes, m, n), dtype=np.float32)
-        part = np.empty_like(sums)
         found = np.empty((len(harmonics), len(slopes), pixels))
         for (component, own), row in zip(harmonics, found, strict=True):
-            ordered = self.ordered(own)
             if component is None:
-                np.multiply(self.waves[:, :, 0], ordered[0], out=sums)
-                for c in (1, 2):
-                    sums += np.multiply(self.waves[:, :, c], ordered[c], out=part)
+                mixed = self._mixed(self.waves, own)
             else:
-                np.multiply(self.waves[:, :, component], ordered, out=sums)
-            spread = self._spread(sums).reshape(-1, pixels)
-            np.einsum("sfp,fp->sp", slopes, spread, out=row)
+                mixed = np.multiply(self.waves[:, :, component], self.ordered(own), out=sums)
+            np.einsum("sfp,fp->sp", slopes, self._spread(mixed).reshape(-1, pixels), out=row)
         return found.reshape(len(harmonics), slopes.shape[0] * pixels)
 
     def _spread(self, sums: Single) -> Single:
