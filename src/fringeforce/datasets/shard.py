@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -33,6 +33,8 @@ IMAGES, FORCES = "images.csv", "forces.csv"
 STUDY, SUMS = "study.json", "SHA256SUMS"
 """What a folder of pictures was made from, and digests of its files, for `sha256sum -c`."""
 Files = dict[str, bytes]
+_KINDS: dict[str, Callable[..., Example | SkinExample]] = {"pad": example, "strip": skin_example}
+"""What draws one image, by the kind of sensor."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +65,8 @@ class Shard:
 
 def examples(shard: Shard) -> list[Example | SkinExample]:
     """Images of a shard."""
-    model = _model(shard.sensor.to_toml())
-    if isinstance(model, PadModel):
-        return [example(model, shard.study, number) for number in shard.numbers]
-    return [skin_example(model, shard.study, number) for number in shard.numbers]
+    model, drawn = _model(shard.sensor.to_toml()), _KINDS[shard.sensor.kind]
+    return [drawn(model, shard.study, number) for number in shard.numbers]
 
 
 def packed(shard: Shard) -> Files:

@@ -17,6 +17,7 @@ from fringeforce.design.fields import Angle, Extent, Finite, Length, Place, Visi
 from fringeforce.design.light import Plates
 from fringeforce.design.light_sources import Wavelength
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
+from fringeforce.design.strip import Section, Transducer
 
 
 def _pair(value: Any) -> tuple[int, int]:
@@ -274,6 +275,20 @@ class Pad(Design):
     )
     polariscope: PadPolariscope
     camera: AreaCamera
+
+    @property
+    def section(self) -> Section:
+        """Along the shorter side, in plane strain, as under rows of equal contacts."""
+        pad, tactels = self.transducer, self.tactels
+        block = Transducer(
+            length=pad.length,
+            width=tactels.side,
+            edges="roller" if pad.sides == "roller" else "free",
+            plane="strain",
+            compliant=pad.compliant,
+            photoelastic=pad.photoelastic,
+        )
+        return Section(block, min(tactels.count), tactels.pitch, tactels.side)
 
     @property
     def derived(self) -> frozenset[str]:

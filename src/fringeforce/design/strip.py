@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -193,6 +193,27 @@ def _lines(data: dict[str, Any]) -> Tactels:
     return skin.lines(transducer.compliant.thickness)
 
 
+class Section(NamedTuple):
+    """A section through neighbouring contacts, solved in a plane.
+
+    Attributes
+    ----------
+    block : Transducer
+        The layers and their edges, in a plane.
+    contacts : int
+        Their number, beside each other.
+    pitch : float
+        Distance between them [m].
+    width : float
+        Width of each [m].
+    """
+
+    block: Transducer
+    contacts: int
+    pitch: float
+    width: float
+
+
 class Sensor(Design):
     """A complete sensor, from strip to camera.
 
@@ -221,6 +242,15 @@ class Sensor(Design):
     )
     polariscope: Polariscope
     camera: Camera
+
+    @property
+    def section(self) -> Section:
+        """Contacts as wide as stated, or as the cover is thick; of a skin, side by side."""
+        block, tactels = self.transducer, self.tactels
+        width = tactels.contact_width or block.compliant.thickness
+        if self.skin is not None:
+            return Section(block, max(int(self.skin.extent / width), 1), width, width)
+        return Section(block, tactels.count, tactels.pitch, width)
 
     @property
     def derived(self) -> frozenset[str]:

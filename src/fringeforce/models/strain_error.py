@@ -41,22 +41,7 @@ def strain_error(sensor: Sensor | Pad) -> Array:
     sensor : Sensor or Pad
         With tactels; a strip that is solved in a plane.
     """
-    if isinstance(sensor, Pad):
-        pad = sensor.transducer
-        count, width, pitch = min(sensor.tactels.count), sensor.tactels.side, sensor.tactels.pitch
-        block = Transducer(
-            length=pad.length,
-            width=width,
-            edges="roller" if pad.sides == "roller" else "free",
-            plane="strain",
-            compliant=pad.compliant,
-            photoelastic=pad.photoelastic,
-        )
-    else:
-        block, count, pitch = sensor.transducer, sensor.tactels.count, sensor.tactels.pitch
-        width = sensor.tactels.contact_width or block.compliant.thickness
-        if sensor.skin is not None:
-            count, pitch = max(int(sensor.skin.extent / width), 1), width
+    block, count, pitch, width = sensor.section
     some = min(NEIGHBOURS, (count - 1) // 2)
     return _error(block.model_dump_json(), pitch, min(width, pitch), some).copy()
 

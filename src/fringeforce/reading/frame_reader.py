@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
 from fringeforce.reading.batch import Batch, Progress, grey_levels
+from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
@@ -73,6 +74,16 @@ class FrameReader(ABC):
     @abstractmethod
     def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
         """A frame of a share of the loads that take a reader through all that it compiles."""
+
+    def creep_filter(self, history: float) -> CreepFilter | None:
+        """What takes creep out of readings in a row, of a strip that creeps.
+
+        Parameters
+        ----------
+        history : float
+            Standard deviation of the forces that acted for long before the first frame [N].
+        """
+        return None
 
     def read(
         self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.models.creep import Creep, checked_times
+from fringeforce.models.creep import checked_times
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.batch import Batch, checked_recording
-from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.diagnosis import PadSkinDiagnosis, PadSquaresDiagnosis
@@ -149,7 +148,7 @@ class Reader:
         self._single = single(model, friction, confidence)
         self._follower, self._ready = self._follow(self._single), False
         self._history, self._turn = history, threading.RLock()
-        self._creep = self._creep_filter()
+        self._creep = self._single.creep_filter(self._history)
 
     def __getstate__(self) -> dict[str, object]:
         """All but the lock, which is of one process."""
@@ -158,17 +157,6 @@ class Reader:
     def __setstate__(self, state: dict[str, object]) -> None:
         """A reader of another process, or a copy."""
         vars(self).update(state, _turn=threading.RLock())
-
-    def _creep_filter(self) -> CreepFilter | None:
-        """What takes creep out of readings in a row, of a strip that creeps."""
-        model = self.model
-        if isinstance(model, PadModel) or not len(Creep.of(model.sensor.transducer).amounts):
-            return None
-        if model.sensor.skin is not None:
-            raise InputError(
-                "Readings of skins do not allow for relaxation; leave it out, or take tactels."
-            )
-        return CreepFilter(model.sensor, self._history)
 
     @property
     def model(self) -> SensorModel | PadModel:
@@ -405,7 +393,7 @@ class Reader:
             Of the photoelastic layer, for all frames or each, as of `read` [K].
         """
         levels, batch = self._prepared(frames, covariance)
-        own, creep = self._times(times, len(batch)), self._creep_filter()
+        own, creep = self._times(times, len(batch)), self._single.creep_filter(self._history)
         scales = checked_scales(self.model, temperatures, len(batch))
         used = self._single.usable(mask)
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))

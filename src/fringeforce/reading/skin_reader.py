@@ -23,6 +23,7 @@ from fringeforce.estimation.residual_test import (
     bumps_are_noise,
     square_limit,
 )
+from fringeforce.models.creep import Creep
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts, SkinModel, large_strain
 from fringeforce.reading.posterior_search import Lines, phase_information
 from fringeforce.reading.reading import Reading, Status
@@ -82,6 +83,10 @@ class SkinReader(StripFrames):
             raise InputError(
                 "transducer.influence_error is not allowed for on a skin; state what causes it, "
                 "such as tolerances of the layers, or read tactels."
+            )
+        if len(Creep.of(self.model.sensor.transducer).amounts):
+            raise InputError(
+                "Readings of skins do not allow for relaxation; leave it out, or take tactels."
             )
 
     @cached_property

@@ -23,7 +23,9 @@ from fringeforce.estimation.hypotheses import MetPhases, mixture
 from fringeforce.estimation.linearised_frame import Linearised, linearise
 from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
+from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
+from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
@@ -143,6 +145,11 @@ class StripFrameReader(StripFrames):
         """What the second order leaves of large strain; none of small strain."""
         finite = len(self.uncertain.frame.curvature) > 0
         return HigherOrders(self.model, self.uncertain) if finite else None
+
+    def creep_filter(self, history: float) -> CreepFilter | None:
+        """What takes creep out of readings in a row, if the strip creeps."""
+        sensor = self.model.sensor
+        return CreepFilter(sensor, history) if len(Creep.of(sensor.transducer).amounts) else None
 
     @cached_property
     def _search(self) -> PosteriorSearch:
