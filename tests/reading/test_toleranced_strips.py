@@ -12,6 +12,7 @@ from fringeforce.estimation.frame_exposure import (
 from fringeforce.estimation.frame_information import information
 from fringeforce.estimation.linearised_frame import linearise
 from fringeforce.models.uncertainty import uncertainty
+from fringeforce.reading.posterior_search import PosteriorSearch
 from fringeforce.reading.strip_reader import StripFrameReader
 
 PLACES = drawing().tactels.positions
@@ -82,6 +83,7 @@ DEPARTURES = {
         {"polariscope.residual": "0 +/- 0.1 rad"},
     ),
     "blur": (Bench(drawing(), PLACES, POINTS, blur=4.0), {"camera.blur": "30 +/- 20 um"}),
+    "much blur": (Bench(drawing(), PLACES, POINTS, blur=12.0), {"camera.blur": "100 +/- 50 um"}),
     "gamma": (Bench(drawing(), PLACES, POINTS, gamma=1.05), {"camera.gamma": "1 +/- 0.05"}),
     "faint fringes": (
         Bench(drawing(), PLACES, POINTS, visibility=0.95),
@@ -116,6 +118,17 @@ def test_a_departure_within_its_tolerance_is_read(name: str) -> None:
     # one frame in twenty may be left unread: of four, two are in one case of seventy
     assert unread <= 1
     assert wrong == 0
+
+
+@pytest.mark.parametrize("pixels", [4.0, 12.0])
+def test_the_search_begins_nearer_to_the_blur_than_the_drawing(pixels: float) -> None:
+    """Fringes that run fast are fainter under a blur than those that run slowly."""
+    rng, drawn = np.random.default_rng(1), 100 * MICRON / PIXEL
+    model = ff.characterize(drawing(**{"camera.blur": "100 +/- 50 um"}))
+    search = PosteriorSearch(uncertainty(model).frame)
+    frames = Bench(drawing(), PLACES, POINTS, blur=pixels).frames(loads(rng, 30), rng)
+    found = np.array([search.lines(frame.astype(float)).light.blur for frame in frames])
+    assert np.sqrt(np.mean(np.square(found - pixels))) < 0.8 * abs(drawn - pixels)
 
 
 @pytest.mark.slow

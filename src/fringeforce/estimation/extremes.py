@@ -146,8 +146,8 @@ def extremes(line: Array, pace: Array, variance: float, clipped: Mask) -> Array:
 
 def light_of_extremes(
     found: Array, gain: float, visibility: tuple[float, float], blur: tuple[float, float]
-) -> tuple[float, float]:
-    """Gain and visibility that explain extremes best, and what is known of them before.
+) -> tuple[float, float, float]:
+    """Gain, visibility and blur that explain extremes best, and what is known of them before.
 
     Parameters
     ----------
@@ -158,14 +158,7 @@ def light_of_extremes(
     visibility, blur : tuple of float
         Mean and standard deviation; blur in pixels.
     """
-    stds = np.array([gain, visibility[1], blur[1]])
-    if len(found) == 0 or not stds[:2].any():
-        return 1.0, visibility[0]
-    sign, level, deviation, pace = found.T
-
-    best = _lit(
-        np.stack([sign, level, deviation, pace], axis=1),
-        np.array([1.0, visibility[0], blur[0]]),
-        stds,
-    )
-    return float(1 + gain * best[0]), float(visibility[0] + visibility[1] * best[1])
+    means, stds = np.array([1.0, visibility[0], blur[0]]), np.array([gain, visibility[1], blur[1]])
+    if len(found) and stds.any():
+        means = means + stds * _lit(np.ascontiguousarray(found), means, stds)
+    return float(means[0]), float(means[1]), max(float(means[2]), 0.0)

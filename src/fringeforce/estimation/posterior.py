@@ -60,6 +60,9 @@ CAREFUL = (300.0, 100.0, 30.0, 10.0)
 WAVES = 60
 """Smooth waves of phase along the frame that are looked for in what is left: shorter than the
 clear layer is thick they pass as noise, and no load makes them."""
+MISTAKEN, DOUBTED = 1e-10, 0.05
+"""Chances of waves that sums at the nodes under a blur may mistake: squares that add up to eight
+standard deviations more than noise leaves are too large for that."""
 RANK = 1e-5
 """Share of the largest information below which a wave is absorbed by the unknowns."""
 LINEAR = 1.0
@@ -257,23 +260,21 @@ class Posterior:
         """Chance that noise leaves as large waves of phase as there are: a score test.
 
         The waves are those of the discrete cosine transform; what the unknowns can absorb is taken
-        out (Rao, Math. Proc. Camb. Phil. Soc. 44, 50, 1948).
+        out (Rao, Math. Proc. Camb. Phil. Soc. 44, 50, 1948).  Information at the nodes takes waves
+        and fringes for blurred apart, so that a chance which this may mistake is computed again
+        from all pixels.
         """
-        waves = _waves(len(self.model.fixed))
+        waves, loss = _waves(len(self.model.fixed)), about.hessian + about.cone
+        pulls = -waves @ about.pulls[0]
         seen = spread_profiles(self.model, top.unknowns, waves)
         cross = shared_information(self.model, about, seen)
-        # sums at the nodes are not positive definite to the last digit
-        solved = np.linalg.solve(about.hessian + about.cone, cross)
-        score = -waves @ about.pulls[0] + solved.T @ about.gradient
-        information = seen @ banded(about, seen).T - cross.T @ solved
-        # a generalised inverse: waves that the unknowns absorb, or others before them, are left out
-        (factorise,) = get_lapack_funcs(("pstrf",), (information,))
-        least = RANK * information.diagonal().max()
-        root, order, rank, _ = factorise(information, tol=least, lower=1)
-        if rank == 0:
-            return 1.0
-        normal = solve_triangular(root[:rank, :rank], score[order[:rank] - 1], lower=True)
-        return float(chdtrc(rank, normal @ normal))
+        chance = _score_chance(pulls, about.gradient, loss, cross, seen @ banded(about, seen).T)
+        sharp = not self.model.blur and self.model.at.gamma == self.model.at.blur
+        if sharp or not MISTAKEN < chance < DOUBTED:
+            return chance
+        known, size = information(self.model, self.frame, top.unknowns, waves), len(about.gradient)
+        loss = known[:size, :size] + np.diag(self.prior.precision) + about.cone
+        return _score_chance(pulls, about.gradient, loss, known[:size, size:], known[size:, size:])
 
     def covariance(self, top: Top) -> Array:
         """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2]."""
@@ -385,6 +386,28 @@ def sharp(model: FrameModel, phase: Array) -> int:
     """Most pixels of a bin that tell as much as its pixels of a phase at the nodes, shape (m,)."""
     nodes_per_pixel = len(model.fixed) * len(model.bias) / len(model.amplitude)
     return slow_size(model, float(np.abs(np.diff(phase)).max()) * nodes_per_pixel, SHARP)
+
+
+def _score_chance(pulls: Array, gradient: Array, loss: Array, cross: Array, own: Array) -> float:
+    """Chance of larger scores of k changes beside unknowns that are fitted.
+
+    Parameters
+    ----------
+    pulls, gradient : ndarray, shape (k,) and (size,)
+        Half the derivative of the loss by either.
+    loss, cross, own : ndarray, shape (size, size), (size, k) and (k, k)
+        Half its second derivative: of the unknowns, of both, and of the changes.
+    """
+    # sums at the nodes are not positive definite to the last digit
+    solved = np.linalg.solve(loss, cross)
+    score, told = pulls + solved.T @ gradient, own - cross.T @ solved
+    # a generalised inverse: waves that the unknowns absorb, or others before them, are left out
+    (factorise,) = get_lapack_funcs(("pstrf",), (told,))
+    root, order, rank, _ = factorise(told, tol=RANK * told.diagonal().max(), lower=1)
+    if rank == 0:
+        return 1.0
+    normal = solve_triangular(root[:rank, :rank], score[order[:rank] - 1], lower=True)
+    return float(chdtrc(rank, normal @ normal))
 
 
 @lru_cache(maxsize=8)

@@ -189,7 +189,7 @@ class PosteriorSearch:
         """Light from the extremes of lines; those that are clipped are none."""
         model, at = self.model, self.model.at
         gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
-        if not gain and at.blur == at.visibility:  # it is as drawn
+        if not gain and at.gamma == at.visibility:  # it is as drawn
             return self._drawn
         found = np.concatenate(
             [
@@ -197,17 +197,10 @@ class PosteriorSearch:
                 for line, out, variance, pace in zip(lines, clipped, variances, paces, strict=True)
             ]
         )
-        blur = model.blur, model.blur_std
+        blur = model.blur, model.blur_std if at.gamma > at.blur else 0.0
         visibility = model.visibility, model.visibility_std if at.blur > at.visibility else 0.0
-        return Light(1.0, 0.0, visibility[0], blur[0])._replace(
-            **dict(
-                zip(
-                    ("gain", "visibility"),
-                    light_of_extremes(found, gain, visibility, blur),
-                    strict=True,
-                )
-            )
-        )
+        gain, clear, spread = light_of_extremes(found, gain, visibility, blur)
+        return Light(gain, 0.0, clear, spread)
 
     @cached_property
     def _drawn(self) -> Light:
@@ -545,6 +538,8 @@ class PosteriorSearch:
             starts[:, at.modes : at.visibility] += (light.gain - 1) * gains / (gains @ gains)
         if at.blur > at.visibility:
             starts[:, at.visibility] = (light.visibility - model.visibility) / model.visibility_std
+        if at.gamma > at.blur:
+            starts[:, at.blur] = (light.blur - model.blur) / model.blur_std
 
     def fitted(self, top: Top) -> Light:
         """Light of an explanation."""
