@@ -14,6 +14,7 @@ from fringeforce.estimation.covariance import covariance_of, marginal_informatio
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
@@ -96,6 +97,10 @@ class PadFrameReader(PadFrames):
         return Search(self._fitted, self.response, self._looseness, still)
 
     @cached_property
+    def _departures(self) -> SquaresDepartureTest:
+        return SquaresDepartureTest(self._fitted)
+
+    @cached_property
     def _looseness(self) -> float:
         """What tolerances change of the sine of a retardance, as `Search` wants it."""
         return 0.0 if self.uncertain is None else self.uncertain.looseness
@@ -164,7 +169,32 @@ class PadFrameReader(PadFrames):
             sure = sure and self._stays_this_side(fine)
         verdict = weighed([optimum for optimum in optima if classifier.explained(optimum)], fine)
         spread = partial(covariance_of, verdict.information)
-        return classifier.reading(best, verdict, silence, spread, sure=sure), best
+        reading = classifier.reading(best, verdict, silence, spread, sure=sure)
+        return self._tested(reading, stating, best, whole) if reading.ok else reading, best
+
+    def tested(
+        self, reading: Reading, levels: NDArray[Any], used: Mask, optimum: Optimum, known: Earlier
+    ) -> Reading:
+        """A reading by `found` that followed, or its refusal if the frame shows a departure.
+
+        Parameters
+        ----------
+        reading : Reading
+            Of the frame.
+        levels, used, known
+            As of `found`.
+        optimum : Optimum
+            Where it is.
+        """
+        classifier = self.classifier(used)
+        fit = self._fit(classifier.filled(levels), self._stating, classifier)
+        fit = replace(fit, prior=known.prior)
+        return self._tested(reading, fit, optimum, fit.information(optimum.place))
+
+    def _tested(self, reading: Reading, fit: Fit, optimum: Optimum, information: Array) -> Reading:
+        """A reading, or its refusal if the frame shows a departure beside the forces."""
+        shown = self._departures.shown(fit, optimum, information)
+        return reading.departing(self._departures.finding(shown)) if shown else reading
 
     def _explanations(
         self, fit: Fit, classifier: FrameClassifier, silence: float
