@@ -70,6 +70,22 @@ def test_squares_of_frames_as_drawn_are_chi_square_numbers(
     assert (known.min(axis=0) > 1).sum() >= 7
 
 
+def test_sizes_scatter_as_much_as_one_frame_can_tell(
+    model: PadModel, reader: PadFrameReader, told: list[Told]
+) -> None:
+    rng, used = np.random.default_rng(6), reader.usable(None)
+    forces, count = pressed(model, rng), 30
+    bound = reader.departure_bound(forces)
+    told.clear()
+    for _ in range(count):
+        assert reader.search(model.expose(forces, rng).ravel(), used).ok
+    scores, known = np.moveaxis(np.array([each.scores() for each in told]), 1, 0)
+    for k, one in enumerate(reader.tested_departures):
+        sizes = one.deviation * scores[:, k] / known[:, k]
+        share = float(np.sum(np.square(sizes))) / bound[one.path] ** 2
+        assert RARE / len(bound) < stats.chi2(count).cdf(share) < 1 - RARE / len(bound)
+
+
 def test_changes_of_layers_are_those_of_pads_that_are_made_so(pad: Pad, model: PadModel) -> None:
     layers = [one for one in pad_departures(model) if one.path.startswith("transducer.")]
     forces = pressed(model, np.random.default_rng(2))

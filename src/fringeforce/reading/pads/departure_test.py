@@ -254,6 +254,17 @@ class SquaresDepartureTest(DepartureTest):
         found = self._plain(self.told(fit, one, information)) if self.tested else []
         return [each for first in found for each in (first, *self._equal(first))]
 
+    def deviations(self, fit: Fit, one: Optimum, information: Array) -> dict[str, float]:
+        """Smallest deviations that each departure can be told with beside forces, by its path.
+
+        They are relative for layers and the amplitude, else in the unit of the value.
+        """
+        _, known = self.told(fit, one, information).scores()
+        return {
+            departure.path: departure.deviation / float(np.sqrt(max(each, np.finfo(float).tiny)))
+            for departure, each in zip(self.tested, known, strict=True)
+        }
+
     def _equal(self, found: Sized) -> list[Sized]:
         """What no frame can tell from it."""
         if found.departure.path != SOFTNESS[0]:

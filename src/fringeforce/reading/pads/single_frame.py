@@ -13,6 +13,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.covariance import covariance_of, marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
@@ -255,10 +256,40 @@ class PadFrameReader(PadFrames):
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
-        fit = self._fit(np.zeros(self.pixels), self._stating, self.classifier(self.usable(None)))
-        whole = fit.information(fit.at(loads.ravel()))
-        information = marginal_information(whole, loads.size)
+        fit = self._bare
+        information = marginal_information(fit.information(fit.at(loads.ravel())), loads.size)
         return np.sqrt(np.diag(covariance_of(information))).reshape(loads.shape)
+
+    @property
+    def tested_departures(self) -> tuple[PadDeparture, ...]:
+        """What frames that forces explain are tested for, as the design does not allow for it."""
+        return self._departures.tested
+
+    def departure_bound(self, forces: ArrayLike) -> dict[str, float]:
+        """Smallest deviations that single departures can be told with from one frame.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            What acts, and has to be told from the frame as well [N].
+
+        Returns
+        -------
+        dict
+            By dotted path, of what the design does not allow for: relative for layers and the
+            amplitude, else in the unit of the value.
+        """
+        loads, fit = self.model.checked(forces, single=True).ravel(), self._bare
+        place = fit.at(loads)
+        whole = fit.information(place)
+        here = Optimum(loads, Curvature(whole), place, fit.misfit(place), extra=place.extra)
+        return self._departures.deviations(fit, here, whole)
+
+    @property
+    def _bare(self) -> Fit:
+        """The likelihood of no frame in particular."""
+        unmasked = self.classifier(self.usable(None))
+        return self._fit(np.zeros(self.pixels), self._stating, unmasked)
 
     def _fit(self, levels: Array, sampling: Sampling, classifier: FrameClassifier) -> Fit:
         return Fit(self._fitted, self.response, sampling, levels, classifier.used)
