@@ -22,11 +22,9 @@ from scipy.special import gamma, jv, spherical_jn
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
-from fringeforce.mechanics.solid.fourier import retardance_waves
 from fringeforce.models import splines
 from fringeforce.models.pad_influence import PadInfluence
-from fringeforce.models.pad_slices import block_of
-from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.models.pad_slices import profile_waves
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -160,16 +158,11 @@ class ContactSeries:
 
     def _waves(self, pad: Pad) -> tuple[Array, Array, Single]:
         """Wave numbers, shape (m,) and (n,), and waves of the profiles, (2 modes, 3, m, n)."""
-        block, base = block_of(pad), self.base
-        slices = len(base.profile)
         cover = self.pad.transducer.compliant.thickness
         # as many harmonics of every pad
-        digits = DIGITS * block.compliant.thickness / cover
-        alpha, beta, waves = retardance_waves(block, slices, digits)
-        constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-        profiles = base.profile / self.weights[:, None] * block.depths(slices)[1][:, None]
-        reduced = constant * np.einsum("sk,sfcmn->fkcmn", profiles, waves, optimize=True)
-        return alpha, beta, reduced.reshape(-1, *waves.shape[2:]).astype(np.float32)
+        digits = DIGITS * pad.transducer.compliant.thickness / cover
+        alpha, beta, waves = profile_waves(pad, self.base.profile, self.weights, digits)
+        return alpha, beta, waves.reshape(-1, *waves.shape[2:]).astype(np.float32)
 
     @cached_property
     def _known(self) -> tuple[Array, Array, Single]:

@@ -7,7 +7,7 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.design.pad import Pad, PadTransducer
 from fringeforce.mechanics.solid.block import Block, Patches
-from fringeforce.mechanics.solid.fourier import stress_of_loads
+from fringeforce.mechanics.solid.fourier import retardance_waves, stress_of_loads
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 
@@ -49,3 +49,36 @@ def slice_retardance(
     difference, shear = stress_of_loads(block, loads, x, y, slices)
     depth = constant * block.depths(slices)[1][:, None, None, None]
     return np.asarray(depth * np.stack([difference, 2 * shear], axis=1))
+
+
+def profile_waves(
+    pad: Pad, profile: Array, weights: Array, digits: float
+) -> tuple[Array, Array, Array]:
+    """Retardance of depth profiles per harmonic of tractions, by the exact series.
+
+    Sides are taken to be rollers.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    profile : ndarray, shape (slices, modes)
+        The profiles, perhaps of another pad.
+    weights : ndarray, shape (slices,)
+        Of the depth integral of that pad [m].
+    digits : float
+        The series ends where the cover has damped its harmonics by ten to this power.
+
+    Returns
+    -------
+    alpha, beta : ndarray, shape (m,), (n,)
+        Wave numbers along x and y [1/m].
+    waves : ndarray, shape (2, modes, 3, m, n)
+        (A, B) per unit harmonic of N, T_x and T_y [rad/Pa].
+    """
+    block, slices = block_of(pad), len(profile)
+    alpha, beta, waves = retardance_waves(block, slices, digits)
+    constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+    # profiles are the root of the weights times orthonormal vectors
+    reduction = constant * profile / weights[:, None] * block.depths(slices)[1][:, None]
+    return alpha, beta, np.einsum("sk,sfcmn->fkcmn", reduction, waves, optimize=True)

@@ -245,9 +245,19 @@ class PadUncertainty:
         group = self.group(BLUR)
         assert group is not None
         here = float(extra[group.begin])
-        low = max(here - STEP, self._sharpest)
-        high = max(here + STEP, low + STEP)
-        return self._lens(low), self._lens(high), high - low
+        ends = self._lens_ends.get(here)
+        if ends is None:
+            low = max(here - STEP, self._sharpest)
+            high = max(here + STEP, low + STEP)
+            ends = self._lens(low), self._lens(high), high - low
+            self._lens_ends.clear()
+            self._lens_ends[here] = ends
+        return ends
+
+    @cached_property
+    def _lens_ends(self) -> dict[float, tuple[Lens, Lens, float]]:
+        """Those of `lens_change` at the last blur, for gradient and information want them."""
+        return {}
 
     @property
     def _sharpest(self) -> float:

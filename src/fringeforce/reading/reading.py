@@ -118,8 +118,8 @@ class Reading:
         Of a skin: pressure and shear along it.
     findings : tuple of str
         What seems to differ from the design, where no load explains the frame, found when it is
-        first asked for, which takes some tenths of a second, or seconds for a pad; or that nothing
-        but creep shows.
+        first asked for, which takes some tenths of a second, or seconds for a pad; of a pad also
+        where loads explain it, but a departure shows beside them; or that nothing but creep shows.
 
     Examples
     --------
@@ -238,6 +238,13 @@ class Reading:
         reading, known = object.__new__(type(self)), dict(self.__dict__)
         known.pop("findings", None)
         reading.__dict__.update(known, _later={**known.get("_later", {}), "findings": findings})
+        return reading
+
+    def departing(self, finding: str) -> Reading:
+        """The same of a frame that shows a departure from the design: forces are not to be used."""
+        reading, known = object.__new__(type(self)), dict(self.__dict__)
+        known |= {"status": Status.MODEL_MISMATCH, "probability": 0.0, "tracked": False}
+        reading.__dict__.update(known, findings=(finding,))
         return reading
 
     def __getattr__(self, name: str) -> Array:

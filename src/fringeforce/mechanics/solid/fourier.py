@@ -48,7 +48,7 @@ def stress_influence(
     alpha, beta = _wave_numbers_of(block, digits)
     shape = (len(x), len(y), slices, len(patches.places), 3)
     difference, shear = np.empty(shape), np.empty(shape)
-    loads = _load_harmonics(block, patches, alpha, beta)
+    loads = load_harmonics(block, patches, alpha, beta)
     synthesis = zip(loads, _stress_waves(block, alpha, beta, heights), strict=True)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
     for component, ((load_x, load_y), (waves_d, waves_s)) in enumerate(synthesis):
@@ -91,9 +91,7 @@ def stress_of_loads(
     alpha, beta = _wave_numbers_of(block, digits)
     traction = np.zeros((3, len(alpha), len(beta)))
     for patches, forces in loads:
-        waves = _load_harmonics(block, patches, alpha, beta)
-        for component, (load_x, load_y) in enumerate(waves):
-            traction[component] += (load_x * forces[:, component]) @ load_y.T
+        traction += tractions_of(load_harmonics(block, patches, alpha, beta), forces)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
     waves = _known_waves(block, digits, slices)
     differences, shears = (
@@ -208,10 +206,25 @@ def _shear_displacement(block: Block, kappa: Array, heights: Array) -> Array:
     return interface[:, None] * ratio
 
 
-def _load_harmonics(
+def load_harmonics(
     block: Block, patches: Patches, alpha: Array, beta: Array
 ) -> list[tuple[Array, Array]]:
-    """Harmonics of unit forces: along x, (m, tactels), and along y, (n, tactels), by component."""
+    """Harmonics of unit forces on patches.
+
+    Parameters
+    ----------
+    block : Block
+        Block whose sides are taken to be rollers, whatever it says.
+    patches : Patches
+        Where the forces act.
+    alpha, beta : ndarray, shape (m,), (n,)
+        Wave numbers along x and y [1/m].
+
+    Returns
+    -------
+    list of (ndarray, ndarray)
+        For N, T_x and T_y those along x, shape (m, tactels), and along y, shape (n, tactels).
+    """
     x, y = patches.places.T + np.array([[block.length / 2], [block.width / 2]])
     waves = []
     for side, wave, place, order in (
@@ -224,6 +237,16 @@ def _load_harmonics(
         waves.append((turned.real, turned.imag))
     (cos_x, sin_x), (cos_y, sin_y) = waves
     return [(cos_x, cos_y), (sin_x, cos_y), (cos_x, sin_y)]
+
+
+def tractions_of(harmonics: list[tuple[Array, Array]], forces: Array) -> Array:
+    """Harmonics of the tractions of forces, shape (n, 3), from those of unit forces: (3, m, n)."""
+    return np.stack(
+        [
+            (along * forces[:, component]) @ across.T
+            for component, (along, across) in enumerate(harmonics)
+        ]
+    )
 
 
 def _synthesis(waves: Array, wave_x: Array, wave_y: Array, load_x: Array, load_y: Array) -> Array:

@@ -1,29 +1,46 @@
-"""Whether a frame that contacts explain shows a departure of camera or polariscope all the same.
+"""Whether a frame that loads explain shows a departure from the design all the same.
 
 The residual test takes all pixels together, of which noise leaves some hundreds in the sum of their
 squares.  The score test (Rao, Math. Proc. Camb. Phil. Soc. 44, 50-57, 1948) asks for one departure
 at a time: with s half the derivative of the loss by its unknown, and V the information about it
-beside the contacts, s^2 / V is a chi-square number of one degree of freedom where there is no
-departure.  Contacts are fitted already, and nothing else is.
+beside the loads, s^2 / V is a chi-square number of one degree of freedom where there is no
+departure.  Loads are fitted already, and nothing else is.
+
+Of several that are plain, the evidence says which it is: under a normal prior of variance one its
+logarithm is (s^2 / (1 + V) - log(1 + V)) / 2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index, Single
+from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.residual_test import square_limit
+from fringeforce.models.departures import LAYERS
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
+from fringeforce.models.pad_layers import LayerChanges
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
+from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.reading.findings import RIVAL, sentence
+from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.light import FrameLight
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
 
-TESTED = "camera.", "polariscope."
-"""What departs.  Layers show where bodies are near each other only, and change little there."""
+OPTICS = "camera.", "polariscope."
+"""What departs besides layers."""
+SOFTNESS = "transducer.compliant.youngs_modulus", "transducer.photoelastic.youngs_modulus"
+"""What shows by its ratio alone beside forces of any size; the first stands for both."""
+BESIDE = 1e-3
+"""Share of what a frame tells of a departure that loads must leave, for it to be tested: a lattice
+of pixels, in single precision, does not say more exactly what loads explain of it."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +62,95 @@ class Sized:
     significance: float
 
 
+class Told(NamedTuple):
+    """What a frame tells of what was fitted, and of q departures in their deviations.
+
+    Attributes
+    ----------
+    fitted, tested : ndarray, shape (m,), (q,)
+        Half the derivative of the loss by what was fitted, and by the departures.
+    information : ndarray, shape (m, m)
+        Half the expected second derivative by what was fitted.
+    across : ndarray, shape (m, q)
+        The same by both.
+    own : ndarray, shape (q,)
+        The same twice by each departure.
+    """
+
+    fitted: Array
+    tested: Array
+    information: Array
+    across: Array
+    own: Array
+
+    def scores(self) -> tuple[Array, Array]:
+        """Derivative by the departures, and information about each, beside what was fitted."""
+        beside = np.linalg.solve(self.information, np.column_stack([self.across, self.fitted]))
+        scores = self.tested - self.across.T @ beside[:, -1]
+        return scores, self.own - (self.across * beside[:, :-1]).sum(axis=0)
+
+
 class DepartureTest:
-    """Score tests of what a design does not allow for.
+    """Score tests of single numbers that a design does not allow for.
+
+    Parameters
+    ----------
+    model : PadModel
+        The pad.
+    paths : tuple of str
+        Beginnings of the paths that are tested.
+    """
+
+    def __init__(self, model: PadModel, paths: tuple[str, ...]) -> None:
+        self._model, self._paths = model, paths
+
+    @cached_property
+    def tested(self) -> tuple[PadDeparture, ...]:
+        """What is tested; what the design allows for is fitted in its place."""
+        return tuple(
+            one
+            for one in pad_departures(self._model)
+            if one.one
+            and one.path.startswith(self._paths)
+            and one.path not in self._model.sensor.tolerances
+        )
+
+    def finding(self, found: Sequence[Sized]) -> str:
+        """What is said of departures that are shown."""
+        return sentence(found, self._model)
+
+    def _plain(self, told: Told) -> list[Sized]:
+        """Departures that are shown plainly and cannot be told apart, the likeliest first."""
+        scores, known = told.scores()
+        # what loads hide even where it departs by a generous tolerance is not tested
+        seen = known > np.maximum(1.0, BESIDE * told.own)
+        squares = np.square(scores) / np.maximum(known, 1.0)
+        plain = np.flatnonzero(seen & (squares > square_limit(1)))
+        evidence = np.square(scores[plain]) / (1 + known[plain]) - np.log1p(known[plain])
+        return [
+            Sized(
+                self.tested[k],
+                self._size(self.tested[k], float(-scores[k] / known[k])),
+                float(np.sqrt(squares[k])),
+            )
+            for k, own in sorted(zip(plain.tolist(), evidence, strict=True), key=lambda e: -e[1])
+            if own > evidence.max() - 2 * RIVAL
+        ]
+
+    def _size(self, departure: PadDeparture, deviations: float) -> float:
+        """By how much it departs, from the same in its deviations, as of the linear model."""
+        if departure.path != BLUR:
+            return deviations * departure.deviation
+        # a blur acts by its square, and was differentiated where it begins
+        drawn, begin = self._model.sensor.camera.blur or 0.0, departure.begin * departure.deviation
+        square = drawn**2 + 2 * (drawn + begin) * deviations * departure.deviation
+        return float(np.sqrt(max(square, 0.0))) - drawn
+
+
+class SkinDepartureTest(DepartureTest):
+    """The same beside contacts on a skin.
+
+    Layers are not tested: they show where bodies are near each other only, and change little there.
 
     Parameters
     ----------
@@ -57,24 +161,16 @@ class DepartureTest:
     """
 
     def __init__(self, optics: PadModel, skin: PadSkinModel) -> None:
-        self._optics, self._skin = optics, skin
-
-    @cached_property
-    def _departures(self) -> tuple[PadDeparture, ...]:
-        stated = self._optics.sensor.tolerances
-        return tuple(
-            one
-            for one in pad_departures(self._optics)
-            if one.one and one.path.startswith(TESTED) and one.path not in stated
-        )
+        super().__init__(optics, OPTICS)
+        self._skin = skin
 
     @cached_property
     def _known(self) -> PadSkinUncertainty:
         """What departs, as unknowns beside those of the design."""
-        return PadSkinUncertainty(departing(self._optics, self._departures), skin=self._skin)
+        return PadSkinUncertainty(departing(self._model, self.tested), skin=self._skin)
 
     def shown(self, fit: SkinFit, one: SkinOptimum) -> list[Sized]:
-        """Departures that a frame shows plainly beside contacts, the most significant first.
+        """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
 
         Parameters
         ----------
@@ -83,32 +179,26 @@ class DepartureTest:
         one : SkinOptimum
             Where it is largest.
         """
-        groups = [self._known.group(departure.path) for departure in self._departures]
-        numbers = np.array([group.begin for group in groups if group is not None], dtype=int)
-        if not len(numbers):
+        if not self.tested:
             return []
-        wide = replace(fit, uncertain=self._known, prior=None)
-        here = wide.at(one.contacts, self._extra(fit, one))
+        wide, extra = replace(fit, uncertain=self._known, prior=None), self._extra(fit, one)
+        at_rest = wide.at(one.contacts, extra)
+        here = replace(at_rest, extra=extra + begun(self._known, self.tested))
         gradient, information = wide.gradient(here, one.free), wide.information(here, one.free)
-        tested = len(gradient) - self._known.size + numbers
+        first = len(gradient) - self._known.size
+        # the prior is not of what departs, which is at zero
+        gradient[first:] -= wide.known.precision @ (here.extra - extra)
+        numbers = _numbers(self._known, self.tested)
+        tested = first + numbers
         fitted = np.delete(np.arange(len(gradient)), tested)
-        across = information[np.ix_(fitted, tested)]
-        beside = np.linalg.solve(
-            information[np.ix_(fitted, fitted)], np.column_stack([across, gradient[fitted]])
+        told = Told(
+            gradient[fitted],
+            gradient[tested],
+            information[np.ix_(fitted, fitted)],
+            information[np.ix_(fitted, tested)],
+            np.diag(information)[tested] - np.diag(wide.known.precision)[numbers],
         )
-        scores = gradient[tested] - across.T @ beside[:, -1]
-        stated = np.diag(wide.known.precision)[numbers]
-        told = np.diag(information)[tested] - stated - (across * beside[:, :-1]).sum(axis=0)
-        # what contacts hide even where it departs by a generous tolerance is not tested
-        squares = np.square(scores) / np.maximum(told, 1.0)
-        found = [
-            Sized(departure, -score / known * group.std / departure.unit, float(np.sqrt(square)))
-            for departure, group, score, known, square in zip(
-                self._departures, groups, scores.tolist(), told.tolist(), squares, strict=True
-            )
-            if group is not None and known > 1 and square > square_limit(1)
-        ]
-        return sorted(found, key=lambda each: -each.significance)
+        return self._plain(told)
 
     def _extra(self, fit: SkinFit, one: SkinOptimum) -> Array:
         """Unknowns (q,) as they were fitted, and zero for what departs."""
@@ -119,3 +209,119 @@ class DepartureTest:
                 assert same is not None
                 extra[same.place] = one.extra[group.place]
         return extra
+
+
+class SquaresDepartureTest(DepartureTest):
+    """The same beside forces on squares.
+
+    Parameters
+    ----------
+    model : PadModel
+        The pad, as it is fitted.
+    """
+
+    def __init__(self, model: PadModel) -> None:
+        super().__init__(model, (*OPTICS, *(path for path in LAYERS if path != SOFTNESS[1])))
+
+    @cached_property
+    def _optics(self) -> tuple[PadDeparture, ...]:
+        return tuple(one for one in self.tested if one.path.startswith(OPTICS))
+
+    @cached_property
+    def _known(self) -> PadUncertainty:
+        """What departs of camera and polariscope, and nothing else, as unknowns."""
+        sensor = self._model.sensor
+        camera = sensor.camera.model_copy(update={"drift": 0.0})
+        drawn = sensor.model_copy(update={"tolerances": Tolerances(), "camera": camera})
+        return PadUncertainty(departing(replace(self._model, sensor=drawn), self._optics))
+
+    @cached_property
+    def _layers(self) -> LayerChanges:
+        return LayerChanges(self._model, self.tested[len(self._optics) :])
+
+    def shown(self, fit: Fit, one: Optimum, information: Array) -> list[Sized]:
+        """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
+
+        Parameters
+        ----------
+        fit : Fit
+            The posterior of the frame.
+        one : Optimum
+            Where it is largest.
+        information : ndarray, shape (m, m)
+            That of the fit where the optimum was evaluated.
+        """
+        found = self._plain(self.told(fit, one, information)) if self.tested else []
+        return [each for first in found for each in (first, *self._equal(first))]
+
+    def deviations(self, fit: Fit, one: Optimum, information: Array) -> dict[str, float]:
+        """Smallest deviations that each departure can be told with beside forces, by its path.
+
+        They are relative for layers and the amplitude, else in the unit of the value.
+        """
+        _, known = self.told(fit, one, information).scores()
+        return {
+            departure.path: departure.deviation / float(np.sqrt(max(each, np.finfo(float).tiny)))
+            for departure, each in zip(self.tested, known, strict=True)
+        }
+
+    def _equal(self, found: Sized) -> list[Sized]:
+        """What no frame can tell from it."""
+        if found.departure.path != SOFTNESS[0]:
+            return []
+        others = (one for one in pad_departures(self._model) if one.path == SOFTNESS[1])
+        return [Sized(one, -found.size / (1 + found.size), found.significance) for one in others]
+
+    def told(self, fit: Fit, one: Optimum, information: Array) -> Told:
+        """What the frame tells of forces and tolerances, and of what is tested."""
+        known, sampling, place = self._known, fit.sampling, one.place
+        numbers = _numbers(known, self._optics)
+        here = replace(place, extra=begun(known, self._optics))
+        light = FrameLight(fit.model, fit.response, fit.frame, fit.used, known)
+        by_modes, by_light = light.back(here, one.misfit.slope)
+        rows, columns = sampling.rows, sampling.columns
+        layers = self._layers.images(place.forces)
+        few = [image[..., rows[:, None], columns] for image in layers]
+        retarded = [
+            *known.moved(place.modes, rows, columns),
+            *enumerate(few, known.size),
+        ]
+
+        def changes(k: int, slopes: Single) -> Single:
+            found = np.zeros((known.size + len(few), *slopes.shape[::2]), dtype=np.float32)
+            for number, change in sampling.by_light(known, here, k):
+                found[number] += change
+            for number, image in retarded:
+                flat = image.reshape(-1, slopes.shape[-1])
+                found[number] += np.einsum("sfp,fp->sp", slopes, flat)
+            return np.concatenate([found[numbers], found[known.size :]])
+
+        by_layers = np.array([np.vdot(image, by_modes) for image in layers], dtype=float)
+        across, own = fit.across(place, changes)
+        if fit.uncertain is None:
+            fitted = fit.gathered(place, by_modes, np.zeros(0))
+        else:
+            fitted = replace(fit, reference=place.reference).gradient(place, one.misfit)
+        return Told(
+            fitted,
+            np.concatenate([by_light[numbers], by_layers]),
+            information,
+            across,
+            own,
+        )
+
+
+def begun(known: PadUncertainty, departures: Sequence[PadDeparture]) -> Array:
+    """Unknowns from which departures are looked for, shape (q,)."""
+    extra = np.zeros(known.size)
+    for departure in departures:
+        group = known.group(departure.path)
+        if departure.begin and group is not None:
+            extra[group.place] = departure.begin
+    return extra
+
+
+def _numbers(known: PadUncertainty, departures: Sequence[PadDeparture]) -> Index:
+    """Where departures by single numbers stand among the unknowns."""
+    groups = [known.group(departure.path) for departure in departures]
+    return np.array([group.begin for group in groups if group is not None], dtype=np.intp)

@@ -31,7 +31,7 @@ from fringeforce.reading.findings import (
     sentence,
     together,
 )
-from fringeforce.reading.pads.departure_test import Sized
+from fringeforce.reading.pads.departure_test import Sized, begun
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
@@ -295,7 +295,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
         known = sampling.uncertain
         assert known is not None
         fit = Fit(known.model, self.frames.response, sampling, grey, classifier.used)
-        here = fit.at(start, _begin(known, departures))
+        here = fit.at(start, begun(known, departures))
         return self._candidate(departures, known, fit, fit.climb(here, BEGUN))
 
     def _candidate(
@@ -371,7 +371,7 @@ class PadSkinDiagnosis(PadDiagnosis):
         """As of `PadDiagnosis`."""
         known = self._uncertain(departures)
         fit = replace(self._everything.fit(grey, classifier), model=known.model, uncertain=known)
-        here, free = fit.at(start, _begin(known, departures)), np.ones(start.shape, dtype=bool)
+        here, free = fit.at(start, begun(known, departures)), np.ones(start.shape, dtype=bool)
         return self._candidate(departures, known, fit, fit.climb(here, free, BEGUN))
 
     def _candidate(
@@ -407,13 +407,3 @@ class PadSkinDiagnosis(PadDiagnosis):
         if len(departures) == 1:
             self._known[departures[0]] = found
         return found
-
-
-def _begin(known: PadUncertainty, departures: tuple[PadDeparture, ...]) -> Array:
-    """Unknowns from which departures are looked for, shape (q,)."""
-    extra = np.zeros(known.size)
-    for departure in departures:
-        group = known.group(departure.path)
-        if departure.begin and group is not None:
-            extra[group.place] = departure.begin
-    return extra

@@ -9,6 +9,7 @@ prior, and the loss is twice the negative logarithm of the posterior.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -161,7 +162,10 @@ class Fit:
 
     def gradient(self, place: Place, left: Misfit) -> Array:
         """Half the derivative of the loss, shape (3 n + q,), exact."""
-        by_modes, by_light = self._light.back(place, left.slope)
+        return self.gathered(place, *self._light.back(place, left.slope))
+
+    def gathered(self, place: Place, by_modes: Single, by_light: Array) -> Array:
+        """The same from the derivatives that `FrameLight.back` gives."""
         known = self.uncertain
         if known is None:
             return self.model.retarding.adjoint(by_modes).ravel()
@@ -177,8 +181,7 @@ class Fit:
 
         Shape (3 n + q, 3 n + q).
         """
-        pixels = len(self.frame) // len(place.lights)
-        scale = pixels * float(np.asarray(place.amplitude**2 / self.response.variance))
+        pixels, scale = len(self.frame) // len(place.lights), self._scale(place)
         loads, known = len(place.forces), self.uncertain
         total = np.zeros((loads, loads))
         if known is None:
@@ -194,6 +197,24 @@ class Fit:
         own = np.diag_indices(loads)
         total[own] += ridge * total[own].sum() / max(loads, 1)
         return total
+
+    def _scale(self, place: Place) -> float:
+        """Of information, over the mean over the pixels of squared derivatives of the intensity."""
+        pixels = len(self.frame) // len(place.lights)
+        return pixels * float(np.asarray(place.amplitude**2 / self.response.variance))
+
+    def across(self, place: Place, others: Callable[[int, Single], Single]) -> tuple[Array, Array]:
+        """The same by its unknowns and others, shape (3 n + q, r), and twice by each other, (r,).
+
+        Parameters
+        ----------
+        place : Place
+            Where to take it.
+        others : callable
+            As of `Sampling.across`.
+        """
+        across, own = self.sampling.across(place, others, self.used)
+        return self._scale(place) * across, self._scale(place) * own
 
     def climb(
         self, start: Array | Start, steps: int = 20, curvature: Curvature | None = None

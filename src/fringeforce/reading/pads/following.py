@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
@@ -16,6 +17,11 @@ from fringeforce.reading.reading import Reading
 
 KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
+RETESTED = 128
+"""Frames after which one that follows is tested for departures again: lamps drift in seconds."""
+STRONGER = 2.0
+"""Square of the retardance over that of the last test from which one is tested at once: what is
+pressed harder shows what was hidden."""
 
 
 class PadFollower(PadFramesFollower):
@@ -43,6 +49,7 @@ class PadFollower(PadFramesFollower):
         self._prior: Prior | None = None
         self._told: Curvature | None = None
         self._probability = 1.0
+        self._strength, self._since = 0.0, 0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -52,6 +59,8 @@ class PadFollower(PadFramesFollower):
         # what distinguished the forces that were searched distinguishes those that follow
         known = Earlier(self._ahead, self._known, self._prior, self._probability)
         reading, optimum = self._single.found(levels, used, known)
+        if self._is_due(reading, optimum) and reading.tracked:
+            reading = self._single.tested(reading, levels, used, optimum, known)
         self._known, self._probability = optimum.curvature, reading.probability
         before, here = self._here, optimum.place if reading.trusted else None
         self._remember(optimum if reading.trusted else None)
@@ -60,6 +69,18 @@ class PadFollower(PadFramesFollower):
             # a steady motion goes on; noise, which a difference doubles, counts less
             self._ahead = here.onward(KEPT, before)
         return reading
+
+    def _is_due(self, reading: Reading, optimum: Optimum) -> bool:
+        """Whether a frame is to be tested for departures, as one that was searched is already."""
+        if not reading.ok:
+            return False
+        strength = float(np.vdot(optimum.place.modes, optimum.place.modes))
+        self._since += 1
+        due = strength > STRONGER * self._strength or self._since >= RETESTED
+        if due or not reading.tracked:
+            self._strength, self._since = strength, 0
+            return True
+        return False
 
     def _remember(self, optimum: Optimum | None) -> None:
         """Keep what a frame tells of lasting unknowns as what is known before the next."""

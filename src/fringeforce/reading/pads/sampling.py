@@ -7,7 +7,7 @@ forms.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,122 +18,14 @@ from numpy.typing import NDArray
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import PadInfluence
-from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
-from fringeforce.optics.area_camera import Lens, Picture
-from fringeforce.optics.integrated import turn_modes_back
-from fringeforce.reading.pads.light import Place, Shone
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.optics.area_camera import Picture
+from fringeforce.reading.pads.lattice import Lattice
+from fringeforce.reading.pads.light import Place
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """A lattice of pixels.
-
-    Attributes
-    ----------
-    model : PadModel
-        Of the pad.
-    rows, columns : ndarray of int, shape (r,), (c,)
-        Those of the image that the lattice is made of.
-    """
-
-    model: PadModel
-    rows: NDArray[np.intp]
-    columns: NDArray[np.intp]
-
-    @property
-    def pixels(self) -> NDArray[np.intp]:
-        """Numbers of the pixels in the flattened image, shape (r * c,)."""
-        width = self.model.frame_shape[-1]
-        return (self.rows[:, None] * width + self.columns).ravel()
-
-    def slopes(self, modes: Single, picture: Picture, light: Single) -> list[Single]:
-        """Derivatives by the modes whose squares add up to the mean of all kinds of pixels."""
-        profile = np.float32(picture.dispersion) * self.model.profile
-        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
-        if self.model.lens is None:
-            few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
-            return [_back(few, profile, shone, pull) for pull in _roots(shone, picture.forms)]
-        share = np.float32(1 / np.sqrt(len(picture.forms)))
-        return [share * slope for slope in self.each(modes, picture, light, self.model.lens)]
-
-    def by_light(
-        self, uncertain: PadUncertainty, here: Shone, k: int
-    ) -> Iterator[tuple[int, Single]]:
-        """Derivatives of the intensity of a picture by what acts on light and camera.
-
-        Parameters
-        ----------
-        uncertain : PadUncertainty
-            What does.
-        here : Shone
-            Where to take them.
-        k : int
-            Number of the picture.
-
-        Yields
-        ------
-        number : int
-            Of the unknown.
-        change : ndarray, shape (forms, r * c)
-            For every kind of pixels.
-        """
-        light, forms = here.lights[k], here.pictures[k].forms
-        shone = light[:, self.pixels]
-        seen = np.stack([_seen(form, shone) for form in forms])
-        for number in np.flatnonzero(uncertain.brightness).tolist():
-            yield number, np.float32(uncertain.brightness[number]) * seen
-        for number in np.flatnonzero(uncertain.darkness).tolist():
-            share = uncertain.darkness[number] / here.amplitude
-            yield number, np.full(seen.shape, share, np.float32)
-        for number, changes in uncertain.forms:
-            yield number, np.stack([_seen(change, shone) for change in changes[k]])
-        if blur := uncertain.group(BLUR):
-            low, high, apart = uncertain.lens_change(here.extra)
-            sharp = np.stack([_seen(form, light) for form in forms])
-            images = sharp.reshape(len(forms), *self.model.frame_shape[-2:])
-            ends = [lens.part(images, self.rows, self.columns) for lens in (high, low)]
-            change = (ends[0] - ends[1]) / np.float32(apart)
-            yield blur.begin, change.reshape(len(forms), -1)
-
-    @property
-    def places(self) -> tuple[Array, Array]:
-        """Where the columns and the rows look, shapes (c,) and (r,) [m]."""
-        x, y = self.model.sensor.pixel_positions
-        return x[self.columns], y[self.rows]
-
-    def each(
-        self, modes: Single, picture: Picture, light: Single, lens: Lens | None
-    ) -> list[Single]:
-        """Derivatives of the intensity by the modes for every kind of pixels."""
-        profile = np.float32(picture.dispersion) * self.model.profile
-        flat, pixels = modes.reshape(*modes.shape[:2], -1), self.pixels
-        found = []
-        for form in picture.forms:
-            slope = (2 * form).astype(np.float32)
-            if lens is None:
-                few, shone = np.ascontiguousarray(flat[:, :, pixels]), light[:, pixels]
-                found.append(_back(few, profile, shone, slope @ shone))
-                continue
-            # influences hardly change over the blur, so that it may act on the other factor alone
-            image = _back(flat, profile, light, slope @ light).reshape(modes.shape)
-            blurred = lens.part(image, self.rows, self.columns)
-            found.append(blurred.reshape(*modes.shape[:2], -1))
-        return found
-
-    def shares(self, used: Mask) -> Single:
-        """Share of the pixels around each of the lattice that are used, shape (r * c,)."""
-        whole = used.reshape(self.model.frame_shape[-2:]).astype(np.float32)
-        for axis, places in enumerate((self.rows, self.columns)):
-            middles = (places[1:] + places[:-1] + 1) // 2
-            starts = np.concatenate([[0], middles])
-            counts = np.diff(np.append(starts, whole.shape[axis]))
-            sums = np.add.reduceat(whole, starts, axis=axis)
-            whole = sums / np.expand_dims(counts, 1 - axis)
-        return whole.ravel().astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,11 +100,7 @@ class Sampling(Lattice):
         for k, (picture, light) in enumerate(zip(state.pictures, state.lights, strict=True)):
             count, forms = len(self.pixels), len(picture.forms)
             few = None if used is None else used[k * pixels : (k + 1) * pixels]
-            root = np.sqrt(
-                np.full(count, 1 / forms, np.float32)
-                if few is None
-                else self.shares(few) / np.float32(forms)
-            )
+            root = np.sqrt(self._weights(forms, few))
             slopes = [root * slope for slope in self.each(state.modes, picture, light, state.lens)]
             weights = np.stack(slopes).reshape(forms, -1, count)
             rows = np.empty((count, forms, columns.shape[2]), dtype=np.float32)
@@ -223,6 +111,61 @@ class Sampling(Lattice):
             flat = rows.reshape(-1, rows.shape[2])
             total += (flat.T @ flat).astype(float) / count
         return total, held
+
+    def _weights(self, forms: int, used: Mask | None) -> Single:
+        """Weights of pixels of each kind, shape (r * c,)."""
+        if used is None:
+            return np.full(len(self.pixels), 1 / forms, np.float32)
+        return self.shares(used) / np.float32(forms)
+
+    def across(
+        self, state: Place, others: Callable[[int, Single], Single], used: Mask | None = None
+    ) -> tuple[Array, Array]:
+        """Mean over the pixels of products of derivatives by all unknowns and by others.
+
+        Parameters
+        ----------
+        state : State
+            Where to take them.
+        others : callable
+            From the number of a picture, and derivatives of its intensity by the modes for every
+            kind of pixels, shape (forms, 2 modes, r * c), to those by r others, (r, forms, r * c).
+        used : ndarray of bool, shape (channels * P,), optional
+            Pixels that count; all if not given.
+
+        Returns
+        -------
+        across : ndarray, shape (3 n + q, r)
+            Summed over the pictures; zero for unknowns that do not show.
+        own : ndarray, shape (r,)
+            The same of squared derivatives by others.
+        """
+        known, loads = self.uncertain, self.influence.shape[3]
+        held = np.arange(loads)
+        columns = self.influence.reshape(-1, len(self.pixels), loads)
+        if known is not None:
+            shown = known.shown(state.forces if state.reference is None else state.reference)
+            held = np.concatenate([held, loads + np.flatnonzero(shown)])
+            columns = self._columns(state, shown)
+        size = loads if known is None else loads + known.size
+        across, own, pixels = 0.0, 0.0, len(self.model.kinds)
+        for k, (picture, light) in enumerate(zip(state.pictures, state.lights, strict=True)):
+            few = None if used is None else used[k * pixels : (k + 1) * pixels]
+            weights = self._weights(len(picture.forms), few)
+            each = np.stack(self.each(state.modes, picture, light, state.lens))
+            slopes = each.reshape(len(each), -1, each.shape[-1])
+            changes = others(k, slopes)
+            pulls = np.einsum("qsp,sfp->fpq", weights * changes, slopes, optimize=True)
+            found = np.zeros((size, len(changes)))
+            found[held] = columns.reshape(-1, len(held)).T @ pulls.reshape(-1, len(changes))
+            if known is not None:
+                for number, change in self.by_light(known, state, k):
+                    found[loads + number] += (weights * changes).reshape(len(changes), -1) @ (
+                        change.ravel()
+                    )
+            across += found / len(self.pixels)
+            own += (weights * np.square(changes)).sum(axis=(1, 2)) / len(self.pixels)
+        return np.asarray(across), np.asarray(own, dtype=float)
 
     def _columns(self, state: Place, shown: Mask) -> Single:
         """Derivatives of the retardance by forces and unknowns that show, (2 modes, r c, m)."""
@@ -293,38 +236,6 @@ def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None)
     )
     influence = model.influence.matrix(*Lattice(model, rows, columns).places)
     return Sampling(model, rows, columns, influence, uncertain)
-
-
-def _seen(form: Array, light: Single) -> Single:
-    """Intensity of one kind of pixels from light, shape (3, m)."""
-    return np.asarray(((form.astype(np.float32) @ light) * light).sum(axis=0))
-
-
-def _back(modes: Single, profile: Single, light: Single, pull: Single) -> Single:
-    gradient = np.empty_like(modes)
-    turn_modes_back(modes, profile, light, pull, gradient)
-    return gradient
-
-
-def _roots(light: Single, forms: Array) -> list[Single]:
-    """Two directions of light, shape (3, m), for a pixel of several kinds.
-
-    The squared derivatives of the intensity along them add up to the mean over the kinds of that by
-    the light.
-    """
-    slopes = np.einsum("kij,jp->kip", (2 * forms).astype(np.float32), light)
-    # light moves on a sphere: two directions across it, the first away from the nearest axis
-    away = np.where(np.abs(light[2]) < np.float32(0.9), 1.0, 0.0).astype(np.float32)
-    first = np.cross(light, np.stack([1 - away, 0 * away, away]), axis=0)
-    first /= np.sqrt((first**2).sum(axis=0))
-    second = np.cross(light, first, axis=0)
-    along, across = (np.einsum("kip,ip->kp", slopes, e) for e in (first, second))
-    aa, ab, bb = (along**2).mean(0), (along * across).mean(0), (across**2).mean(0)
-    # Cholesky's factor of the matrix of two rows
-    root = np.sqrt(aa)
-    lean = np.divide(ab, root, out=np.zeros_like(ab), where=root > 0)
-    rest = np.sqrt(np.clip(bb - lean**2, 0, None))
-    return [root * first + lean * second, rest * second]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)

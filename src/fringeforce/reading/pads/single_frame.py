@@ -13,7 +13,9 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.covariance import covariance_of, marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
@@ -96,6 +98,10 @@ class PadFrameReader(PadFrames):
         return Search(self._fitted, self.response, self._looseness, still)
 
     @cached_property
+    def _departures(self) -> SquaresDepartureTest:
+        return SquaresDepartureTest(self._fitted)
+
+    @cached_property
     def _looseness(self) -> float:
         """What tolerances change of the sine of a retardance, as `Search` wants it."""
         return 0.0 if self.uncertain is None else self.uncertain.looseness
@@ -164,7 +170,32 @@ class PadFrameReader(PadFrames):
             sure = sure and self._stays_this_side(fine)
         verdict = weighed([optimum for optimum in optima if classifier.explained(optimum)], fine)
         spread = partial(covariance_of, verdict.information)
-        return classifier.reading(best, verdict, silence, spread, sure=sure), best
+        reading = classifier.reading(best, verdict, silence, spread, sure=sure)
+        return self._tested(reading, stating, best, whole) if reading.ok else reading, best
+
+    def tested(
+        self, reading: Reading, levels: NDArray[Any], used: Mask, optimum: Optimum, known: Earlier
+    ) -> Reading:
+        """A reading by `found` that followed, or its refusal if the frame shows a departure.
+
+        Parameters
+        ----------
+        reading : Reading
+            Of the frame.
+        levels, used, known
+            As of `found`.
+        optimum : Optimum
+            Where it is.
+        """
+        classifier = self.classifier(used)
+        fit = self._fit(classifier.filled(levels), self._stating, classifier)
+        fit = replace(fit, prior=known.prior)
+        return self._tested(reading, fit, optimum, fit.information(optimum.place))
+
+    def _tested(self, reading: Reading, fit: Fit, optimum: Optimum, information: Array) -> Reading:
+        """A reading, or its refusal if the frame shows a departure beside the forces."""
+        shown = self._departures.shown(fit, optimum, information)
+        return reading.departing(self._departures.finding(shown)) if shown else reading
 
     def _explanations(
         self, fit: Fit, classifier: FrameClassifier, silence: float
@@ -225,10 +256,40 @@ class PadFrameReader(PadFrames):
     def bound(self, forces: ArrayLike) -> Array:
         """Smallest deviations that an unbiased reading can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
-        fit = self._fit(np.zeros(self.pixels), self._stating, self.classifier(self.usable(None)))
-        whole = fit.information(fit.at(loads.ravel()))
-        information = marginal_information(whole, loads.size)
+        fit = self._bare
+        information = marginal_information(fit.information(fit.at(loads.ravel())), loads.size)
         return np.sqrt(np.diag(covariance_of(information))).reshape(loads.shape)
+
+    @property
+    def tested_departures(self) -> tuple[PadDeparture, ...]:
+        """What frames that forces explain are tested for, as the design does not allow for it."""
+        return self._departures.tested
+
+    def departure_bound(self, forces: ArrayLike) -> dict[str, float]:
+        """Smallest deviations that single departures can be told with from one frame.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 3)
+            What acts, and has to be told from the frame as well [N].
+
+        Returns
+        -------
+        dict
+            By dotted path, of what the design does not allow for: relative for layers and the
+            amplitude, else in the unit of the value.
+        """
+        loads, fit = self.model.checked(forces, single=True).ravel(), self._bare
+        place = fit.at(loads)
+        whole = fit.information(place)
+        here = Optimum(loads, Curvature(whole), place, fit.misfit(place), extra=place.extra)
+        return self._departures.deviations(fit, here, whole)
+
+    @property
+    def _bare(self) -> Fit:
+        """The likelihood of no frame in particular."""
+        unmasked = self.classifier(self.usable(None))
+        return self._fit(np.zeros(self.pixels), self._stating, unmasked)
 
     def _fit(self, levels: Array, sampling: Sampling, classifier: FrameClassifier) -> Fit:
         return Fit(self._fitted, self.response, sampling, levels, classifier.used)

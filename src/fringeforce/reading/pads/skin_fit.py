@@ -21,8 +21,8 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
+from fringeforce.reading.pads.lattice import Lattice
 from fringeforce.reading.pads.light import FrameLight, Prior, Shone
-from fringeforce.reading.pads.sampling import Lattice
 
 CLOSE = 8.0
 """Gain of the loss that a step promises, below which it is taken without evaluating it any more:

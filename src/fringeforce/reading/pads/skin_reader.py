@@ -19,8 +19,7 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
-from fringeforce.reading.findings import RIVAL, sentence
-from fringeforce.reading.pads.departure_test import DepartureTest, Sized
+from fringeforce.reading.pads.departure_test import SkinDepartureTest
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
@@ -124,8 +123,8 @@ class PadSkinReader(PadFrames):
         return Search(squares.model, self.response, squares.looseness, squares.still)
 
     @cached_property
-    def _departures(self) -> DepartureTest:
-        return DepartureTest(self.optics, self.skin)
+    def _departures(self) -> SkinDepartureTest:
+        return SkinDepartureTest(self.optics, self.skin)
 
     def search(self, levels: NDArray[Any], used: Mask, start: Array | None = None) -> Reading:
         """Read a frame that was checked, without an earlier state or from forces (n, 3) [N]."""
@@ -172,7 +171,7 @@ class PadSkinReader(PadFrames):
         good.sort(key=lambda one: -self._mass(one))
         while shown := self._departures.shown(fit, good[0]):
             if len(good) == 1:
-                finding = sentence(_alike(shown), self.model)
+                finding = self._departures.finding(shown)
                 return self._refused(fit, good[0], Status.MODEL_MISMATCH, (finding,)), None
             del good[0]
         weights = posterior_weights(np.array([self._mass(one) for one in good]))
@@ -488,12 +487,6 @@ class PadSkinReader(PadFrames):
         place = fit.at(contacts)
         joint = covariance_of(fit.information(place, free))[: free.size, : free.size]
         return PadSkinResult(self.model.sensor, contacts, lambda: joint).std()
-
-
-def _alike(shown: list[Sized]) -> list[Sized]:
-    """Departures whose squares are so near the largest that a frame cannot tell them apart."""
-    least = shown[0].significance ** 2 - 2 * RIVAL
-    return [one for one in shown if one.significance**2 > least]
 
 
 def _whole(one: SkinOptimum) -> bool:

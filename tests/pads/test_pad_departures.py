@@ -1,0 +1,166 @@
+"""Score tests of departures beside the forces of pads of tactels."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import fringeforce as ff
+from fringeforce.design.pad import Pad
+from fringeforce.models.pad import PadModel, characterize_pad
+from fringeforce.models.pad_departures import pad_departures
+from fringeforce.models.pad_layers import LayerChanges
+from fringeforce.reading.pads.departure_test import SquaresDepartureTest, Told
+from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.reading import Status
+
+RARE = 1e-3
+COVER = "transducer.compliant.thickness"
+
+
+def pressed(model: PadModel, rng: np.random.Generator, share: float = 1.0) -> np.ndarray:
+    """Forces on three neighbours, which retard light by 2 rad times a share."""
+    forces = np.zeros((model.sensor.tactels.total, 3))
+    first = int(rng.integers(model.sensor.tactels.total - 2))
+    forces[first : first + 3, 0] = rng.uniform(1.0, 2.0, 3)
+    forces[first : first + 3, 1:] = rng.uniform(-0.5, 0.5, (3, 2))
+    largest = np.hypot(*model.retardance(forces)).max()
+    return share * 2.0 / largest * forces
+
+
+def made(pad: Pad, model: PadModel, **departs: float) -> PadModel:
+    """A pad that is not as drawn, made as the model of the drawing."""
+    drawn = pad.replace(**departs)
+    if any(path.startswith("transducer.") for path in departs):
+        return characterize_pad(drawn, samples=48, slices=6)
+    return replace(model, sensor=drawn)
+
+
+@pytest.fixture(scope="module")
+def reader(model: PadModel) -> PadFrameReader:
+    return PadFrameReader(model)
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> list[Told]:
+    """What is told of every frame that is tested."""
+    found, real = list[Told](), SquaresDepartureTest.told
+
+    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, information: np.ndarray) -> Told:
+        found.append(real(self, fit, one, information))
+        return found[-1]
+
+    monkeypatch.setattr(SquaresDepartureTest, "told", kept)
+    return found
+
+
+def test_squares_of_frames_as_drawn_are_chi_square_numbers(
+    model: PadModel, reader: PadFrameReader, told: list[Told]
+) -> None:
+    rng, used = np.random.default_rng(1), reader.usable(None)
+    for _ in range(40):
+        frame = model.expose(pressed(model, rng, rng.uniform(0.3, 1.0)), rng)
+        assert reader.search(frame.ravel(), used).ok
+    scores, known = np.moveaxis(np.array([each.scores() for each in told]), 1, 0)
+    for square, information in zip((scores**2 / known).T, known.T, strict=True):
+        if information.min() > 1:
+            assert stats.kstest(square, stats.chi2(1).cdf).pvalue > RARE / known.shape[1]
+    assert (known.min(axis=0) > 1).sum() >= 7
+
+
+def test_sizes_scatter_as_much_as_one_frame_can_tell(
+    model: PadModel, reader: PadFrameReader, told: list[Told]
+) -> None:
+    rng, used = np.random.default_rng(6), reader.usable(None)
+    forces, count = pressed(model, rng), 30
+    bound = reader.departure_bound(forces)
+    told.clear()
+    for _ in range(count):
+        assert reader.search(model.expose(forces, rng).ravel(), used).ok
+    scores, known = np.moveaxis(np.array([each.scores() for each in told]), 1, 0)
+    for k, one in enumerate(reader.tested_departures):
+        sizes = one.deviation * scores[:, k] / known[:, k]
+        share = float(np.sum(np.square(sizes))) / bound[one.path] ** 2
+        assert RARE / len(bound) < stats.chi2(count).cdf(share) < 1 - RARE / len(bound)
+
+
+def test_changes_of_layers_are_those_of_pads_that_are_made_so(pad: Pad, model: PadModel) -> None:
+    layers = [one for one in pad_departures(model) if one.path.startswith("transducer.")]
+    forces = pressed(model, np.random.default_rng(2))
+    whole = 2 * model.profile.sum(axis=0)
+    for one, image in zip(layers, LayerChanges(model, layers).images(forces.ravel()), strict=True):
+        ahead, behind = (
+            made(pad, model, **{one.path: one.unit * (1 + way * one.deviation)}).retardance(forces)
+            for way in (1, -1)
+        )
+        change = (ahead - behind) / 2
+        difference = np.einsum("k,fkrc->frc", whole, image) - change
+        # the influence is made of splines, and of fewer depth profiles
+        assert np.sqrt(np.mean(difference**2) / np.mean(change**2)) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("departs", "words"),
+    [
+        ({"camera.blur": 0.08e-3}, "blurred by 0.0"),
+        ({"camera.shift_x": 0.01e-3}, "shifted along x by 0.01"),
+        ({"camera.scale": 1.003}, "scale seems 0.3"),
+        ({"camera.amplitude": 244.4}, "light seems 0."),
+        ({"polariscope.visibility": 0.985}, "visibility of the fringes seems 0.98"),
+        ({COVER: 0.53e-3}, "compliant layer seems 6"),
+    ],
+)
+def test_what_the_residual_of_all_pixels_hides_is_refused_and_named(
+    pad: Pad,
+    model: PadModel,
+    reader: PadFrameReader,
+    told: list[Told],
+    departs: dict[str, float],
+    words: str,
+) -> None:
+    rng = np.random.default_rng(3)
+    frame = made(pad, model, **departs).expose(pressed(model, rng), rng)
+    reading = reader.search(frame.ravel(), reader.usable(None))
+    assert told  # only what forces explain is tested
+    assert reading.status is Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert words in finding
+    assert next(iter(departs)) in finding
+
+
+def test_what_a_design_allows_for_is_not_tested(pad: Pad, model: PadModel) -> None:
+    loose, rng = model.with_tolerances(**{COVER: "0.5 mm +/- 5 %"}), np.random.default_rng(3)
+    forces = pressed(model, rng)
+    reading = ff.Reader(loose).search(made(pad, model, **{COVER: 0.53e-3}).expose(forces, rng))
+    assert reading.ok
+    assert (np.abs(reading.forces - forces) < 5 * reading.std).all()
+
+
+def test_no_frame_tells_one_layers_modulus_from_the_others(pad: Pad, model: PadModel) -> None:
+    quiet, rng = pad.replace(**{"camera.noise": 1.0}), np.random.default_rng(5)
+    stiff = made(quiet, model, **{"transducer.compliant.youngs_modulus": 16.5e6})
+    reader = PadFrameReader(replace(model, sensor=quiet))
+    frame = stiff.expose(pressed(model, rng), rng)
+    reading = reader.search(frame.ravel(), reader.usable(None))
+    assert reading.status is Status.MODEL_MISMATCH
+    (finding,) = reading.findings
+    assert "The compliant layer seems" in finding
+    assert "stiffer than drawn" in finding
+    assert "the photoelastic layer seems" in finding
+    assert "softer than drawn" in finding
+
+
+def test_frames_that_follow_are_tested_where_more_is_pressed(pad: Pad, model: PadModel) -> None:
+    seen = made(pad, model, **{"polariscope.visibility": 0.95})
+    reader, rng = ff.Reader(model), np.random.default_rng(4)
+    forces = pressed(model, rng)
+    readings = [
+        reader.read(seen.expose(share * forces, rng)) for share in np.geomspace(0.02, 1, 60)
+    ]
+    assert readings[0].trusted  # hardly any light tells of it yet
+    assert any(reading.tracked for reading in readings)
+    refused = next(one for one in readings if not one.trusted)
+    assert "visibility of the fringes" in refused.findings[0]
+    assert not readings[-1].trusted
