@@ -12,7 +12,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import get_lapack_funcs, solve_triangular
 from scipy.special import chdtrc
 
 from fringeforce.estimation.binning import binned, coarsest, seen_means, slow_size
@@ -47,6 +46,7 @@ from fringeforce.estimation.phase_fit import (
     settled,
     state_of,
 )
+from fringeforce.estimation.score_test import Score
 
 Array = NDArray[np.float64]
 
@@ -63,8 +63,6 @@ clear layer is thick they pass as noise, and no load makes them."""
 MISTAKEN, DOUBTED = 1e-10, 0.05
 """Chances of waves that sums at the nodes under a blur may mistake: squares that add up to eight
 standard deviations more than noise leaves are too large for that."""
-RANK = 1e-5
-"""Share of the largest information below which a wave is absorbed by the unknowns."""
 LINEAR = 1.0
 """Largest phase of a frame from which it is linear in the phase about its best one [rad]."""
 GAUSSIAN = 0.5
@@ -265,16 +263,17 @@ class Posterior:
         from all pixels.
         """
         waves, loss = _waves(len(self.model.fixed)), about.hessian + about.cone
-        pulls = -waves @ about.pulls[0]
+        pulls, fitted = waves @ about.pulls[0], about.gradient
         seen = spread_profiles(self.model, top.unknowns, waves)
-        cross = shared_information(self.model, about, seen)
-        chance = _score_chance(pulls, about.gradient, loss, cross, seen @ banded(about, seen).T)
+        cross, own = shared_information(self.model, about, seen), seen @ banded(about, seen).T
+        chance = _chance(Score.beside((fitted, loss), cross, (pulls, own)))
         sharp = not self.model.blur and self.model.at.gamma == self.model.at.blur
         if sharp or not MISTAKEN < chance < DOUBTED:
             return chance
-        known, size = information(self.model, self.frame, top.unknowns, waves), len(about.gradient)
+        known, size = information(self.model, self.frame, top.unknowns, waves), len(fitted)
         loss = known[:size, :size] + np.diag(self.prior.precision) + about.cone
-        return _score_chance(pulls, about.gradient, loss, known[:size, size:], known[size:, size:])
+        cross, own = known[:size, size:], known[size:, size:]
+        return _chance(Score.beside((fitted, loss), cross, (pulls, own)))
 
     def covariance(self, top: Top) -> Array:
         """Covariance of the loads with everything else integrated out, shape (2n, 2n) [N^2]."""
@@ -388,26 +387,10 @@ def sharp(model: FrameModel, phase: Array) -> int:
     return slow_size(model, float(np.abs(np.diff(phase)).max()) * nodes_per_pixel, SHARP)
 
 
-def _score_chance(pulls: Array, gradient: Array, loss: Array, cross: Array, own: Array) -> float:
-    """Chance of larger scores of k changes beside unknowns that are fitted.
-
-    Parameters
-    ----------
-    pulls, gradient : ndarray, shape (k,) and (size,)
-        Half the derivative of the loss by either.
-    loss, cross, own : ndarray, shape (size, size), (size, k) and (k, k)
-        Half its second derivative: of the unknowns, of both, and of the changes.
-    """
-    # sums at the nodes are not positive definite to the last digit
-    solved = np.linalg.solve(loss, cross)
-    score, told = pulls + solved.T @ gradient, own - cross.T @ solved
-    # a generalised inverse: waves that the unknowns absorb, or others before them, are left out
-    (factorise,) = get_lapack_funcs(("pstrf",), (told,))
-    root, order, rank, _ = factorise(told, tol=RANK * told.diagonal().max(), lower=1)
-    if rank == 0:
-        return 1.0
-    normal = solve_triangular(root[:rank, :rank], score[order[:rank] - 1], lower=True)
-    return float(chdtrc(rank, normal @ normal))
+def _chance(score: Score) -> float:
+    """Chance that noise leaves larger scores."""
+    square, freedom = score.square()
+    return float(chdtrc(freedom, square)) if freedom else 1.0
 
 
 @lru_cache(maxsize=8)

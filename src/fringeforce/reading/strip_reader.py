@@ -26,6 +26,7 @@ from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, squ
 from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.creep import CreepFilter
+from fringeforce.reading.departure_test import DepartureTest
 from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
 from fringeforce.reading.reading import Reading, Status
@@ -264,7 +265,23 @@ class StripFrameReader(StripFrames):
             model = shaped.model._replace(fixed=posterior.model.fixed)
             posterior = replace(shaped, model=model, centre=posterior.centre)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
-        return self._stated(met, before=before)
+        reading, located = self._stated(met, before=before)
+        if reading.ok and (said := self._departing(located.posterior, located.top)):
+            return reading.departing(said), None
+        return reading, located
+
+    def _departing(self, posterior: Posterior, top: Top) -> str:
+        """What a frame that loads explain shows of departures all the same.
+
+        What a calibration leaves uncertain is none of the unknowns, and would be taken for one.
+        """
+        if self.calibration_uncertainty is not None:
+            return ""
+        return self._departures.finding(posterior, top)
+
+    @cached_property
+    def _departures(self) -> DepartureTest:
+        return DepartureTest(self.model, self.uncertain)
 
     def quieter(self, noise: float) -> StripFrameReader:
         """What reads means of frames, whose noise has so large a share of one frame's variance."""

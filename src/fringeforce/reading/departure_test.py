@@ -1,0 +1,250 @@
+"""Whether a strip's frame that loads explain shows a departure from the design all the same.
+
+The residual test takes all waves of phase together.  A score test asks for one departure at a time,
+beside the loads and what the design allows for, and shows what is ten times smaller.  Of several
+that are plain, the evidence says which it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Index
+from fringeforce.design.tolerances import Tolerances, number_at
+from fringeforce.estimation.frame_exposure import NARROWEST, positive
+from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.linearised_frame import Linearised, linearise
+from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.score_test import Score
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.departures import LAYERS, UNEVEN_LIGHT, Departures
+from fringeforce.models.strip import SensorModel
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.reading.findings import RIVAL, sentence
+
+VISIBILITY, BLUR, GAMMA = "polariscope.visibility", "camera.blur", "camera.gamma"
+SHAPE = "shape"
+"""Name of the modes of an error of the influence matrix."""
+LIGHT = (
+    *("camera.shift", "camera.scale", BLUR, GAMMA, "camera.amplitude", "camera.offset"),
+    *(UNEVEN_LIGHT, VISIBILITY, RESIDUAL),
+)
+"""What is tested of camera and polariscope."""
+SIZES = "transducer.compliant.thickness", "transducer.photoelastic.thickness"
+"""What is tested of the layers; their moduli show by their ratio alone beside forces of any size,
+and so little that a cover a fifth stiffer is three standard deviations of a frame."""
+
+
+SHARPEST = 0.04
+"""Blur at which its derivative is taken if there is none: its square is a thousandth of that of the
+least that fringes of a few pixels show [pixels]."""
+
+
+class Tested(NamedTuple):
+    """A departure that frames are tested for.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path of the value that departs.
+    deviation : float
+        Generous standard deviation: relative for layers and the amplitude, else in the unit of the
+        value.
+    one : bool
+        Whether it is one number, or many along the strip.
+    """
+
+    path: str
+    deviation: float
+    one: bool
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A departure and by how much a frame shows it.
+
+    Attributes
+    ----------
+    departure : Tested
+        What departs.
+    size : float
+        By how much, root mean square if it is many numbers.
+    significance : float
+        Standard deviations between this and the design.
+    """
+
+    departure: Tested
+    size: float
+    significance: float
+
+
+@dataclass(frozen=True, eq=False)
+class DepartureTest:
+    """Score tests of what the design of a strip of tactels does not allow for.
+
+    Attributes
+    ----------
+    model : SensorModel
+        As drawn.
+    uncertain : Uncertainty
+        What its design states.
+    """
+
+    model: SensorModel
+    uncertain: Uncertainty
+
+    @cached_property
+    def tested(self) -> tuple[Tested, ...]:
+        """What is tested; what the design allows for is fitted in its place."""
+        sensor = self.model.sensor
+        stated = {*sensor.tolerances, *(mode.name for mode in self.uncertain.modes)}
+        paths = LIGHT + (SIZES if sensor.transducer.solved_in_a_plane else ())
+        return tuple(
+            Tested(one.path, one.deviation, one.one is not None)
+            for one in Departures(self.model, self.uncertain).all
+            if one.path in paths and one.path not in stated
+        )
+
+    @cached_property
+    def _wide(self) -> Uncertainty:
+        """The same strip, where what is tested is uncertain as well."""
+        sensor, wide = self.model.sensor, dict(self.model.sensor.tolerances)
+        camera = sensor.camera
+        for one in self.tested:
+            if one.path == UNEVEN_LIGHT:
+                camera = camera.model_copy(update={"unevenness": one.deviation})
+            else:
+                wide[one.path] = one.deviation * self._unit(one)
+        block = sensor.transducer.model_copy(update={"strain": "linear"})
+        made = sensor.model_copy(
+            update={"tolerances": Tolerances(wide), "camera": camera, "transducer": block}
+        )
+        found = uncertainty(replace(self.model, sensor=made))
+        frame = found.frame._replace(curvature=self.uncertain.frame.curvature)
+        return replace(found, frame=frame if BLUR in sensor.tolerances else _sharp(frame))
+
+    def _unit(self, departure: Tested) -> float:
+        """What the size of a departure is relative to; one if it is not."""
+        if departure.path not in LAYERS and departure.path != "camera.amplitude":
+            return 1.0
+        found = number_at(self.model.sensor, departure.path)
+        assert found is not None
+        return found[0]
+
+    @cached_property
+    def _fitted(self) -> Index:
+        """Where the unknowns of the design stand among all."""
+        wide, stated = _places(self._wide), _places(self.uncertain)
+        order = np.concatenate([wide[name] for name in stated])
+        return order[np.argsort(np.concatenate(list(stated.values())))]
+
+    @cached_property
+    def _groups(self) -> list[Index]:
+        places = _places(self._wide)
+        return [places[one.path] for one in self.tested]
+
+    def finding(self, posterior: Posterior, top: Top) -> str:
+        """What is said of departures that a frame shows plainly; nothing if it shows none.
+
+        Parameters
+        ----------
+        posterior : Posterior
+            Of the frame.
+        top : Top
+            Where it is largest.
+        """
+        found = self.shown(posterior, top)
+        return sentence(found, self.model) if found else ""
+
+    def shown(self, posterior: Posterior, top: Top) -> list[Sized]:
+        """Departures that a frame shows plainly and cannot tell apart, the likeliest first."""
+        if not self.tested:
+            return []
+        found = list[tuple[float, Sized]]()
+        for one, score in zip(self.tested, self.scores(posterior, top), strict=True):
+            square, freedom = score.plain()
+            if square > square_limit(freedom):
+                sized = Sized(one, self._size(one, score), float(np.sqrt(square)))
+                found.append((score.evidence(), sized))
+        found.sort(key=lambda each: -each[0])
+        return [sized for evidence, sized in found if evidence > found[0][0] - 2 * RIVAL]
+
+    def scores(self, posterior: Posterior, top: Top) -> list[Score]:
+        """What a frame tells of everything that is tested, in its deviations, beside the rest."""
+        own, fitted = posterior.model, self._fitted
+        model = self._wide.under(top.unknowns[: own.at.loads])._replace(
+            fixed=own.fixed, variance=own.variance, floor=own.floor, ceiling=own.ceiling
+        )
+        unknowns, precision = np.zeros(model.at.size), np.zeros(model.at.size)
+        unknowns[fitted], precision[fitted] = top.unknowns, posterior.prior.precision
+        mean = np.zeros(model.at.size)
+        mean[fitted] = posterior.prior.mean
+        prior = Prior(mean, precision, posterior.prior.friction, posterior.prior.yielding)
+        about = Linearised(*linearise(model, prior, posterior.frame, unknowns))
+        loss, tested = about.hessian + about.cone, np.concatenate(self._groups)
+        all_of_them = Score.beside(
+            (about.gradient[fitted], loss[np.ix_(fitted, fitted)]),
+            loss[np.ix_(fitted, tested)],
+            (about.gradient[tested], loss[np.ix_(tested, tested)]),
+        )
+        ends = accumulate(map(len, self._groups), initial=0)
+        return [all_of_them.of(slice(*each)) for each in pairwise(ends)]
+
+    def _size(self, departure: Tested, score: Score) -> float:
+        """By how much it departs, as of the linear model."""
+        if not departure.one:
+            known = np.eye(len(score.pull)) + score.information
+            deviations = np.linalg.solve(known, -score.pull)
+            return float(np.sqrt(np.mean(np.square(deviations @ self._profiles(departure)))))
+        deviations = float(-score.pull[0] / score.information[0, 0])
+        if departure.path != BLUR:
+            return departure.deviation * deviations
+        drawn = self.model.sensor.camera.blur or 0.0
+        square = drawn**2 + departure.deviation**2 * deviations
+        return float(np.sqrt(max(square, 0.0))) - drawn
+
+    def _profiles(self, departure: Tested) -> Array:
+        """What each unknown of a departure of many numbers changes at the nodes, shape (k, m)."""
+        at, frame = self._wide.frame.at, self._wide.frame
+        (group,) = (
+            own for one, own in zip(self.tested, self._groups, strict=True) if one is departure
+        )
+        if departure.path == RESIDUAL:
+            return frame.fields[group - at.fields]
+        return frame.brightness[group - at.modes]
+
+
+def _sharp(frame: FrameModel) -> FrameModel:
+    """The same model, whose blur begins as drawn, and changes its square by that of the deviation.
+
+    Where there is none the derivative by the blur itself would be zero.
+    """
+    drawn = max(frame.blur, SHARPEST)
+    value = drawn - NARROWEST**2 / (4 * drawn)  # of which `positive` makes what is drawn
+    slope = positive(value, NARROWEST)[1]
+    return frame._replace(blur=value, blur_std=frame.blur_std**2 / (2 * drawn * slope))
+
+
+def _places(uncertain: Uncertainty) -> Mapping[str, Index]:
+    """Where the unknowns of each value stand."""
+    at = uncertain.frame.at
+    names = [
+        *["loads"] * at.place,
+        *[PLACEMENT] * (at.width - at.place),
+        *[WIDTH] * (at.fields - at.width),
+        *[RESIDUAL] * (at.modes - at.fields - uncertain.shapes),
+        *[SHAPE] * uncertain.shapes,
+        *[mode.name for mode in uncertain.modes],
+        *[VISIBILITY] * (at.blur - at.visibility),
+        *[BLUR] * (at.gamma - at.blur),
+        *[GAMMA] * (at.size - at.gamma),
+    ]
+    return {name: np.flatnonzero([one == name for one in names]) for name in dict.fromkeys(names)}

@@ -1,0 +1,93 @@
+"""Departures that loads hide from the residual test, shown one by one beside them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from exact_frames import Bench, drawing, loads
+from scipy.stats import chi2
+
+import fringeforce as ff
+from fringeforce.reading.strip_reader import StripFrameReader
+
+PLACES, POINTS = drawing().tactels.positions, np.zeros(11)
+PIXEL = drawing().transducer.length / drawing().camera.pixels
+FAR = 6.0
+"""Stated standard deviations."""
+
+
+@pytest.fixture(scope="module")
+def single() -> StripFrameReader:
+    return StripFrameReader(ff.characterize(drawing()))
+
+
+def test_squares_of_frames_as_drawn_are_chi_square(single: StripFrameReader) -> None:
+    rng = np.random.default_rng(5)
+    frames = Bench(drawing(), PLACES, POINTS).frames(loads(rng, 40), rng)
+    test = single._departures
+    squares, freedoms = np.zeros((2, len(test.tested)))
+    for frame in frames:
+        reading, located = single.followed(frame, single.usable(None), None)
+        assert reading.ok
+        assert located is not None
+        for number, score in enumerate(test.scores(located.posterior, located.top)):
+            square, freedom = score.plain()
+            squares[number] += square
+            freedoms[number] += freedom
+    assert (freedoms > 0).sum() >= 9
+    for square, freedom in zip(squares, freedoms, strict=True):
+        if freedom:
+            low, high = chi2.ppf([1e-5, 1 - 1e-5], freedom)
+            assert low < square < high
+
+
+@pytest.mark.parametrize(
+    ("path", "changes", "size"),
+    [
+        ("camera.shift", {"shift": 4e-6}, 4e-6),
+        ("camera.amplitude", {"gain": np.array([0.995])}, -0.005),
+        ("camera.blur", {"blur": 3.0}, 3.0 * PIXEL),
+        ("camera.gamma", {"gamma": 1.02}, 0.02),
+        ("polariscope.visibility", {"visibility": 0.992}, -0.008),
+    ],
+)
+def test_frames_that_loads_explain_are_refused_by_name(
+    single: StripFrameReader, path: str, changes: dict[str, Any], size: float
+) -> None:
+    """Departures of which the residual test finds two frames in three at most."""
+    rng = np.random.default_rng(6)
+    forces = loads(rng, 24)
+    frames = Bench(drawing(), PLACES, POINTS, **changes).frames(forces, rng)
+    shown = list[tuple[str, float, float]]()
+    for frame, truth in zip(frames, forces, strict=True):
+        reading = single.read(frame)
+        if reading.ok:
+            assert (np.abs(reading.forces - truth) / reading.std).max() < FAR
+        elif reading.findings and reading.status is ff.Status.MODEL_MISMATCH:
+            assert reading.probability == 0.0
+            found = _shown(single, frame)
+            shown.append((found.departure.path, found.size, found.size / found.significance))
+    right = [each for each in shown if each[0] == path]
+    assert len(right) >= 6
+    assert len(right) > 0.7 * len(shown)
+    assert np.median([each[1] for each in right]) == pytest.approx(size, rel=0.25)
+
+
+def _shown(single: StripFrameReader, frame: np.ndarray) -> Any:
+    """The likeliest departure of a frame, from the explanation that was refused."""
+    posterior = single.own_posterior(frame.astype(float))
+    top = posterior.climbed(single.read(frame).forces.ravel(), heats=(), steps=(0, 15))
+    return single._departures.shown(posterior, top)[0]
+
+
+def test_what_the_design_allows_for_is_fitted_in_place_of_being_tested() -> None:
+    stated = {"camera.shift": "0 +/- 0.05 mm", "camera.amplitude": "237 +/- 3 %"}
+    single = StripFrameReader(ff.characterize(drawing(**stated)))
+    tested = [one.path for one in single._departures.tested]
+    assert "polariscope.visibility" in tested
+    assert not {*stated} & {*tested}
+    rng = np.random.default_rng(7)
+    forces = loads(rng, 6)
+    frames = Bench(drawing(), PLACES, POINTS, shift=5e-5, gain=np.array([0.98])).frames(forces, rng)
+    readings = [single.read(frame) for frame in frames]
+    assert sum(reading.ok for reading in readings) >= 5
