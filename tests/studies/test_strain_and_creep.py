@@ -40,6 +40,52 @@ def test_what_the_orders_leave_grows_by_their_power(short: ff.Sensor) -> None:
     assert "second order up to" in found.text
 
 
+@pytest.fixture(scope="module")
+def soft() -> ff.Sensor:
+    """A soft skin under a small camera."""
+    return ff.load_sensor("soft-skin").replace(camera={"pixels": 512})
+
+
+def test_linear_theory_of_a_contact_errs_by_the_load_and_the_solution_hardly(
+    soft: ff.Sensor,
+) -> None:
+    found = strain_study(soft, loads=(0.1, 0.2), width=1e-3)
+    load, linear, solved, forces = (_column(found.rows, k) for k in (0, 2, 3, 4))
+    slope = np.polyfit(np.log(load), np.log(linear), 1)[0]
+    assert slope == pytest.approx(1.0, abs=0.2)
+    # elements of the fourth order, CELL wide, leave 2 % of what strain adds
+    assert (solved < 0.03 * linear).all()
+    assert (np.diff(forces) > 0).all()
+    assert "1 mm wide" in found.text
+    assert "solved up to 0.2 N" in found.text
+
+
+@pytest.mark.slow
+def test_a_linear_reader_of_a_contact_is_off_by_what_the_study_says(soft: ff.Sensor) -> None:
+    load, width = 0.2, 1e-3
+    told = _column(strain_study(soft, loads=(load,), width=width).rows, 6)[0]
+    small = ff.characterize(soft.replace(**{"transducer.strain": "linear"}))
+    normal, tangential = ff.polar(load, 10, n=1)[0].tolist()
+    press = ff.Press(x=0.0, normal=normal, tangential=tangential, width=width, profile="flat")
+    reader, moved = ff.Reader(small), list[float]()
+    for seed in range(6):
+        places = list[float]()
+        for strain in ("finite", "linear"):
+            total = reader.search(small.expose([press], rng=seed, strain=strain)).total
+            assert total is not None
+            places.append(total.centre[0] / total.std[5])
+        moved.append(places[0] - places[1])  # the same noise in both
+    # to first order in the error of the phase, which is 3 % of some radians here
+    assert abs(np.mean(moved)) == pytest.approx(told, rel=0.25)
+
+
+def test_a_contact_that_folds_the_skin_or_has_no_width_is_refused(soft: ff.Sensor) -> None:
+    with pytest.raises(ff.FringeforceError, match="Not even 5 N of the contact"):
+        strain_study(soft, loads=(5.0,))
+    with pytest.raises(ff.FringeforceError, match="must be above zero"):
+        strain_study(soft, width=0.0)
+
+
 def test_a_strip_that_creeps_is_read_with_its_relaxation(short: ff.Sensor) -> None:
     stated = [{"share": share, "time": time} for share, time in TERMS]
     found = creep_study(short.replace(**{"transducer.relaxation": stated}))

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from fringeforce.base.errors import InputError
+
 Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
 Frames = Annotated[
@@ -133,3 +135,19 @@ def draw_beside(output: Path, words: str, draw: Callable[[Path], object]) -> Non
     picture = output.with_suffix(".png")
     draw(picture)
     print(f"{picture}: {words}")
+
+
+def quantity(option: str, text: str, unit: str) -> float:
+    """A number of an option in SI units, from text with a unit.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    from fringeforce.design.units import parse_quantity
+
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(f"{option} {text!r} {error}.") from None

@@ -15,6 +15,7 @@ from fringeforce.cli.arguments import (
     draw_beside,
     frames_and_times,
     is_model,
+    quantity,
 )
 from fringeforce.cli.progress import progress_bar
 
@@ -161,7 +162,7 @@ def calibrate(
         for path in (dark, unloaded, bright)
     )
     references = References(*given)
-    zero = 0.0 if cell_zero is None else _quantity("--cell-zero", cell_zero, "newton")
+    zero = 0.0 if cell_zero is None else quantity("--cell-zero", cell_zero, "newton")
     with progress_bar("Calibrating") as advance:
         model = calibrated(
             sensor,
@@ -273,8 +274,8 @@ def update(
 
     drift = Drift(
         light=light,
-        residual=_quantity("--residual", residual, "radian"),
-        shift=_quantity("--shift", shift, "meter"),
+        residual=quantity("--residual", residual, "radian"),
+        shift=quantity("--shift", shift, "meter"),
         scale=scale,
     )
     calibrated = load_model(model)
@@ -331,13 +332,4 @@ def creep(
 
 
 def _newtons(text: str) -> float:
-    return _quantity("--largest", text, "newton")
-
-
-def _quantity(option: str, text: str, unit: str) -> float:
-    from fringeforce.design.units import parse_quantity
-
-    try:
-        return parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(f"{option} {text!r} {error}.") from None
+    return quantity("--largest", text, "newton")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design, Scheduler, Workers
+from fringeforce.cli.arguments import Design, Scheduler, Workers, quantity
 from fringeforce.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -43,6 +43,13 @@ def study(
         float,
         typer.Option(help="Largest normal force of a tactel: resolution, creep [N]."),
     ] = 1.0,
+    width: Annotated[
+        str | None,
+        typer.Option(
+            help="Of contacts to which the design gives none, such as '0.5 mm': strain; as the "
+            "cover is thick if not given."
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of loads and noise.")] = 0,
     scheduler: Scheduler = None,
     workers: Workers = None,
@@ -63,6 +70,7 @@ def study(
     from fringeforce.studies.width import width_study
 
     sensor = load_strip(design)
+    wide = None if width is None else quantity("--width", width, "meter")
     with executor(scheduler, workers) as pool, progress_bar() as advance:
         answers: dict[Question, Callable[[], StudyResult]] = {
             Question.range: lambda: range_study(sensor, pool, seed=seed, progress=advance),
@@ -72,7 +80,7 @@ def study(
                 sensor, pool, seed=seed, progress=advance
             ),
             Question.width: lambda: width_study(sensor, pool, seed, advance),
-            Question.strain: lambda: strain_study(sensor, advance),
+            Question.strain: lambda: strain_study(sensor, advance, width=wide),
             Question.creep: lambda: creep_study(sensor, load, seed, advance),
         }
         found = answers[question]()

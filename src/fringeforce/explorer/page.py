@@ -12,12 +12,13 @@ from pydantic import TypeAdapter
 from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
-from fringeforce.explorer import strain, tasks
+from fringeforce.explorer import creep, strain, tasks
 from fringeforce.explorer.pads import protocol as pads
 from fringeforce.explorer.pads import tasks as pad_tasks
 from fringeforce.explorer.protocol import (
     STRIP,
     AboutDesign,
+    CreepRequest,
     DownloadRequest,
     InsideRequest,
     ReadRequest,
@@ -118,6 +119,7 @@ STRIP_PAGE = Page(
         InsideRequest: DesignQuestion("inside", tasks.inside, Process.DESIGNS),
         ReadRequest: DesignQuestion("reading", tasks.read),
         StrainRequest: DesignQuestion("strain", strain.under_forces, Process.SLOW),
+        CreepRequest: DesignQuestion("creep", creep.over_time, Process.SLOW),
         DownloadRequest: DesignQuestion("file", tasks.file),
     },
     solution="fringeforce.explorer.solution",

@@ -24,7 +24,9 @@ _PAD = 8
 _DTYPES = {"f4": "<f4", "u1": "<u1", "u2": "<u2", "i4": "<i4"}
 
 Pair = Annotated[list[int], Field(min_length=2, max_length=2)]
-Value = Annotated[str, Field(max_length=200)] | int | float | bool | Pair
+Term = dict[Literal["share", "time"], Annotated[str, Field(max_length=60)] | float]
+Terms = Annotated[list[Term], Field(max_length=8)]
+Value = Annotated[str, Field(max_length=200)] | int | float | bool | Pair | Terms
 Slot = Literal["main", "free", "roller", "camera"]
 File = Literal["design", "model", "forces", "reading"]
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
@@ -100,6 +102,13 @@ class StrainRequest(LoadedRequest):
     type: Literal["strain"]
 
 
+class CreepRequest(LoadedRequest):
+    """Press, hold for so long and release; as the terms of the design ask for if it is 0 s."""
+
+    type: Literal["creep"]
+    held: Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)] = 0.0
+
+
 class DownloadRequest(LoadedRequest):
     """A file of the design, the model, the forces or the reading."""
 
@@ -115,7 +124,7 @@ class LiveRequest(Request):
     again: bool = False
 
 
-_Loaded = ReadRequest | StrainRequest | DownloadRequest
+_Loaded = ReadRequest | StrainRequest | CreepRequest | DownloadRequest
 _Wish = DesignRequest | InsideRequest | LiveRequest | _Loaded
 STRIP: TypeAdapter[Request] = TypeAdapter(Annotated[_Wish, Field(discriminator="type")])
 """What the page of a strip may ask."""

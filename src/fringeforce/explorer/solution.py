@@ -19,6 +19,7 @@ from fringeforce.explorer.values import flat_values
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.stress import stress_field
+from fringeforce.models.creep import creeps
 from fringeforce.models.strip import SensorModel, reduced
 from fringeforce.optics.colour import light_colour
 
@@ -60,6 +61,7 @@ def facts(model: SensorModel) -> Mapping[str, Any]:
             "full_scale": camera.full_scale,
         },
         "calibrated": model.calibration is not None,
+        "creeps": creeps(strip),
     }
 
 

@@ -54,15 +54,10 @@ def under_fingers(path: str, wish: SkinStrainRequest) -> Answer:
     """
     from fringeforce.models.presses import tractions
 
-    model, strain, presses = _drawn(path), _skin_strain(path), pressed(wish)
-    load = np.zeros((2, strain.strip.shape[1]))
-    for press in presses:
-        acting = tractions(model.sensor, press)
-        shares, _ = strain.spread(acting.places)
-        load += acting.forces.T @ shares
+    model, presses = _drawn(path), pressed(wish)
     linear = model.phase(presses, strain="linear")
-    added, _ = strain.added(load, np.zeros((0, *load.shape)))
-    facts, blocks = _compared(model, linear, linear + added)
+    acting = [tractions(model.sensor, press) for press in presses]
+    facts, blocks = _compared(model, linear, linear + _skin_strain(path).under(acting))
     return {**facts, "width": 0.0}, blocks
 
 

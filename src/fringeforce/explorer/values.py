@@ -12,7 +12,7 @@ from fringeforce.design.parts import Design
 if TYPE_CHECKING:
     from fringeforce.reading.reading import Status
 
-Value = str | int | float | list[int]
+Value = str | int | float | list[int] | list[dict[str, str | float]]
 
 
 def flat_values(design: Design) -> dict[str, Value]:

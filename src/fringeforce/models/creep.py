@@ -27,7 +27,7 @@ from scipy.signal import lfilter
 from fringeforce.base.arrays import Array, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.design.parts import RelaxationTerm
-from fringeforce.design.strip import Transducer
+from fringeforce.design.strip import Sensor, Transducer
 
 DECADE = np.log(10.0)
 """Distance on the logarithm of time to the neighbours of a single term."""
@@ -35,6 +35,13 @@ EQUAL = 1e-7
 """Share by which rates are moved apart that would be equal, far below what creep is known to."""
 EVEN = 1e-6
 """Range of the steps over their mean up to which times are evenly spaced."""
+TERMS = (
+    "transducer.relaxation",
+    "transducer.compliant.relaxation",
+    "transducer.photoelastic.relaxation",
+    "transducer.photoelastic.optical_creep",
+)
+"""Paths of what makes a strip creep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +163,16 @@ class Creep:
             lags = self.passed(lags, values[k - 1], values[k], float(times[k] - times[k - 1]))
             found[k] = np.tensordot(self.amounts, lags, 1)
         return found
+
+
+def creeps(transducer: Transducer) -> bool:
+    """Whether what loads do to the light changes while they last."""
+    return any(len(found.rates) for found in (Creep.of(transducer), Creep.of_ratio(transducer)))
+
+
+def without_creep(sensor: Sensor) -> Sensor:
+    """The design of a strip that neither relaxes nor creeps."""
+    return sensor.replace(**dict.fromkeys(TERMS, ()))
 
 
 def _shares(terms: tuple[RelaxationTerm, ...]) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.contacts.press import Press
+from fringeforce.contacts.press import Press, Tractions
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.finite_strain import ORDER, FiniteStrip, finite_strip
 from fringeforce.models.presses import tractions
@@ -179,6 +179,13 @@ class SkinStrain:
         """
         stress, slopes = self.strip.beside_linear(load, changes)
         return stress @ self.shown, slopes.T @ self.shown
+
+    def under(self, acting: Sequence[Tractions]) -> Array:
+        """What it adds to the phase under tractions, shape (m,) [rad]; as of `added`."""
+        load = np.zeros((2, self.strip.shape[1]))
+        for one in acting:
+            load += one.forces.T @ self.spread(one.places)[0]
+        return self.added(load, np.zeros((0, *load.shape)))[0]
 
 
 def skin_strain(sensor: Sensor, x: Array) -> SkinStrain:

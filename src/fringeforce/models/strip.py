@@ -303,13 +303,34 @@ class SensorModel:
                     "A sensor as built has small strain; leave as_built out for finite strain."
                 )
             return self.as_built(as_built).expose(forces, rng, times=times, temperature=temperature)
+        loaded = self.loaded_phase(forces, strain, times, temperature)
+        return self.delivered(self._with_residual(loaded), rng)
+
+    def loaded_phase(
+        self,
+        forces: ArrayLike | Presses,
+        strain: Strain | None = None,
+        times: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+    ) -> Array:
+        """Phase leads of the frames that `expose` delivers, without the residual.
+
+        Parameters
+        ----------
+        forces, strain, times, temperature
+            As of `expose`.
+
+        Returns
+        -------
+        ndarray, shape (..., n_pixels)
+            With what creep and temperature do to them [rad].
+        """
         ratio = Creep.of_ratio(self.sensor.transducer)
         if times is not None and len(ratio.rates):
             phase = self._turned_phase(forces, times, ratio)
         else:
             phase = self.phase(forces, strain=strain)
-        loaded = self.lit_phase(phase, times, temperature)
-        return self.delivered(self._with_residual(loaded), rng)
+        return self.lit_phase(phase, times, temperature)
 
     def lit_phase(
         self, phase: Array, times: ArrayLike | None, temperature: ArrayLike | None

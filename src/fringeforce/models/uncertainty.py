@@ -35,7 +35,7 @@ from fringeforce.models.as_built import (
     WIDTH,
     changes_influence,
 )
-from fringeforce.models.creep import Creep
+from fringeforce.models.creep import TERMS, Creep
 from fringeforce.models.finite_strain import second_order_influence
 from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
@@ -67,15 +67,11 @@ SHIFTS = (-3.0, -1.5, 0.0, 1.5, 3.0)
 polynomial goes through them."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
-RELAXATION = "transducer.relaxation."
-RELAXING = (
-    RELAXATION,
-    "transducer.compliant.relaxation.",
-    "transducer.photoelastic.relaxation.",
-    "transducer.photoelastic.optical_creep.",
-)
-THERMAL = COEFFICIENT, REFERENCE
+RELAXATION = f"{TERMS[0]}."
+RELAXING = tuple(f"{path}." for path in TERMS)
 """Begin of the paths of values that act over time, which `reading.creep` allows for."""
+THERMAL = COEFFICIENT, REFERENCE
+"""Paths of what temperature does to the light, which readings are scaled for."""
 RATIO = "relaxation of one layer"
 """Name of the mode of layers that relax unlike."""
 DRIFTS = ("camera.drift", "offset drift", RATIO)

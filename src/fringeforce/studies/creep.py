@@ -11,6 +11,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
+from fringeforce.models.creep import without_creep
 from fringeforce.models.strip import characterize
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
@@ -60,16 +61,8 @@ def creep_study(
     times, forces = _touch(sensor, load)
     model = characterize(sensor)
     frames = model.expose(forces, rng=seed, as_built=seed, times=times)
-    plain = model.sensor.replace(
-        **{"transducer.relaxation": []},
-        tolerances={
-            path: std
-            for path, std in sensor.tolerances.items()
-            if not path.startswith("transducer.relaxation")
-        },
-    )
     report("reading without", 0, 2)
-    found = [Reader(characterize(plain)).read_batch(frames)]
+    found = [Reader(characterize(without_creep(sensor))).read_batch(frames)]
     report("reading with", 1, 2)
     found.append(Reader(model).read_batch(frames, times=times))
     report("done", 2, 2)

@@ -11,6 +11,8 @@ export interface Control {
   logarithmic?: boolean;
   whole?: boolean;
   choices?: [value: string, name: string][];
+  /** Of what a design may leave out: how it is typed. */
+  example?: Value;
 }
 
 export interface Group {
@@ -109,12 +111,34 @@ export const GROUPS: Group[] = [
   imaging({ path: "camera.pixels", name: "Pixels", range: [256, 4096], logarithmic: true, whole: true }),
 ];
 
+/** Of strips with tactels alone: readings of others do not allow for it. */
+export const CREEP = {
+  name: "Creep",
+  controls: [
+    {
+      path: "transducer.relaxation",
+      name: "Relaxation",
+      title: "shares of both moduli and their times",
+      example: [
+        { share: "6 %", time: "0.4 s" },
+        { share: "4 %", time: "15 s" },
+      ],
+    },
+  ],
+} satisfies Group;
+
 const QUANTITIES = new Set(
   GROUPS.flatMap(({ controls }) => controls.filter(({ unit }) => unit).map(({ path }) => path)),
 );
 
-/** A value of a design: a number, a quantity with its unit, a word, or two whole numbers. */
-export type Value = string | number | number[];
+/** What of a modulus is lost, and in which time. */
+interface Term {
+  share: string | number;
+  time: string;
+}
+
+/** A value of a design: a number, a quantity with its unit, a word, two whole numbers, or terms. */
+export type Value = string | number | number[] | Term[];
 export type Changes = Record<string, Value>;
 
 const PAIR = /^\[?\s*(\d+)\s*[x×,\s]\s*(\d+)\s*\]?$/;
@@ -122,15 +146,31 @@ const PAIR = /^\[?\s*(\d+)\s*[x×,\s]\s*(\d+)\s*\]?$/;
 /** What was typed, as the library takes it: a quantity stays text, for it needs its unit. */
 export function typed(path: string, text: string): Value {
   const trimmed = text.trim();
+  if (path === CREEP.controls[0].path) return terms(trimmed);
   const pair = PAIR.exec(trimmed);
   if (pair) return [Number(pair[1]), Number(pair[2])];
   const plain = !QUANTITIES.has(path) && trimmed !== "" && Number.isFinite(Number(trimmed));
   return plain ? Number(trimmed) : trimmed;
 }
 
+/** Terms as they are typed, "6 % 0.4 s, 4 % 15 s"; what makes no sense is left to the library to refuse. */
+function terms(text: string): Term[] {
+  const parts = text.split(",").map((part) => part.trim());
+  return parts.filter(Boolean).map((part) => {
+    const [, share, time] = /^(.*\S)\s+([-+.\deE]+\s*[a-zA-Zµ]+)$/.exec(part) ?? [part, part, ""];
+    return { share, time };
+  });
+}
+
 /** A value as it is typed. */
 export function spelled(value: Value): string {
-  return Array.isArray(value) ? value.join(" × ") : `${value}`;
+  if (!Array.isArray(value)) return `${value}`;
+  const parts = value.map((part) => (typeof part === "number" ? part : `${percent(part.share)} ${part.time}`));
+  return parts.join(typeof value[0] === "number" ? " × " : ", ");
+}
+
+function percent(share: string | number): string {
+  return typeof share === "number" ? `${Number((100 * share).toPrecision(6))} %` : share;
 }
 
 const SIZES: Record<string, number> = {

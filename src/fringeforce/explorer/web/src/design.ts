@@ -3,7 +3,7 @@
 import {
   atNotch, type Changes, type Control, type Group, inUnit, NOTCHES, notch, spelled, typed, type Value,
 } from "./controls";
-import { byId, element } from "./dom";
+import { byId, element, set } from "./dom";
 
 /** Who keeps the changes. */
 interface Keeper {
@@ -44,7 +44,7 @@ export class DesignForm {
   show(values: Record<string, Value>): void {
     this.clear();
     for (const { control, row, field, slider } of this.rows.values()) {
-      const value = this.store.state.changes[control.path] ?? values[control.path];
+      const value = this.store.state.changes[control.path] ?? values[control.path] ?? (control.example && []);
       if (document.activeElement !== field || control.choices) field.value = spelled(value);
       if (slider && document.activeElement !== slider) this.place(control, slider, value);
       // such as tactels of a skin
@@ -79,7 +79,10 @@ export class DesignForm {
     if (exact || !path) return exact;
     // a rule that binds several values names the part that they share: the one changed last broke it
     if (this.last.startsWith(`${path}.`)) return this.rows.get(this.last);
-    return [...this.rows.values()].find(({ control }) => control.path.startsWith(`${path}.`));
+    const rows = [...this.rows.values()];
+    // of a list, one of its values
+    const whole = rows.find(({ control }) => path.startsWith(`${control.path}.`));
+    return whole ?? rows.find(({ control }) => control.path.startsWith(`${path}.`));
   }
 
   private clear(): void {
@@ -103,9 +106,10 @@ export class DesignForm {
     const field = control.choices ? chooser(control.choices, about) : element("input", { ...about, type: "text", spellcheck: "false", inputmode: "text" });
     field.addEventListener("change", () => this.change(control.path, typed(control.path, field.value), true));
     const slider = control.range ? this.slid(control, field as HTMLInputElement) : null;
+    if (control.example) set(field, { placeholder: spelled(control.example) });
     const name = element("label", { for: id }, control.name);
     if (control.title) name.append(element("small", {}, ` ${control.title}`));
-    const row = element("div", { class: "control" }, name, field, ...(slider ? [slider] : []), problem);
+    const row = element("div", { class: control.example ? "control long" : "control" }, name, field, ...(slider ? [slider] : []), problem);
     this.rows.set(control.path, { control, row, field, slider, problem });
     return row;
   }

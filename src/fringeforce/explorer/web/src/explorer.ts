@@ -2,7 +2,8 @@
 
 import { EDGES, type Edges } from "./compare";
 import { Connection } from "./connection";
-import { GROUPS } from "./controls";
+import { CREEP, GROUPS } from "./controls";
+import { CreepPanel } from "./creep";
 import { DesignForm } from "./design";
 import { byId } from "./dom";
 import { downloadMenu, PICTURES, saveFile } from "./download";
@@ -31,12 +32,18 @@ export class Explorer {
   private readonly store = new Store(location.hash, (before) => this.changed(before));
   private readonly page = new Page(this.store, () => this.schedule());
   private readonly painting = new Painting(this.store, () => this.schedule());
-  private readonly form = new DesignForm(this.store, GROUPS);
+  private readonly form = new DesignForm(this.store, [...GROUPS, CREEP]);
   private readonly strain = new StrainPanel(
     this.store,
     () => this.connection,
     () => this.question("strain", {}),
     () => this.schedule(),
+  );
+  private readonly creep = new CreepPanel(
+    this.store,
+    () => this.connection,
+    (more) => (this.model?.facts.creeps ? this.question("creep", more) : null),
+    () => this.schedule(false),
   );
   private readonly typed = new TypedForces(this.store);
   private readonly toolbar = new Toolbar(this.store, {
@@ -114,6 +121,7 @@ export class Explorer {
   private wantReading(): void {
     this.connection.want("read", () => this.question("read", {}));
     this.strain.want();
+    this.creep.want();
   }
 
   /** A question about the current load of the current design; none while they do not fit. */
@@ -132,6 +140,7 @@ export class Explorer {
     else if (message.type === "inside") this.completed(message);
     else if (message.type === "reading") this.read(answer<Reading>(message));
     else if (message.type === "strain") this.strain.take(message);
+    else if (message.type === "creep") this.creep.take(message);
     else if (message.type === "file") saveFile(header.name as string, blocks.content as Uint8Array);
     else if (message.type === "refused") this.refused(header);
   }
@@ -199,8 +208,8 @@ export class Explorer {
   private refused(header: Record<string, unknown>): void {
     if (header.stale) return;
     const text = header.text as string;
-    if (header.of === "strain") {
-      this.strain.refuse(text);
+    if (header.of === "strain" || header.of === "creep") {
+      this[header.of].refuse(text);
       return;
     }
     const aboutDesign = header.of === "design" && header.slot === "main";
@@ -234,6 +243,7 @@ export class Explorer {
     this.loadChanged = false;
     this.painting.paintReading(this.model, this.reading);
     this.strain.draw(this.model, byId("strip").clientWidth);
+    this.creep.draw(this.model, byId("strip").clientWidth);
     this.page.keep();
   }
 }

@@ -20,6 +20,8 @@ export interface Facts {
   layers: [cover: number, clear: number];
   camera: { amplitude: number; offset: number; noise: number; full_scale: number };
   calibrated: boolean;
+  /** Whether what loads do to the light changes while they last. */
+  creeps: boolean;
   as_drawn: boolean;
 }
 

@@ -24,12 +24,21 @@ interface Options {
   /** Ends of the upright axis, from those of the data. */
   range?: Range;
   /** The other axis, where it is not millimetres along the strip. */
-  across?: { range: Range; tick: (value: number, last: boolean) => string };
+  across?: Across;
+  /** Upright lines, where there are any. */
+  marks?: () => { at: number; dash: number[] }[];
 }
 
-const ALONG = {
-  range: (low: number, high: number): [number, number] => [low, high],
-  tick: (value: number, last: boolean): string => (last ? `${value} mm` : String(value)),
+interface Across {
+  range: Range;
+  tick: (value: number, last: boolean) => string;
+  /** Where it has ticks, if not at round numbers. */
+  places?: () => number[];
+}
+
+const ALONG: Across = {
+  range: (low, high) => [low, high],
+  tick: (value, last) => (last ? `${value} mm` : String(value)),
 };
 
 /** A plot that is made again when its width or the theme changes. */
@@ -57,7 +66,8 @@ export class Plot {
   }
 
   private settings(width: number): uPlot.Options {
-    const { height, label, curves, band, range, across = ALONG } = this.options;
+    const { height, label, curves, band, range, across = ALONG, marks } = this.options;
+    const { places } = across;
     const axis = {
       stroke: inked("ink-soft"),
       font: FONT,
@@ -76,13 +86,36 @@ export class Plot {
         y: range ? { range: (_, low, high) => range(low, high) } : {},
       },
       axes: [
-        { ...axis, size: 24, values: (_, ticks) => ticks.map((value, k) => across.tick(value, k === ticks.length - 1)) },
+        {
+          ...axis,
+          size: 24,
+          values: (_, ticks) => ticks.map((value, k) => across.tick(value, k === ticks.length - 1)),
+          ...(places ? { splits: () => places() } : {}),
+        },
         { ...axis, size: LEFT - 14, label, labelSize: 14, labelFont: FONT, labelGap: 0, gap: 3 },
       ],
       series: [{}, ...curves.map(series)],
       bands: band ? [{ series: band, fill: `${inked("read")}33` }] : [],
+      hooks: marks ? { draw: [(plot) => draw(plot, marks())] } : {},
     };
   }
+}
+
+function draw(plot: uPlot, marks: { at: number; dash: number[] }[]): void {
+  const { ctx, bbox } = plot;
+  const density = window.devicePixelRatio || 1;
+  ctx.save();
+  ctx.strokeStyle = inked("ink-soft");
+  ctx.lineWidth = density;
+  for (const { at, dash } of marks) {
+    const x = Math.round(plot.valToPos(at, "x", true)) + 0.5;
+    ctx.setLineDash(dash.map((length) => length * density));
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+  }
+  ctx.restore();
 }
 
 function series({ label, ink, width = 1.5, dash }: Curve): uPlot.Series {

@@ -24,12 +24,15 @@ export class Store extends Timeline<State> {
   view: View;
   /** Whether finite strain is shown beside the linear one. */
   finite: boolean;
+  /** For how long a load is held that is shown over time [s], 0 as the design asks for; else null. */
+  creep: number | null;
 
   constructor(hash: string, onChange: (before: State) => void) {
     const values = linked(hash);
     super(stateOf(values), onChange);
     this.view = viewOf(values);
     this.finite = values.has("finite");
+    this.creep = values.has("creep") ? clamped(Number(values.get("creep")) || 0, 0, 1e9) : null;
   }
 
   /** Forces in the order of all arrays: the normal and the tangential one of tactel after tactel. */
@@ -50,6 +53,7 @@ export class Store extends Timeline<State> {
     if (view.mesh) values.set("mesh", "1");
     if (view.compare) values.set("edges", "1");
     if (this.finite) values.set("finite", "1");
+    if (this.creep !== null) values.set("creep", short(this.creep));
     return `#${values}`;
   }
 }
