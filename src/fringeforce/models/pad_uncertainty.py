@@ -36,7 +36,7 @@ from fringeforce.models.pad_as_built import SHAPES, spreads
 from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
-from fringeforce.optics.area_camera import Lens, Picture, along_axis, pictures
+from fringeforce.optics.area_camera import Lens, Picture, pictures
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
 Array = NDArray[np.float64]
@@ -339,8 +339,14 @@ class PadUncertainty:
         if not self.registration:
             return found
         (x, y), (by_x, by_y) = self.model.sensor.pixel_positions, self._slopes
-        along = np.einsum("fkrc,fkrc->c", along_axis(by_x, modes, 3), by_modes)
-        across = np.einsum("fkrc,fkrc->r", along_axis(by_y, modes, 2), by_modes)
+        # products of all pairs of places take less than derivatives at all pixels
+        one, other = (part.reshape(-1, *part.shape[2:]) for part in (modes, by_modes))
+        columns = other.reshape(-1, len(x)).T @ one.reshape(-1, len(x))
+        rows = np.matmul(other, one.swapaxes(1, 2)).sum(axis=0)
+        along, across = (
+            np.asarray(slopes.multiply(pairs).sum(axis=1)).ravel()
+            for slopes, pairs in ((by_x, columns), (by_y, rows))
+        )
         for group in self.registration:
             a, b = _shares(group.path, x, y)
             found[group.begin] = group.std * float(a @ along + b @ across)

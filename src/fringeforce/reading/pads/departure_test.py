@@ -22,6 +22,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.residual_test import square_limit
+from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.departures import LAYERS
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
@@ -221,7 +222,10 @@ class SquaresDepartureTest(DepartureTest):
     """
 
     def __init__(self, model: PadModel) -> None:
-        super().__init__(model, (*OPTICS, *(path for path in LAYERS if path != SOFTNESS[1])))
+        # tractions that are spread otherwise look like another cover
+        spread = {PLACEMENT, SIZE} & set(model.sensor.tolerances)
+        layers = () if spread else tuple(path for path in LAYERS if path != SOFTNESS[1])
+        super().__init__(model, (*OPTICS, *layers))
 
     @cached_property
     def _optics(self) -> tuple[PadDeparture, ...]:

@@ -155,9 +155,9 @@ class Sampling(Lattice):
             each = np.stack(self.each(state.modes, picture, light, state.lens))
             slopes = each.reshape(len(each), -1, each.shape[-1])
             changes = others(k, slopes)
-            pulls = np.einsum("qsp,sfp->fpq", weights * changes, slopes, optimize=True)
+            pulls = np.einsum("qsp,sfp->fqp", weights * changes, slopes)
             found = np.zeros((size, len(changes)))
-            found[held] = columns.reshape(-1, len(held)).T @ pulls.reshape(-1, len(changes))
+            found[held] = np.matmul(pulls, columns).sum(axis=0).T
             if known is not None:
                 for number, change in self.by_light(known, state, k):
                     found[loads + number] += (weights * changes).reshape(len(changes), -1) @ (
