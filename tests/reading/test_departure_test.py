@@ -91,3 +91,15 @@ def test_what_the_design_allows_for_is_fitted_in_place_of_being_tested() -> None
     frames = Bench(drawing(), PLACES, POINTS, shift=5e-5, gain=np.array([0.98])).frames(forces, rng)
     readings = [single.read(frame) for frame in frames]
     assert sum(reading.ok for reading in readings) >= 5
+
+
+def test_what_shows_when_loads_grow_is_refused_where_frames_follow() -> None:
+    """A faint touch hides a camera that looks 6 micrometres aside; a strong one shows it."""
+    rng, reader = np.random.default_rng(8), ff.Reader(ff.characterize(drawing()))
+    growing = np.linspace(0.3, 1.0, 192)[:, None, None] * loads(rng, 1)
+    as_drawn = reader.read_on(Bench(drawing(), PLACES, POINTS).frames(growing, rng))
+    assert as_drawn.tracked.mean() > 0.9
+    assert all(status is ff.Status.OK for status in as_drawn.status)
+    reader.reset()
+    aside = reader.read_on(Bench(drawing(), PLACES, POINTS, shift=6e-6).frames(growing, rng))
+    assert aside.status[-1] is ff.Status.MODEL_MISMATCH

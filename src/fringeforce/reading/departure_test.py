@@ -43,6 +43,9 @@ SIZES = "transducer.compliant.thickness", "transducer.photoelastic.thickness"
 and so little that a cover a fifth stiffer is three standard deviations of a frame."""
 
 
+STRONGER = 2.0
+"""Square of the phase over that of the last test from which a frame that follows is tested: what is
+pressed harder shows what was hidden."""
 SHARPEST = 0.04
 """Blur at which its derivative is taken if there is none: its square is a thousandth of that of the
 least that fringes of a few pixels show [pixels]."""

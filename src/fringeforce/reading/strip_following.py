@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.followed_frames import AGEING, DONE, STALE
+from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.information_filter import InformationFilter
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.departure_test import STRONGER
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
@@ -34,6 +36,8 @@ INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
 ALIKE = 16
 """Frames in a row to which the model's own errors do the same."""
+RETESTED = 4096
+"""Frames after which one that follows is tested for departures again: lamps drift in seconds."""
 MORE = 4
 """Frames whose mean is searched first, and how many times as many each time after: errors of the
 mean that are of second order are a quarter of those of one frame."""
@@ -112,6 +116,7 @@ class StripFollower(Follower):
         self._trail: Before | None = None
         self._several: Located | None = None
         self._total = np.empty(0)
+        self._strength, self._since, self._looked = 0.0, 0, 0
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -120,7 +125,7 @@ class StripFollower(Follower):
         if begun is None or not self._follow(levels[None], used, followed):
             return self._read_alone(levels, used)
         single = self._single
-        if self._from_one:
+        if self._from_one or self._departs(levels, used, 1):
             return single.alone(levels, used)
         loads, covariance = followed.loads[0], followed.covariances[0]
         covariance = covariance + single.calibration_covariance(loads, used)
@@ -156,6 +161,9 @@ class StripFollower(Follower):
                             result.store(row, single.alone(block[row], used))
                     else:
                         self._store(room[:count], result[done : done + count], begun)
+                        last = done + count - 1
+                        if count and self._departs(block[last], used, count):
+                            result.store(last, single.alone(block[last], used))
                     done += count
                     if self._filter is not None and done < len(block) and not bad[done]:
                         continue
@@ -167,6 +175,24 @@ class StripFollower(Follower):
                     done += 1
             if progress is not None:
                 progress(len(block))
+
+    def _departs(self, levels: NDArray[Any], used: Mask, count: int) -> bool:
+        """Whether the last of some frames that followed shows a departure; then it is forgotten."""
+        self._since += count
+        own, begun = self._filter, self._begun
+        if own is None or begun is None or not begun.ok or self._held is not None:
+            return False
+        if self._since < self._looked + ALIKE:
+            return False
+        self._looked = self._since
+        phase = node_phase(own.model, own.unknowns)
+        if self._since < RETESTED and phase @ phase < STRONGER * self._strength:
+            return False
+        self._strength, self._since, self._looked = float(phase @ phase), 0, 0
+        if not self._single.departing(levels, used, own.unknowns):
+            return False
+        self._filter = self._last = None
+        return True
 
     @property
     def _wide(self) -> bool:
@@ -193,6 +219,8 @@ class StripFollower(Follower):
         self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
         self._posterior, self._shift = posterior, None
+        phase = posterior.phase(top)
+        self._strength, self._since, self._looked = float(phase @ phase), 0, 0
         self._begin(posterior, top, weak)
         if weak and reading.status is not Status.NO_CONTACT:
             self._held, self._count, self._total = posterior, 1, levels.astype(float)

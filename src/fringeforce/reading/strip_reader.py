@@ -273,11 +273,29 @@ class StripFrameReader(StripFrames):
     def _departing(self, posterior: Posterior, top: Top) -> str:
         """What a frame that loads explain shows of departures all the same.
 
-        What a calibration leaves uncertain is none of the unknowns, and would be taken for one.
+        What a calibration leaves uncertain is none of the unknowns, and would be taken for one; so
+        would motion in the mean of many frames.
         """
-        if self.calibration_uncertainty is not None:
+        if self.calibration_uncertainty is not None or self.noise != 1.0:
             return ""
         return self._departures.finding(posterior, top)
+
+    @one_blas_thread()
+    def departing(self, levels: NDArray[Any], used: Mask, unknowns: Array) -> str:
+        """What a frame that was followed shows of departures, in words; nothing if it shows none.
+
+        Parameters
+        ----------
+        levels, used
+            As of `search`.
+        unknowns : ndarray, shape (size,)
+            What explains it.
+        """
+        posterior = self._centred(
+            self.own_posterior(np.where(used, levels.astype(float), np.nan)), unknowns
+        )
+        top = posterior.climbed(unknowns, heats=(), steps=(0, FOLLOWED))
+        return self._departing(posterior, top)
 
     @cached_property
     def _departures(self) -> DepartureTest:

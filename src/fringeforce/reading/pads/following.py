@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
 from fringeforce.estimation.levenberg_marquardt import Curvature
+from fringeforce.reading.departure_test import STRONGER
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.pad_frames import PadFramesFollower
@@ -19,9 +20,6 @@ KEPT = 0.8
 """Share of the last change of the forces that the next is expected to have."""
 RETESTED = 128
 """Frames after which one that follows is tested for departures again: lamps drift in seconds."""
-STRONGER = 2.0
-"""Square of the retardance over that of the last test from which one is tested at once: what is
-pressed harder shows what was hidden."""
 
 
 class PadFollower(PadFramesFollower):
