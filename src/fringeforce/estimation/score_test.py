@@ -32,11 +32,17 @@ class Score(NamedTuple):
         Half its expected second derivative.
     alone : ndarray, shape (k,)
         Information about each change where nothing else is fitted.
+    solved : ndarray, shape (m, k)
+        How far each change moves what was fitted.
+    fitted : ndarray, shape (m, m)
+        Information about what was fitted.
     """
 
     pull: Array
     information: Array
     alone: Array
+    solved: Array
+    fitted: Array
 
     @classmethod
     def beside(
@@ -53,13 +59,15 @@ class Score(NamedTuple):
         tested : (ndarray, ndarray), shapes (k,) and (k, k)
             By the changes.
         """
-        solved = np.linalg.solve(fitted[1], across)
+        solved = np.asarray(np.linalg.solve(fitted[1], across), dtype=float)
         left = tested[1] - across.T @ solved
-        return cls(tested[0] - solved.T @ fitted[0], left, tested[1].diagonal())
+        pull, alone = tested[0] - solved.T @ fitted[0], tested[1].diagonal()
+        return cls(pull, left, alone, solved, fitted[1])
 
     def of(self, some: slice) -> Score:
         """Of some of the changes alone."""
-        return Score(self.pull[some], self.information[some, some], self.alone[some])
+        left, own = self.information[some, some], self.solved[:, some]
+        return Score(self.pull[some], left, self.alone[some], own, self.fitted)
 
     def square(self) -> tuple[float, int]:
         """The chi-square number and its degrees of freedom.
@@ -88,6 +96,17 @@ class Score(NamedTuple):
         pulls = self.pull[order[:rank] - 1]
         normal = solve_triangular(root[:rank, :rank], pulls, lower=True)
         return float(normal @ normal), int(rank)
+
+    @property
+    def size(self) -> Array:
+        """The changes under a standard normal prior, shape (k,)."""
+        known = np.eye(len(self.pull)) + self.information
+        return np.asarray(np.linalg.solve(known, -self.pull), dtype=float)
+
+    def moves(self, loads: int) -> float:
+        """How far changes of this size move one of the first unknowns, in its deviations."""
+        spread = np.sqrt(np.diag(np.linalg.inv(self.fitted))[:loads])
+        return float((np.abs(self.solved @ self.size)[:loads] / spread).max())
 
     def evidence(self) -> float:
         """Twice the logarithm of the evidence for changes that have a standard normal prior."""

@@ -43,6 +43,9 @@ SIZES = "transducer.compliant.thickness", "transducer.photoelastic.thickness"
 and so little that a cover a fifth stiffer is three standard deviations of a frame."""
 
 
+HARMLESS = 0.5
+"""Standard deviations by which a departure that is no matter, however plain it is, moves a force at
+most: errors grow by an eighth."""
 STRONGER = 2.0
 """Square of the phase over that of the last test from which a frame that follows is tested: what is
 pressed harder shows what was hidden."""
@@ -171,10 +174,11 @@ class DepartureTest:
         """Departures that a frame shows plainly and cannot tell apart, the likeliest first."""
         if not self.tested:
             return []
+        loads = posterior.model.at.loads
         found = list[tuple[float, Sized]]()
         for one, score in zip(self.tested, self.scores(posterior, top), strict=True):
             square, freedom = score.plain()
-            if square > square_limit(freedom):
+            if square > square_limit(freedom) and score.moves(loads) > HARMLESS:
                 sized = Sized(one, self._size(one, score), float(np.sqrt(square)))
                 found.append((score.evidence(), sized))
         found.sort(key=lambda each: -each[0])
@@ -204,9 +208,7 @@ class DepartureTest:
     def _size(self, departure: Tested, score: Score) -> float:
         """By how much it departs, as of the linear model."""
         if not departure.one:
-            known = np.eye(len(score.pull)) + score.information
-            deviations = np.linalg.solve(known, -score.pull)
-            return float(np.sqrt(np.mean(np.square(deviations @ self._profiles(departure)))))
+            return float(np.sqrt(np.mean(np.square(score.size @ self._profiles(departure)))))
         deviations = float(-score.pull[0] / score.information[0, 0])
         if departure.path != BLUR:
             return departure.deviation * deviations

@@ -30,6 +30,7 @@ from fringeforce.models.pad_layers import LayerChanges
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.reading.departure_test import HARMLESS
 from fringeforce.reading.findings import RIVAL, sentence
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import FrameLight
@@ -90,6 +91,12 @@ class Told(NamedTuple):
         scores = self.tested - self.across.T @ beside[:, -1]
         return scores, self.own - (self.across * beside[:, :-1]).sum(axis=0)
 
+    def moves(self, sizes: Array) -> Array:
+        """How far each departure of these sizes moves what was fitted, in its deviations, (q,)."""
+        moved = np.linalg.solve(self.information, self.across * sizes)
+        spread = np.sqrt(np.diag(np.linalg.inv(self.information)))
+        return np.abs(moved / spread[:, None]).max(axis=0)
+
 
 class DepartureTest:
     """Score tests of single numbers that a design does not allow for.
@@ -127,6 +134,11 @@ class DepartureTest:
         seen = known > np.maximum(1.0, BESIDE * told.own)
         squares = np.square(scores) / np.maximum(known, 1.0)
         plain = np.flatnonzero(seen & (squares > square_limit(1)))
+        if len(plain):
+            moved = told.moves(scores / np.maximum(known, 1.0))
+            plain = plain[moved[plain] > HARMLESS]
+        if not len(plain):
+            return []
         evidence = np.square(scores[plain]) / (1 + known[plain]) - np.log1p(known[plain])
         return [
             Sized(
