@@ -8,10 +8,11 @@ from scipy import stats
 
 import fringeforce as ff
 from fringeforce.design.pad import Pad
+from fringeforce.estimation.score_test import Score
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_departures import pad_departures
 from fringeforce.models.pad_layers import LayerChanges
-from fringeforce.reading.pads.departure_test import SquaresDepartureTest, Told
+from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.reading import Status
@@ -44,11 +45,11 @@ def reader(model: PadModel) -> PadFrameReader:
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[Told]:
+def told(monkeypatch: pytest.MonkeyPatch) -> list[Score]:
     """What is told of every frame that is tested."""
-    found, real = list[Told](), SquaresDepartureTest.told
+    found, real = list[Score](), SquaresDepartureTest.told
 
-    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, information: np.ndarray) -> Told:
+    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, information: np.ndarray) -> Score:
         found.append(real(self, fit, one, information))
         return found[-1]
 
@@ -57,13 +58,14 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[Told]:
 
 
 def test_squares_of_frames_as_drawn_are_chi_square_numbers(
-    model: PadModel, reader: PadFrameReader, told: list[Told]
+    model: PadModel, reader: PadFrameReader, told: list[Score]
 ) -> None:
     rng, used = np.random.default_rng(1), reader.usable(None)
     for _ in range(40):
         frame = model.expose(pressed(model, rng, rng.uniform(0.3, 1.0)), rng)
         assert reader.search(frame.ravel(), used).ok
-    scores, known = np.moveaxis(np.array([each.scores() for each in told]), 1, 0)
+    scores = np.array([each.pull for each in told])
+    known = np.array([each.information.diagonal() for each in told])
     for square, information in zip((scores**2 / known).T, known.T, strict=True):
         if information.min() > 1:
             assert stats.kstest(square, stats.chi2(1).cdf).pvalue > RARE / known.shape[1]
@@ -71,7 +73,7 @@ def test_squares_of_frames_as_drawn_are_chi_square_numbers(
 
 
 def test_sizes_scatter_as_much_as_one_frame_can_tell(
-    model: PadModel, reader: PadFrameReader, told: list[Told]
+    model: PadModel, reader: PadFrameReader, told: list[Score]
 ) -> None:
     rng, used = np.random.default_rng(6), reader.usable(None)
     forces, count = pressed(model, rng), 30
@@ -79,7 +81,8 @@ def test_sizes_scatter_as_much_as_one_frame_can_tell(
     told.clear()
     for _ in range(count):
         assert reader.search(model.expose(forces, rng).ravel(), used).ok
-    scores, known = np.moveaxis(np.array([each.scores() for each in told]), 1, 0)
+    scores = np.array([each.pull for each in told])
+    known = np.array([each.information.diagonal() for each in told])
     for k, one in enumerate(reader.tested_departures):
         sizes = one.deviation * scores[:, k] / known[:, k]
         share = float(np.sum(np.square(sizes))) / bound[one.path] ** 2
@@ -116,7 +119,7 @@ def test_what_the_residual_of_all_pixels_hides_is_refused_and_named(
     pad: Pad,
     model: PadModel,
     reader: PadFrameReader,
-    told: list[Told],
+    told: list[Score],
     departs: dict[str, float],
     words: str,
 ) -> None:

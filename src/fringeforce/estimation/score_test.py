@@ -57,7 +57,7 @@ class Score(NamedTuple):
         across : ndarray, shape (m, k)
             Second derivative by both.
         tested : (ndarray, ndarray), shapes (k,) and (k, k)
-            By the changes.
+            By the changes; a diagonal will do where each is looked at by itself.
         """
         solved = np.asarray(np.linalg.solve(fitted[1], across), dtype=float)
         left = tested[1] - across.T @ solved
@@ -102,6 +102,11 @@ class Score(NamedTuple):
         """The changes under a standard normal prior, shape (k,)."""
         known = np.eye(len(self.pull)) + self.information
         return np.asarray(np.linalg.solve(known, -self.pull), dtype=float)
+
+    @property
+    def best(self) -> float:
+        """The one change that explains most."""
+        return float(-self.pull[0] / self.information[0, 0])
 
     def moves(self, loads: int) -> float:
         """How far changes of this size move one of the first unknowns, in its deviations."""

@@ -7,11 +7,11 @@ that are plain, the evidence says which it is.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import LAYERS, UNEVEN_LIGHT, Departures
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
-from fringeforce.reading.findings import RIVAL, sentence
+from fringeforce.reading.findings import RIVAL, Departing, Sized, sentence
 
 VISIBILITY, BLUR, GAMMA = "polariscope.visibility", "camera.blur", "camera.gamma"
 SHAPE = "shape"
@@ -54,6 +54,9 @@ SHARPEST = 0.04
 least that fringes of a few pixels show [pixels]."""
 
 
+D = TypeVar("D", bound=Departing)
+
+
 class Tested(NamedTuple):
     """A departure that frames are tested for.
 
@@ -71,25 +74,6 @@ class Tested(NamedTuple):
     path: str
     deviation: float
     one: bool
-
-
-@dataclass(frozen=True)
-class Sized:
-    """A departure and by how much a frame shows it.
-
-    Attributes
-    ----------
-    departure : Tested
-        What departs.
-    size : float
-        By how much, root mean square if it is many numbers.
-    significance : float
-        Standard deviations between this and the design.
-    """
-
-    departure: Tested
-    size: float
-    significance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,15 +158,8 @@ class DepartureTest:
         """Departures that a frame shows plainly and cannot tell apart, the likeliest first."""
         if not self.tested:
             return []
-        loads = posterior.model.at.loads
-        found = list[tuple[float, Sized]]()
-        for one, score in zip(self.tested, self.scores(posterior, top), strict=True):
-            square, freedom = score.plain()
-            if square > square_limit(freedom) and score.moves(loads) > HARMLESS:
-                sized = Sized(one, self._size(one, score), float(np.sqrt(square)))
-                found.append((score.evidence(), sized))
-        found.sort(key=lambda each: -each[0])
-        return [sized for evidence, sized in found if evidence > found[0][0] - 2 * RIVAL]
+        scores, loads = self.scores(posterior, top), posterior.model.at.loads
+        return plain(self.tested, scores, loads, self._size)
 
     def scores(self, posterior: Posterior, top: Top) -> list[Score]:
         """What a frame tells of everything that is tested, in its deviations, beside the rest."""
@@ -209,11 +186,10 @@ class DepartureTest:
         """By how much it departs, as of the linear model."""
         if not departure.one:
             return float(np.sqrt(np.mean(np.square(score.size @ self._profiles(departure)))))
-        deviations = float(-score.pull[0] / score.information[0, 0])
         if departure.path != BLUR:
-            return departure.deviation * deviations
+            return departure.deviation * score.best
         drawn = self.model.sensor.camera.blur or 0.0
-        square = drawn**2 + departure.deviation**2 * deviations
+        square = drawn**2 + departure.deviation**2 * score.best
         return float(np.sqrt(max(square, 0.0))) - drawn
 
     def _profiles(self, departure: Tested) -> Array:
@@ -225,6 +201,31 @@ class DepartureTest:
         if departure.path == RESIDUAL:
             return frame.fields[group - at.fields]
         return frame.brightness[group - at.modes]
+
+
+def plain(
+    tested: Sequence[D], scores: Sequence[Score], loads: int, size: Callable[[D, Score], float]
+) -> list[Sized]:
+    """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
+
+    Parameters
+    ----------
+    tested : sequence
+        Departures.
+    scores : sequence of Score
+        What the frame tells of each.
+    loads : int
+        How many of what was fitted, the first ones, it is a matter to move.
+    size : callable
+        By how much one departs.
+    """
+    found = list[tuple[float, Sized]]()
+    for one, score in zip(tested, scores, strict=True):
+        square, freedom = score.plain()
+        if square > square_limit(freedom) and score.moves(loads) > HARMLESS:
+            found.append((score.evidence(), Sized(one, size(one, score), float(np.sqrt(square)))))
+    found.sort(key=lambda each: -each[0])
+    return [sized for evidence, sized in found if evidence > found[0][0] - 2 * RIVAL]
 
 
 def _sharp(frame: FrameModel) -> FrameModel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,6 +66,25 @@ class Fitted(Protocol):
     def significance(self) -> float:
         """Standard deviations between this and the design."""
         ...
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A departure and by how much a frame shows it.
+
+    Attributes
+    ----------
+    departure : Departing
+        What departs.
+    size : float
+        By how much, root mean square if it is many numbers.
+    significance : float
+        Standard deviations between this and the design.
+    """
+
+    departure: Departing
+    size: float
+    significance: float
 
 
 def sentence(fits: Sequence[Fitted], model: Model, explained: bool = True) -> str:

@@ -1,27 +1,20 @@
 """Whether a frame that loads explain shows a departure from the design all the same.
 
 The residual test takes all pixels together, of which noise leaves some hundreds in the sum of their
-squares.  The score test (Rao, Math. Proc. Camb. Phil. Soc. 44, 50-57, 1948) asks for one departure
-at a time: with s half the derivative of the loss by its unknown, and V the information about it
-beside the loads, s^2 / V is a chi-square number of one degree of freedom where there is no
-departure.  Loads are fitted already, and nothing else is.
-
-Of several that are plain, the evidence says which it is: under a normal prior of variance one its
-logarithm is (s^2 / (1 + V) - log(1 + V)) / 2.
+squares.  A score test asks for one departure at a time, beside loads that are fitted already.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.design.tolerances import Tolerances
-from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.departures import LAYERS
 from fringeforce.models.pad import PadModel
@@ -30,8 +23,8 @@ from fringeforce.models.pad_layers import LayerChanges
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
-from fringeforce.reading.departure_test import HARMLESS
-from fringeforce.reading.findings import RIVAL, sentence
+from fringeforce.reading.departure_test import plain
+from fringeforce.reading.findings import Sized, sentence
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import FrameLight
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
@@ -40,62 +33,6 @@ OPTICS = "camera.", "polariscope."
 """What departs besides layers."""
 SOFTNESS = "transducer.compliant.youngs_modulus", "transducer.photoelastic.youngs_modulus"
 """What shows by its ratio alone beside forces of any size; the first stands for both."""
-BESIDE = 1e-3
-"""Share of what a frame tells of a departure that loads must leave, for it to be tested: a lattice
-of pixels, in single precision, does not say more exactly what loads explain of it."""
-
-
-@dataclass(frozen=True)
-class Sized:
-    """A departure and by how much a frame shows it.
-
-    Attributes
-    ----------
-    departure : PadDeparture
-        What departs.
-    size : float
-        By how much, root mean square if it is many numbers.
-    significance : float
-        Standard deviations between this and the design.
-    """
-
-    departure: PadDeparture
-    size: float
-    significance: float
-
-
-class Told(NamedTuple):
-    """What a frame tells of what was fitted, and of q departures in their deviations.
-
-    Attributes
-    ----------
-    fitted, tested : ndarray, shape (m,), (q,)
-        Half the derivative of the loss by what was fitted, and by the departures.
-    information : ndarray, shape (m, m)
-        Half the expected second derivative by what was fitted.
-    across : ndarray, shape (m, q)
-        The same by both.
-    own : ndarray, shape (q,)
-        The same twice by each departure.
-    """
-
-    fitted: Array
-    tested: Array
-    information: Array
-    across: Array
-    own: Array
-
-    def scores(self) -> tuple[Array, Array]:
-        """Derivative by the departures, and information about each, beside what was fitted."""
-        beside = np.linalg.solve(self.information, np.column_stack([self.across, self.fitted]))
-        scores = self.tested - self.across.T @ beside[:, -1]
-        return scores, self.own - (self.across * beside[:, :-1]).sum(axis=0)
-
-    def moves(self, sizes: Array) -> Array:
-        """How far each departure of these sizes moves what was fitted, in its deviations, (q,)."""
-        moved = np.linalg.solve(self.information, self.across * sizes)
-        spread = np.sqrt(np.diag(np.linalg.inv(self.information)))
-        return np.abs(moved / spread[:, None]).max(axis=0)
 
 
 class DepartureTest:
@@ -127,31 +64,14 @@ class DepartureTest:
         """What is said of departures that are shown."""
         return sentence(found, self._model)
 
-    def _plain(self, told: Told) -> list[Sized]:
+    def _plain(self, found: Score) -> list[Sized]:
         """Departures that are shown plainly and cannot be told apart, the likeliest first."""
-        scores, known = told.scores()
-        # what loads hide even where it departs by a generous tolerance is not tested
-        seen = known > np.maximum(1.0, BESIDE * told.own)
-        squares = np.square(scores) / np.maximum(known, 1.0)
-        plain = np.flatnonzero(seen & (squares > square_limit(1)))
-        if len(plain):
-            moved = told.moves(scores / np.maximum(known, 1.0))
-            plain = plain[moved[plain] > HARMLESS]
-        if not len(plain):
-            return []
-        evidence = np.square(scores[plain]) / (1 + known[plain]) - np.log1p(known[plain])
-        return [
-            Sized(
-                self.tested[k],
-                self._size(self.tested[k], float(-scores[k] / known[k])),
-                float(np.sqrt(squares[k])),
-            )
-            for k, own in sorted(zip(plain.tolist(), evidence, strict=True), key=lambda e: -e[1])
-            if own > evidence.max() - 2 * RIVAL
-        ]
+        scores = [found.of(slice(k, k + 1)) for k in range(len(self.tested))]
+        return plain(self.tested, scores, len(found.fitted), self._size)
 
-    def _size(self, departure: PadDeparture, deviations: float) -> float:
-        """By how much it departs, from the same in its deviations, as of the linear model."""
+    def _size(self, departure: PadDeparture, score: Score) -> float:
+        """By how much it departs, as of the linear model."""
+        deviations = score.best
         if departure.path != BLUR:
             return deviations * departure.deviation
         # a blur acts by its square, and was differentiated where it begins
@@ -204,14 +124,13 @@ class SkinDepartureTest(DepartureTest):
         numbers = _numbers(self._known, self.tested)
         tested = first + numbers
         fitted = np.delete(np.arange(len(gradient)), tested)
-        told = Told(
-            gradient[fitted],
-            gradient[tested],
-            information[np.ix_(fitted, fitted)],
+        own = np.diag(information)[tested] - np.diag(wide.known.precision)[numbers]
+        score = Score.beside(
+            (gradient[fitted], information[np.ix_(fitted, fitted)]),
             information[np.ix_(fitted, tested)],
-            np.diag(information)[tested] - np.diag(wide.known.precision)[numbers],
+            (gradient[tested], np.diag(own)),
         )
-        return self._plain(told)
+        return self._plain(score)
 
     def _extra(self, fit: SkinFit, one: SkinOptimum) -> Array:
         """Unknowns (q,) as they were fitted, and zero for what departs."""
@@ -275,7 +194,7 @@ class SquaresDepartureTest(DepartureTest):
 
         They are relative for layers and the amplitude, else in the unit of the value.
         """
-        _, known = self.told(fit, one, information).scores()
+        known = self.told(fit, one, information).information.diagonal()
         return {
             departure.path: departure.deviation / float(np.sqrt(max(each, np.finfo(float).tiny)))
             for departure, each in zip(self.tested, known, strict=True)
@@ -288,8 +207,8 @@ class SquaresDepartureTest(DepartureTest):
         others = (one for one in pad_departures(self._model) if one.path == SOFTNESS[1])
         return [Sized(one, -found.size / (1 + found.size), found.significance) for one in others]
 
-    def told(self, fit: Fit, one: Optimum, information: Array) -> Told:
-        """What the frame tells of forces and tolerances, and of what is tested."""
+    def told(self, fit: Fit, one: Optimum, information: Array) -> Score:
+        """What the frame tells of each that is tested, by itself, beside forces and tolerances."""
         known, sampling, place = self._known, fit.sampling, one.place
         numbers = _numbers(known, self._optics)
         here = replace(place, extra=begun(known, self._optics))
@@ -318,13 +237,8 @@ class SquaresDepartureTest(DepartureTest):
             fitted = fit.gathered(place, by_modes, np.zeros(0))
         else:
             fitted = replace(fit, reference=place.reference).gradient(place, one.misfit)
-        return Told(
-            fitted,
-            np.concatenate([by_light[numbers], by_layers]),
-            information,
-            across,
-            own,
-        )
+        pulls = np.concatenate([by_light[numbers], by_layers])
+        return Score.beside((fitted, information), across, (pulls, np.diag(own)))
 
 
 def begun(known: PadUncertainty, departures: Sequence[PadDeparture]) -> Array:
