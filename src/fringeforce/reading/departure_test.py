@@ -14,20 +14,27 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.design.tolerances import Tolerances, number_at
+from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST, positive
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.linearised_frame import Linearised, linearise
+from fringeforce.estimation.linearised_frame import (
+    Linearised,
+    banded,
+    linearise,
+    shared_information,
+    spread_profiles,
+)
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import LAYERS, UNEVEN_LIGHT, Departures
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.models.uncertainty import Uncertainty, coefficients, uncertainty
 from fringeforce.reading.findings import RIVAL, Departing, Sized, sentence
 
 VISIBILITY, BLUR, GAMMA = "polariscope.visibility", "camera.blur", "camera.gamma"
@@ -49,6 +56,8 @@ most: errors grow by an eighth."""
 STRONGER = 2.0
 """Square of the phase over that of the last test from which a frame that follows is tested: what is
 pressed harder shows what was hidden."""
+STEP = 0.01
+"""Share of a size by which its derivative is taken: meshes differ by a hundredth of the change."""
 SHARPEST = 0.04
 """Blur at which its derivative is taken if there is none: its square is a thousandth of that of the
 least that fringes of a few pixels show [pixels]."""
@@ -111,7 +120,7 @@ class DepartureTest:
         for one in self.tested:
             if one.path == UNEVEN_LIGHT:
                 camera = camera.model_copy(update={"unevenness": one.deviation})
-            else:
+            elif one.path not in SIZES:
                 wide[one.path] = one.deviation * self._unit(one)
         block = sensor.transducer.model_copy(update={"strain": "linear"})
         made = sensor.model_copy(
@@ -139,7 +148,27 @@ class DepartureTest:
     @cached_property
     def _groups(self) -> list[Index]:
         places = _places(self._wide)
-        return [places[one.path] for one in self.tested]
+        return [places[one.path] for one in self.tested if one.path not in SIZES]
+
+    @cached_property
+    def _resized(self) -> Array:
+        """Change of the influence matrix at the nodes with a deviation of each size, (k, 2n, m).
+
+        Of known loads a size changes the phase alone, whose derivative takes one solution.
+        """
+        sensor, uncertain = self.model.sensor, self.uncertain
+        half, nodes = sensor.transducer.length / 2, len(uncertain.frame.fixed)
+        plain = sensor.model_copy(update={"tolerances": Tolerances()})
+        places = np.clip(uncertain.places, -half, half)
+        drawn, found = self.model.influence(places), np.zeros((0, uncertain.frame.at.loads, nodes))
+        for one in self.tested:
+            if one.path in SIZES:
+                other = with_values(plain, {one.path: self._unit(one) * (1 + STEP)})
+                change = (self.model.of(other).influence(places) - drawn) * one.deviation / STEP
+                change = np.moveaxis(change * uncertain.shown[:, None, None], 0, 2)
+                own = coefficients(change, nodes).reshape(1, -1, nodes)
+                found = np.concatenate([found, own])
+        return found
 
     def finding(self, posterior: Posterior, top: Top) -> str:
         """What is said of departures that a frame shows plainly; nothing if it shows none.
@@ -173,13 +202,22 @@ class DepartureTest:
         mean[fitted] = posterior.prior.mean
         prior = Prior(mean, precision, posterior.prior.friction, posterior.prior.yielding)
         about = Linearised(*linearise(model, prior, posterior.frame, unknowns))
-        loss, tested = about.hessian + about.cone, np.concatenate(self._groups)
+        loss = about.hessian + about.cone
+        tested = np.concatenate([*self._groups, np.empty(0, dtype=np.intp)])
+        waves = np.einsum("kam,a->km", self._resized, top.unknowns[: own.at.loads])
+        seen = spread_profiles(model, unknowns, waves)
+        weighed = banded(about, seen)
+        both = shared_information(model, about, seen, weighed)
         all_of_them = Score.beside(
             (about.gradient[fitted], loss[np.ix_(fitted, fitted)]),
-            loss[np.ix_(fitted, tested)],
-            (about.gradient[tested], loss[np.ix_(tested, tested)]),
+            np.concatenate([loss[np.ix_(fitted, tested)], both[fitted]], axis=1),
+            (
+                np.concatenate([about.gradient[tested], waves @ about.pulls[0]]),
+                np.asarray(block_diag(loss[np.ix_(tested, tested)], seen @ weighed.T), float),
+            ),
         )
-        ends = accumulate(map(len, self._groups), initial=0)
+        counts = [*map(len, self._groups), *[1] * len(waves)]
+        ends = accumulate(counts, initial=0)
         return [all_of_them.of(slice(*each)) for each in pairwise(ends)]
 
     def _size(self, departure: Tested, score: Score) -> float:
@@ -194,13 +232,10 @@ class DepartureTest:
 
     def _profiles(self, departure: Tested) -> Array:
         """What each unknown of a departure of many numbers changes at the nodes, shape (k, m)."""
-        at, frame = self._wide.frame.at, self._wide.frame
-        (group,) = (
-            own for one, own in zip(self.tested, self._groups, strict=True) if one is departure
-        )
+        frame, group = self._wide.frame, _places(self._wide)[departure.path]
         if departure.path == RESIDUAL:
-            return frame.fields[group - at.fields]
-        return frame.brightness[group - at.modes]
+            return frame.fields[group - frame.at.fields]
+        return frame.brightness[group - frame.at.modes]
 
 
 def plain(
