@@ -48,8 +48,6 @@ LIGHT = (
 SIZES = "transducer.compliant.thickness", "transducer.photoelastic.thickness"
 """What is tested of the layers; their moduli show by their ratio alone beside forces of any size,
 and so little that a cover a fifth stiffer is three standard deviations of a frame."""
-
-
 HARMLESS = 0.5
 """Standard deviations by which a departure that is no matter, however plain it is, moves a force at
 most: errors grow by an eighth."""
@@ -61,8 +59,6 @@ STEP = 0.01
 SHARPEST = 0.04
 """Blur at which its derivative is taken if there is none: its square is a thousandth of that of the
 least that fringes of a few pixels show [pixels]."""
-
-
 D = TypeVar("D", bound=Departing)
 
 
@@ -102,7 +98,7 @@ class DepartureTest:
 
     @cached_property
     def tested(self) -> tuple[Tested, ...]:
-        """What is tested; what the design allows for is fitted in its place."""
+        """What is tested, sizes last; what the design allows for is fitted in its place."""
         sensor = self.model.sensor
         stated = {*sensor.tolerances, *(mode.name for mode in self.uncertain.modes)}
         paths = LIGHT + (SIZES if sensor.transducer.solved_in_a_plane else ())
