@@ -124,12 +124,12 @@ def calibration(path: Path) -> Figure:
 
 
 def large_strain(path: Path) -> Figure:
-    """Share inside and error over the bound by load, linear and of second order."""
+    """Share inside and error over the bound by load, of linear and of finite strain."""
     table = aligned(path, "patch")
     columns = [table.texts(name) for name in ("patch", "reader", "N", "inside", "rms")]
     found: dict[tuple[str, str], list[list[float]]] = {}
     for patch, reader, *values in zip(*columns, strict=True):
-        if reader in ("linear", "second"):  # no line of words
+        if reader in ("linear", "finite"):  # no line of words
             found.setdefault((patch, reader), []).append([number(text) for text in values])
     figure, (left, right) = _figure(3.4, 2)
     patches = dict.fromkeys(patch for patch, _ in found)
