@@ -62,7 +62,8 @@ WAVES = 60
 clear layer is thick they pass as noise, and no load makes them."""
 MISTAKEN, DOUBTED = 1e-10, 0.05
 """Chances of waves that sums at the nodes under a blur may mistake: squares that add up to eight
-standard deviations more than noise leaves are too large for that."""
+standard deviations more than noise leaves are too large for that, and one frame in twenty is looked
+at again, so that readings may ask for a chance of 0.02."""
 LINEAR = 1.0
 """Largest phase of a frame from which it is linear in the phase about its best one [rad]."""
 GAUSSIAN = 0.5
@@ -258,9 +259,9 @@ class Posterior:
         """Chance that noise leaves as large waves of phase as there are: a score test.
 
         The waves are those of the discrete cosine transform; what the unknowns can absorb is taken
-        out (Rao, Math. Proc. Camb. Phil. Soc. 44, 50, 1948).  Information at the nodes takes waves
-        and fringes for blurred apart, so that a chance which this may mistake is computed again
-        from all pixels.
+        out (Rao, Math. Proc. Camb. Phil. Soc. 44, 50, 1948).  Sums at the nodes blur waves and
+        fringes each by themselves, so that a chance which they may mistake is computed again from
+        all pixels.
         """
         waves, loss = _waves(len(self.model.fixed)), about.hessian + about.cone
         pulls, fitted = waves @ about.pulls[0], about.gradient

@@ -28,10 +28,11 @@ from fringeforce.reading.findings import (
     PARTLY,
     RIVAL,
     UNEXPLAINED,
+    Sized,
     sentence,
     together,
 )
-from fringeforce.reading.pads.departure_test import Sized, begun
+from fringeforce.reading.pads.departure_test import begun
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
