@@ -66,11 +66,44 @@ def test_a_calibration_leaves_no_file(model: ff.SensorModel, tmp_path: Path) -> 
     assert {path.name for path in tmp_path.iterdir()} == before
 
 
+LOST = """
+import sys, time, weakref
+from fringeforce import cli
+
+class Gone:
+    pass
+
+def run():
+    one = Gone()
+    kept = weakref.ref(one, lambda reference: time.sleep(2.0))
+    print("ready", flush=True)
+    del one  # an interrupt that comes in its callback raises nothing
+    time.sleep(30.0)
+
+cli.app = run
+cli.main()
+"""
+
+
+def test_an_interrupt_in_a_callback_is_not_lost() -> None:
+    run = subprocess.Popen(
+        [sys.executable, "-c", LOST], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert run.stdout is not None
+    assert run.stdout.readline() == "ready\n"
+    time.sleep(0.5)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=60.0)
+    assert run.returncode == 130
+    assert not said
+
+
 def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
     def loop() -> None:
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
     monkeypatch.setattr(cli, "app", loop)
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
     before = signal.getsignal(signal.SIGINT)
     try:
         with pytest.raises(SystemExit) as ended:

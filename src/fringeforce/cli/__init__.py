@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import sys
+import threading
 from typing import Annotated
 
 import typer
@@ -37,6 +39,8 @@ app = typer.Typer(
 
 INTERRUPTED = 130
 """Status of a command that Ctrl-C has ended, as of shells: 128 and the number of SIGINT."""
+AGAIN_AFTER = 0.02
+"""Seconds after which an interrupt that was lost comes again: callbacks take microseconds."""
 COMMANDS = (
     *(new, materials, characterize, show, simulate, extract, read, live),
     *(plan, calibrate, check, update, creep, study, sweep, optimise, dataset, explore, reproduce),
@@ -50,6 +54,7 @@ def main() -> None:
     """Run the command line; bad input ends with status 2 and what to do, Ctrl-C with 130."""
     from fringeforce.base.errors import FringeforceError
 
+    sys.unraisablehook = _interrupt_again
     try:
         app()
     except FringeforceError as error:
@@ -61,6 +66,14 @@ def main() -> None:
         # another Ctrl-C has nothing left to end: it would only break off the end of Python
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.exit(INTERRUPTED)
+
+
+def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
+    """Let Ctrl-C come again that came in a callback, such as of an import, which raises nothing."""
+    if issubclass(lost.exc_type, KeyboardInterrupt):
+        threading.Timer(AGAIN_AFTER, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def _interrupted(error: BaseException) -> bool:
