@@ -13,9 +13,11 @@ from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 needs_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
 )
-WAIT = 20_000
+WAIT = 30_000
+"""Until whatever is expected of a page: several times what a busy machine was seen to take [ms]."""
 COMPILED = 180_000
 """Until the first reading, for which a new machine compiles the reader's loops [ms]."""
+expect.set_options(timeout=WAIT)
 DESKTOP: ViewportSize = {"width": 1280, "height": 900}
 
 

@@ -7,7 +7,6 @@ import pytest
 from local_server import LocalServer
 from pages import (
     COMPILED,
-    WAIT,
     expect_accessible,
     needs_browser,
     sized_page,
@@ -50,7 +49,7 @@ def test_a_design_that_does_not_creep_says_so_and_can_be_given_terms(
 ) -> None:
     page.goto(server.address + "#load=single")
     note = page.locator("#creep-note")
-    expect(note).to_contain_text("does not creep", timeout=WAIT)
+    expect(note).to_contain_text("does not creep")
     expect(page.locator("#creep")).to_be_hidden()
     page.locator("#creep-try").click()
     expect(note).to_contain_text("too large", timeout=COMPILED)
@@ -88,7 +87,7 @@ def test_a_load_is_played_from_press_to_rest(page: Page, server: LocalServer) ->
     play = page.locator("#creep-play")
     play.click()
     expect(play).to_have_text("Pause")
-    expect(moment).to_have_text("8 s after the release", timeout=WAIT)
+    expect(moment).to_have_text("8 s after the release")
     expect(play).to_have_text("Play")
 
 
@@ -97,11 +96,11 @@ def test_another_hold_is_read_anew_and_kept_in_the_link(page: Page, server: Loca
     field = page.locator("#creep-held")
     field.fill("100")
     field.press("Enter")
-    expect(page.locator("#creep-note")).to_contain_text("after 100 s", timeout=WAIT)
+    expect(page.locator("#creep-note")).to_contain_text("after 100 s")
     page.wait_for_url(re.compile("creep=100"))
     field.fill("0.1")
     field.press("Enter")
-    expect(page.locator("#creep-note")).to_contain_text("Hold for more than 0.4 s", timeout=WAIT)
+    expect(page.locator("#creep-note")).to_contain_text("Hold for more than 0.4 s")
     page.locator("[data-creep='at once']").click()
     expect(page.locator("#crept")).to_be_hidden()
     page.wait_for_url(lambda url: "creep=" not in url)

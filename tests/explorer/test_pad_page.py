@@ -178,7 +178,7 @@ def test_a_link_restores_contacts_view_and_design(
     context = browser.new_context()
     other = context.new_page()
     other.goto(page.url)
-    expect(contact(other, 1)).to_have_attribute("aria-valuenow", "20.00", timeout=WAIT)
+    expect(contact(other, 1)).to_have_attribute("aria-valuenow", "20.00")
     expect(contact(other, 2)).to_have_attribute("aria-valuenow", "15.00")
     expect(other.get_by_label("seen in")).to_have_value("camera-0")
     expect(other.locator("[data-path='camera.noise']")).to_have_value("3")

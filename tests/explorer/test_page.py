@@ -8,7 +8,6 @@ import pytest
 from local_server import LocalServer
 from pages import (
     COMPILED,
-    WAIT,
     expect_accessible,
     expect_accessible_before_any_answer,
     expect_downloads,
@@ -33,7 +32,7 @@ def page(browser: Browser, server: LocalServer) -> Iterator[Page]:
 
 def opened(page: Page, server: LocalServer, fragment: str = "") -> Page:
     page.goto(server.address + fragment)
-    expect(page.locator("#status")).to_have_text(re.compile("[A-Z]{2}"), timeout=WAIT)
+    expect(page.locator("#status")).to_have_text(re.compile("[A-Z]{2}"))
     return page
 
 
@@ -190,8 +189,8 @@ def test_a_link_restores_the_state(page: Page, browser: Browser, server: LocalSe
     context = browser.new_context()
     other = context.new_page()
     other.goto(page.url)
-    expect(other.locator("#fringe-count")).to_have_text(shown[0], timeout=WAIT)
-    expect(other.locator("[data-key=peak]")).to_have_text(shown[1], timeout=WAIT)
+    expect(other.locator("#fringe-count")).to_have_text(shown[0])
+    expect(other.locator("[data-key=peak]")).to_have_text(shown[1])
     expect(other.locator("[data-component=tau_xz]")).to_have_attribute("aria-pressed", "true")
     context.close()
 
@@ -257,11 +256,11 @@ def test_the_page_survives_a_server_that_dies_and_comes_back(browser: Browser) -
         with sized_page(browser, "light", 1280) as page:
             opened(page, local, "#load=single")
             local.stop()
-            expect(page.locator("#link")).to_contain_text("trying again", timeout=WAIT)
+            expect(page.locator("#link")).to_contain_text("trying again")
             arrow(page, 6).press("PageUp")  # pictures need no server
             expect_force(page, 6, "1.50")
             local.start()
-            expect(page.locator("#link")).to_have_text("", timeout=WAIT)
+            expect(page.locator("#link")).to_have_text("")
             settled(page, 6, 1.5)
     finally:
         local.stop()

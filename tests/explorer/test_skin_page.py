@@ -7,7 +7,6 @@ import pytest
 from local_server import LocalServer
 from pages import (
     COMPILED,
-    WAIT,
     expect_accessible,
     expect_accessible_before_any_answer,
     expect_downloads,
@@ -47,7 +46,7 @@ def opened(page: Page, server: LocalServer, fragment: str = "") -> Page:
 def contacts(page: Page, count: int) -> list[list[str]]:
     """Texts of the cells of so many contacts, once they are there."""
     rows = page.locator("#sums tr")
-    expect(rows).to_have_count(count + 2, timeout=WAIT)
+    expect(rows).to_have_count(count + 2)
     return [rows.nth(2 + k).locator("td span").all_inner_texts() for k in range(count)]
 
 
@@ -69,7 +68,7 @@ def test_a_press_beside_a_finger_is_a_second_contact(page: Page, skin_server: Lo
     # 25 pixels down are half a newton more than it begins with; readings come while it is drawn
     assert page.locator("#finger-normal").input_value() == "2"
     force = page.locator("#sums tr").nth(3).locator("td span").nth(2)
-    expect(force).to_have_text(re.compile("(1[.]9[5-9]|2[.]0[0-4])"), timeout=WAIT)
+    expect(force).to_have_text(re.compile("(1[.]9[5-9]|2[.]0[0-4])"))
     second = contacts(page, 2)[1]
     assert number(second[2]) == pytest.approx(2.0, abs=0.05)
     place = float(page.locator("#finger-x").input_value())
@@ -91,16 +90,16 @@ def test_keys_move_press_shear_and_remove(page: Page, skin_server: LocalServer) 
     expect(page.locator("#finger-tangential")).to_have_value("0.84")
     expect(finger).to_be_focused()
     page.keyboard.press("Delete")
-    expect(page.locator("#status")).to_have_text("NO CONTACT", timeout=WAIT)
+    expect(page.locator("#status")).to_have_text("NO CONTACT")
 
 
 def test_a_link_restores_the_fingers(page: Page, skin_server: LocalServer) -> None:
     opened(page, skin_server, "#f=1,3,1.5,0;4,2,0.7,0.1")
     page.locator("#finger-radius").fill("5")
     page.locator("#finger-radius").press("Enter")
-    page.wait_for_url(re.compile("f=1%2C5%2C1.5%2C0%3B4"), timeout=WAIT)
+    page.wait_for_url(re.compile("f=1%2C5%2C1.5%2C0%3B4"))
     page.reload()
-    expect(page.locator("#finger-radius")).to_have_value("5", timeout=WAIT)
+    expect(page.locator("#finger-radius")).to_have_value("5")
 
 
 def test_a_design_that_cannot_be_is_told_beside_its_control(
@@ -110,10 +109,10 @@ def test_a_design_that_cannot_be_is_told_beside_its_control(
     extent = page.locator("#skin-extent")
     extent.fill("-3 mm")
     extent.press("Enter")
-    expect(page.locator("#skin-extent-problem")).to_contain_text("greater than 0", timeout=WAIT)
+    expect(page.locator("#skin-extent-problem")).to_contain_text("greater than 0")
     extent.fill("10 mm")
     extent.press("Enter")
-    expect(page.locator("#skin-extent-problem")).to_be_hidden(timeout=WAIT)
+    expect(page.locator("#skin-extent-problem")).to_be_hidden()
 
 
 def test_finite_strain_stands_beside_the_linear_one(page: Page, skin_server: LocalServer) -> None:
@@ -127,7 +126,7 @@ def test_finite_strain_stands_beside_the_linear_one(page: Page, skin_server: Loc
     page.locator("#finger-normal").fill("4")
     page.locator("#finger-normal").press("Enter")
     expect(note).not_to_have_text(before, timeout=COMPILED)
-    page.wait_for_url(re.compile("finite=1"), timeout=WAIT)
+    page.wait_for_url(re.compile("finite=1"))
     page.locator("[data-strain=linear]").click()
     expect(page.locator("#finite")).to_be_hidden()
 
@@ -143,7 +142,7 @@ def test_anybody_can_use_it(
 ) -> None:
     with sized_page(browser, scheme, width) as page:
         opened(page, skin_server, f"{ONE}&finite=1")
-        expect(page.locator("#finite")).to_be_visible(timeout=WAIT)
+        expect(page.locator("#finite")).to_be_visible()
         expect_accessible(page)
 
 
