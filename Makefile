@@ -20,7 +20,7 @@ check: .venv/ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup -m "not slow" \
 	    --durations 5 --durations-min 2
 	@changed=$$(git diff --name-only --diff-filter=d HEAD -- '*.py'); \
-	[ -z "$$changed" ] || $(BIN)/pyright --pythonpath $(BIN)/python $$changed
+	[ -z "$$changed" ] || $(BIN)/pyrefly check --python-interpreter-path $(BIN)/python $$changed
 
 bench: .venv/ready
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'

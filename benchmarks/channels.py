@@ -16,7 +16,7 @@ from rich.table import Table
 import fringeforce as ff
 from fringeforce.estimation.bounds import cramer_rao_bound
 
-COLOURS = [{}, {"wavelength": "532 nm"}, {"wavelength": "450 nm"}]
+COLOURS: list[dict[str, object]] = [{}, {"wavelength": "532 nm"}, {"wavelength": "450 nm"}]
 ARRANGEMENTS: dict[str, list[dict[str, object]]] = {
     "dark field": [{}],
     "quarter-wave bias": [{"bias": 90}],

@@ -67,7 +67,8 @@ def scikit_fem(scale: int) -> tuple[np.ndarray, int]:
         for node, weight in ((left, 1 - share), (left + 1, share)):
             loads[grid_w[node, -1], i, 0] -= weight / STRIP.width
             loads[grid_u[node, -1], i, 1] += weight / STRIP.width
-    matrix, _, _, free = condense(sum(parts), np.zeros(basis.N), D=fixed)
+    condensed: Any = condense(sum(parts), np.zeros(basis.N), D=fixed)
+    matrix, _, _, free = condensed
     solution = np.zeros((basis.N, 2 * len(TACTELS)))
     solution[free] = _factorised(matrix).solve(loads.reshape(basis.N, -1)[free])
     rows_clear = round(b / (a + b) * rows)

@@ -96,10 +96,11 @@ def rates(scene: Scene) -> tuple[float, float]:
     """Frames per second on one core, without and with covariances of all pixels."""
     reader, count = ff.Reader(scene.model), len(scene.frames)
     reader.prepare()
-    return tuple(  # type: ignore[return-value]
+    plain, whole = (
         count / best(lambda whole=whole: reader.read_batch(scene.frames, whole, workers=1))
         for whole in (False, True)
     )
+    return plain, whole
 
 
 def latencies(scene: Scene) -> Array:
@@ -160,7 +161,7 @@ def growth(frames: int, console: Console) -> None:
     cases = [(pixels, 11) for pixels in (512, 1024, 2048, 4096, 8192)]
     cases += [(2048, count) for count in (4, 8, 16, 32)]
     for pixels, count in cases:
-        changes = {
+        changes: dict[str, object] = {
             "camera.pixels": pixels,
             "tactels.count": count,
             "tactels.pitch": min(1e-3, 12.5e-3 / count),

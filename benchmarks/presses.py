@@ -19,7 +19,7 @@ from fringeforce.calibration.planning.candidates import candidates, typical_load
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "calibration"))
 
-from simulation import Simulation  # pyright: ignore[reportMissingImports]
+from simulation import Simulation  # pyrefly: ignore[missing-import]
 
 BUDGETS = 10, 20, 40
 REPEATS, DRAWS, TYPICAL = 24, 4, 12

@@ -74,7 +74,7 @@ class Trial:
     offset: float = 0.0
 
 
-CASES = {"free": {}, "roller": {"transducer.edges": "roller"}}
+CASES: dict[str, dict[str, object]] = {"free": {}, "roller": {"transducer.edges": "roller"}}
 
 
 def trials() -> Iterator[Trial]:
@@ -89,8 +89,7 @@ def trials() -> Iterator[Trial]:
             yield Trial(f"{edges}, {loads.__name__}", changes=changes, loads=loads)
     for count in (5, 16, 24, 32):
         pitch = 12.5e-3 / count if count > 16 else 1e-3
-        changes = {"tactels.count": count, "tactels.pitch": pitch}
-        yield Trial(f"{count} tactels", changes=changes)
+        yield Trial(f"{count} tactels", changes={"tactels.count": count, "tactels.pitch": pitch})
     for design in ("soft-sixteen", "fine-thirty-two", "thick-cover", "wide-pad"):
         yield Trial(design, design=design, largest=2.0)
     for largest in (1, 4, 12):

@@ -34,7 +34,7 @@ from fringeforce.contacts.fingertip import PERIODS, fingertip_forces
 from fringeforce.reading.reading import Status
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "cameras"))
-from fake_camera import ADDRESS, FakeCamera  # pyright: ignore[reportMissingImports]
+from fake_camera import ADDRESS, FakeCamera  # pyrefly: ignore[missing-import]
 
 BLOCK = 64
 LOOP = 65536  # a touch of some 3 s at 20,000 lines per second, again and again

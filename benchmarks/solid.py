@@ -21,6 +21,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,7 +192,7 @@ SECTIONS: dict[str, Callable[[Console], None]] = {
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["measure"]:
-        measure(sys.argv[2])  # type: ignore[arg-type]
+        measure(cast(Sides, sys.argv[2]))
     else:
         for section in sys.argv[1:] or SECTIONS:
             SECTIONS[section](Console(width=110))

@@ -1,11 +1,5 @@
 """What several tests share: the paper's sensor, characterised once; loops, compiled once."""
 
-import os
-import shutil
-import subprocess
-import tempfile
-from pathlib import Path
-
 import pytest
 from hypothesis import settings
 
@@ -16,23 +10,14 @@ import prepared
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
-LOOKING = pytest.StashKey[subprocess.Popen[bytes]]()
-
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Before workers start, compile the loops that most tests need, on two cores.
-
-    Pyright, which tests of the whole tree run, begins on the core that is free first.
-    """
+    """Before workers start, compile the loops that most tests need, on two cores."""
     config = session.config
     if hasattr(config, "workerinput") or config.getoption("dist", "no") == "no":
         return
     strips = prepared.begin("strips")
     prepared.begin("pads").wait()
-    if config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.markexpr:
-        found = Path(tempfile.mkdtemp(prefix="fringeforce-tests-")) / "types.json"
-        os.environ[prepared.TYPES] = str(found)
-        config.stash[LOOKING] = prepared.begin("types", found)
     strips.wait()
 
 
@@ -57,14 +42,6 @@ def _shares_a_fixture(item: pytest.Item) -> bool:
         return False
     found = item._fixtureinfo.name2fixturedefs.values()
     return any(one.scope == "module" for fixtures in found for one in fixtures)
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Leave no pyright behind when tests are interrupted, and nothing of what it said."""
-    if (looking := session.config.stash.get(LOOKING, None)) is not None:
-        looking.terminate()
-        looking.wait()
-        shutil.rmtree(Path(os.environ.pop(prepared.TYPES)).parent)
 
 
 @pytest.fixture(scope="session")

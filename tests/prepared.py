@@ -1,61 +1,17 @@
-"""What workers would otherwise do one beside the other: compile the loops, and look at types.
+"""What workers would otherwise do one beside the other: compile the loops.
 
 `python tests/prepared.py strips` compiles what reads strips, into the cache that all share; another
-one waits for the first, and finds all done.  `types` runs pyright and keeps what it says in a file,
-where the test of that name finds it.
+one waits for the first, and finds all done.
 """
 
 import fcntl
-import json
-import os
 import subprocess
 import sys
-import time
-from pathlib import Path
-from typing import NamedTuple
-
-ROOT = Path(__file__).parents[1]
-TYPES = "FRINGEFORCE_TESTS_TYPES"
-"""Variable with the name of the file, for workers, if pyright has been started."""
 
 
-class Said(NamedTuple):
-    """How a program ended, and what it said."""
-
-    returncode: int
-    output: str
-
-
-def begin(*words: str | Path) -> subprocess.Popen[bytes]:
+def begin(what: str) -> subprocess.Popen[bytes]:
     """One of the commands below, in a process of its own."""
-    return subprocess.Popen([sys.executable, __file__, *words])
-
-
-def types() -> Said:
-    """What pyright says of the whole tree: of the run that goes on already, or of one now."""
-    name = os.environ.get(TYPES)
-    if name is None:
-        return _types()
-    while not Path(name).exists():
-        time.sleep(0.1)
-    return Said(**json.loads(Path(name).read_text(encoding="utf-8")))
-
-
-def _types() -> Said:
-    run = subprocess.run(
-        [Path(sys.executable).parent / "pyright", "--pythonpath", sys.executable],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return Said(run.returncode, run.stdout + run.stderr)
-
-
-def _keep_types(name: str) -> None:
-    part = Path(name + ".part")
-    part.write_text(json.dumps(_types()._asdict()), encoding="utf-8")
-    part.replace(name)
+    return subprocess.Popen([sys.executable, __file__, what])
 
 
 def _strips() -> None:
@@ -85,4 +41,4 @@ def _pads() -> None:
 
 
 if __name__ == "__main__":
-    {"strips": _strips, "pads": _pads, "types": _keep_types}[sys.argv[1]](*sys.argv[2:])
+    {"strips": _strips, "pads": _pads}[sys.argv[1]]()

@@ -9,8 +9,6 @@ from pathlib import Path
 import grimp
 import pytest
 
-import prepared
-
 ROOT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
 SOURCES = sorted(
@@ -33,6 +31,10 @@ TEXTS = [
         ["ruff", "format", "--check"],
         ["lint-imports"],
         ["codespell"],
+        pytest.param(
+            ["pyrefly", "check", "--python-interpreter-path", sys.executable],
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=lambda command: command[0],
 )
@@ -41,12 +43,6 @@ def test_the_tools_of_the_house_find_nothing(command: list[str]) -> None:
         [BIN / command[0], *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert run.returncode == 0, run.stdout + run.stderr
-
-
-@pytest.mark.slow
-def test_types_fit() -> None:
-    said = prepared.types()
-    assert said.returncode == 0, said.output
 
 
 def test_no_two_files_import_each_other_in_a_circle() -> None:

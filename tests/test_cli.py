@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.main import get_command
+from typer.main import get_group
 
 import fringeforce as ff
 from commands import run, started
@@ -17,7 +17,7 @@ from fringeforce.io.tables import load_forces, save_forces
 
 pytestmark = pytest.mark.slow
 
-COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
+COMMANDS = sorted(get_group(app).commands)
 
 
 @pytest.fixture(scope="module")

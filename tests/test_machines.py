@@ -86,7 +86,7 @@ def test_a_file_that_another_made_meanwhile_is_kept(tmp_path: Path) -> None:
         with new_file(path, "study", sealed=False, keep=True) as theirs:
             theirs["x"] = [2]
     with h5py.File(path) as file:
-        assert file["x"][0] == 2  # type: ignore[index]
+        assert file["x"][0] == 2
     with whole_file(tmp_path / "plain") as place:
         place.write_text("new", encoding="utf-8")
     assert [one.name for one in sorted(tmp_path.iterdir())] == ["one.h5", "plain"]

@@ -94,7 +94,7 @@ def test_values_are_nominal_and_tolerances_are_kept_apart(real: ff.Sensor) -> No
     assert "camera.drift" not in real.tolerances
     assert real.camera.drift == 0.01
     with pytest.raises(TypeError):
-        real.tolerances[THICKNESS] = 1.0  # pyright: ignore[reportIndexIssue]
+        real.tolerances[THICKNESS] = 1.0  # pyrefly: ignore[unsupported-operation]
 
 
 def test_a_file_and_python_say_the_same(sensor: ff.Sensor) -> None:

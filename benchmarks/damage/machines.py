@@ -180,7 +180,7 @@ def _two_sweeps(where: Path) -> None:
             run.communicate(timeout=30)
     assert "Traceback" not in said, said[-300:]
     with h5py.File(where / "two.h5") as file:
-        assert np.any(file["state"][()]), "nothing of the first sweep is kept"  # pyright: ignore
+        assert np.any(file["state"][()]), "nothing of the first sweep is kept"
     raise ff.FringeforceError(said)
 
 

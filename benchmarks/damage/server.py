@@ -17,6 +17,7 @@ from typing import Any
 import psutil
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from damage.counting import Case
 from fringeforce.explorer.protocol import decoded, encoded
@@ -95,9 +96,9 @@ def explorer() -> Iterator[Explorer]:
         found = re.search(r"http://127\.0\.0\.1:(\d+)/([^/]+)/", run.stdout.readline())
         assert found is not None, "the server did not start"
         port, token = int(found[1]), found[2]
-        origin = f"http://127.0.0.1:{port}"
+        origin = Origin(f"http://127.0.0.1:{port}")
         address = f"ws://127.0.0.1:{port}/{token}/socket"
-        with connect(address, origin=origin, max_size=None) as page:  # pyright: ignore[reportArgumentType]
+        with connect(address, origin=origin, max_size=None) as page:
             page.recv(timeout=20)
             yield Explorer(psutil.Process(run.pid), port, token, page)
     finally:
@@ -195,7 +196,7 @@ def servers() -> Iterator[Case]:
                     suppress(ConnectionClosed, InvalidHandshake, TimeoutError),
                     connect(
                         f"ws://{one.host}/{one.token}/socket",
-                        origin=f"http://{one.host}",  # pyright: ignore[reportArgumentType]
+                        origin=Origin(f"http://{one.host}"),
                         max_size=None,
                     ) as other,
                 ):

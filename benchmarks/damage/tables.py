@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -152,7 +153,7 @@ def study_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[
 
     for path in EXAMPLES.glob("dataset/small-pad.toml"):
         (folder / path.name).write_bytes(path.read_bytes())
-    kinds = (
+    kinds: tuple[tuple[Path, Callable[[Path], tuple[Any, Any]]], ...] = (
         (EXAMPLES / "studies/thin-or-soft.toml", load_study),
         (EXAMPLES / "dataset/touches.toml", load_dataset_study),
         (EXAMPLES / "dataset/fingers.toml", load_dataset_study),
@@ -163,8 +164,8 @@ def study_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[
         path = folder / f"study{number}.toml"
         path.write_text(text, encoding="utf-8")
 
-        def attempt(path: Path = path, load: object = load) -> None:
-            study, sensor = load(path)  # pyright: ignore[reportCallIssue]
+        def attempt(path: Path = path, load: Callable[[Path], tuple[Any, Any]] = load) -> None:
+            study, sensor = load(path)
             again = type(study).model_validate(study.model_dump())
             assert again.canonical(sensor) == study.canonical(sensor), "does not read back"
 

@@ -68,9 +68,9 @@ def plain_bars(
 
 
 def _registered() -> list:
-    from typer.main import get_command
+    from typer.main import get_group
 
-    return list(get_command(commands).commands.values())  # type: ignore[attr-defined]
+    return list(get_group(commands).commands.values())
 
 
 def _write(path: Path, text: str) -> None:

@@ -49,7 +49,7 @@ def test_a_file_is_read_whole_and_as_the_reader_reads_it(
     camera = ff.open_camera(f"file:{tmp_path / 'f.npy'}", model, Settings(block=4))
     found: list[Readings] = []
     sink = Notes()
-    sink.write = found.append  # pyright: ignore[reportAttributeAccessIssue]
+    sink.write = found.append  # pyrefly: ignore[bad-assignment]
     statistics = ff.live(reader, camera, [sink])
     assert statistics.lines == 6
     assert sum(statistics.statuses.values()) == 6
@@ -107,7 +107,7 @@ def test_what_a_slow_reader_reads_comes_in_runs_of_whole_queues(
     monkeypatch.setattr(loop, "read_block", slow)
     camera, sink = Scripted([10] * 41), Notes()
     # the reader holds one block, the queue fills four times over and drops what it held each time
-    camera.close = lambda: None  # type: ignore[method-assign]
+    camera.close = lambda: None
     threading.Timer(0.5, lambda: came.release(100)).start()
     found = ff.live(reader, camera, [sink], queue=8)
     assert found.lines + found.dropped_queue == 410
@@ -194,7 +194,7 @@ def test_a_camera_that_never_answers_is_an_error_and_sinks_are_closed(reader: ff
 @pytest.mark.usefixtures("quick")
 def test_whatever_breaks_a_camera_reaches_the_caller(reader: ff.Reader) -> None:
     camera = Scripted([4])
-    camera.script.append("nonsense")  # pyright: ignore[reportArgumentType]
+    camera.script.append("nonsense")  # pyrefly: ignore[bad-argument-type]
     with pytest.raises(TypeError):
         ff.live(reader, camera)
 

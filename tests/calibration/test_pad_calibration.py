@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ def test_derivatives_of_contacts_are_those_of_differences():
     force = np.array([1.5, 0.4, -0.3])
     contact = Contact(np.array([0.6e-3, -0.4e-3]), force, 1.6e-3, 0.5, False)
     found = series.changes([contact])
-    steps = {
+    steps: dict[int, dict[str, Any]] = {
         0: {"place": contact.place + np.array([1e-5, 0])},
         1: {"place": contact.place + np.array([0, 1e-5])},
         2: {"width": contact.width + 1e-5},
@@ -305,7 +305,7 @@ def test_what_is_for_strips_is_refused_with_a_remedy():
     with pytest.raises(InputError, match="are for strips"):
         ff.calibrate(drawing(), noisy, pressed, references=dark)
     with pytest.raises(InputError, match="give loads of tactels"):
-        ff.calibrate(drawing(), noisy, pressed, columns=True)  # type: ignore[call-overload]
+        ff.calibrate(drawing(), noisy, pressed, columns=True)  # pyrefly: ignore[no-matching-overload]
     with pytest.raises(InputError, match="at least 4"):
         ff.calibrate(drawing(), frames, loads)
     with pytest.raises(InputError, match="do not fit this pad"):

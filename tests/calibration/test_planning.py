@@ -1,6 +1,7 @@
 """Planned presses: predictions against simulated calibrations, and plans against other loads."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -289,7 +290,7 @@ def test_a_calibration_says_what_to_press_next_or_that_it_is_enough(timid, small
 )
 def test_what_cannot_be_planned_is_named(small, arguments, words) -> None:
     def planned() -> None:
-        given = {"presses": 2, "parameters": [STRAIN_OPTIC], **arguments}
+        given: dict[str, Any] = {"presses": 2, "parameters": [STRAIN_OPTIC], **arguments}
         given["limits"] = ff.Limits(**given.get("limits", {}))
         ff.plan_presses(small, **given)
 

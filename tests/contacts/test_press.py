@@ -110,8 +110,9 @@ def test_a_faint_cylinder_keeps_its_force_and_is_as_wide_as_on_a_half_space(norm
     ],
 )
 def test_what_cannot_press_is_told(numbers: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"x": 0.0, "normal": 1.0, **numbers}
     with pytest.raises(InputError, match=words):
-        Press(**{"x": 0.0, "normal": 1.0, **numbers})
+        Press(**given)
 
 
 def test_a_press_beyond_the_strip_is_told() -> None:

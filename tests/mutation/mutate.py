@@ -24,9 +24,9 @@ from dataclasses import dataclass
 from difflib import unified_diff
 from pathlib import Path
 
-from cosmic_ray.ast import ast_nodes, get_ast  # pyright: ignore[reportMissingImports]
-from cosmic_ray.mutating import mutate_code  # pyright: ignore[reportMissingImports]
-from cosmic_ray.plugins import get_operator, operator_names  # pyright: ignore[reportMissingImports]
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.plugins import get_operator, operator_names
 from scipy.stats import binomtest
 
 ROOT = Path(__file__).parents[2]

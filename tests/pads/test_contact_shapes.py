@@ -1,6 +1,7 @@
 """Bodies that press: whole forces, pressures of contact mechanics, and friction's limit."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -160,7 +161,7 @@ def test_a_sphere_slips_in_a_ring_and_sticks_inside(pad: Pad) -> None:
 @by_kind
 def test_a_mirrored_body_makes_mirrored_forces(body: Indenter, pad: Pad) -> None:
     if isinstance(body, Edge | Ridges):
-        body = type(body)(**{**body.__dict__, "angle": 0.0})
+        body = replace(body, angle=0.0)
     x, y = body.place
     one = body.rubbing((0.2, 0.1)).imprint(pad).forces.reshape(11, 11, 3)
     two = body.at((x, -y)).rubbing((0.2, -0.1)).imprint(pad).forces.reshape(11, 11, 3)

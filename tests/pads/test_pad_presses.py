@@ -205,8 +205,9 @@ def test_frames_of_presses_come_singly_and_in_rows(model: PadModel) -> None:
     ],
 )
 def test_what_cannot_press_a_pad_is_told(numbers: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"x": 0.0, "y": 0.0, "normal": 1.0, **numbers}
     with pytest.raises(InputError, match=words):
-        Press(**{"x": 0.0, "y": 0.0, "normal": 1.0, **numbers})
+        Press(**given)
 
 
 def test_presses_of_the_other_kind_of_sensor_are_told(model: PadModel) -> None:

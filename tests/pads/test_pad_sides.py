@@ -1,6 +1,7 @@
 """Pads with free and bonded sides, end to end: against scikit-fem, and read from a frame."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,10 @@ Array = NDArray[np.float64]
 TOLD: list[tuple[str, int, int]] = []
 
 
+def _tell(words: str, done: int, count: int) -> None:
+    TOLD.append((words, done, count))
+
+
 @pytest.fixture(scope="module", params=["free", "bonded"])
 def model(request: pytest.FixtureRequest) -> PadModel:
     """Four tactels that reach to a millimetre from the sides, which the sides therefore change."""
@@ -36,7 +41,7 @@ def model(request: pytest.FixtureRequest) -> PadModel:
         }
     )
     TOLD.clear()
-    return ff.characterize(pad, progress=lambda *step: TOLD.append(step))
+    return ff.characterize(pad, progress=_tell)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +72,7 @@ def problem() -> Problem:
     )
     basis = Basis(hexes, ElementVector(ElementHex2()), intorder=4)
     pad = ff.load_sensor("pad").transducer
-    matrix = 0
+    matrix: Any = 0
     for layer, here in ((pad.compliant, ~_clear(hexes)), (pad.photoelastic, _clear(hexes))):
         form = linear_elasticity(*lame_parameters(layer.youngs_modulus, layer.poissons_ratio))
         matrix = matrix + form.assemble(basis.with_elements(np.flatnonzero(here)))
@@ -97,12 +102,14 @@ def _by_scikit_fem(problem: Problem, pad: Pad, sides: str) -> tuple[Array, Array
         for place, components in ((0.0, across), (half, held)):
             plane = basis.get_dofs(lambda p, a=axis, at=place: np.isclose(p[a], at))
             fixed += [plane.all(components)] if components else []
-    inner, load, solution, free = condense(matrix, forces, D=np.unique(np.concatenate(fixed)))
+    condensed: Any = condense(matrix, forces, D=np.unique(np.concatenate(fixed)))
+    inner, load, solution, free = condensed
     solution[free], failed = cg(inner, load, rtol=1e-8, M=diags_array(1 / inner.diagonal()))
     assert not failed
     hexes, clear = basis.mesh, _clear(basis.mesh)
     points = Basis(hexes, basis.elem, intorder=3, elements=np.flatnonzero(clear))
-    gradient = np.asarray(points.interpolate(solution).grad)  # pyright: ignore
+    field: Any = points.interpolate(solution)
+    gradient = np.asarray(field.grad)
     layer = pad.transducer.photoelastic
     _, mu = lame_parameters(layer.youngs_modulus, layer.poissons_ratio)
     stress = 2 * mu * (gradient[0, 0] - gradient[1, 1])

@@ -1,6 +1,7 @@
 """A strip is found where the renderer drew it."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_places_of_a_region_agree_with_cross_ratios() -> None:
     ],
 )
 def test_what_is_no_region_is_refused(change: dict, said: str) -> None:
-    good = {"corners": [(0, 0), (99, 0), (99, 9), (0, 9)], "size": (100, 10)}
+    good: dict[str, Any] = {"corners": [(0, 0), (99, 0), (99, 9), (0, 9)], "size": (100, 10)}
     with pytest.raises(InputError, match=said):
         ff.Region(**{**good, **change})
 

@@ -42,7 +42,7 @@ def test_followed_readings_are_the_optimum_that_scipy_finds(model, touch) -> Non
         best = least_squares(
             lambda loads, i=i: (response.level(influence @ loads) - frames[i]) / sigma,
             batch.forces[i].ravel(),
-            jac=lambda loads: influence * (response.slope(influence @ loads) / sigma)[:, None],  # type: ignore[arg-type]
+            jac=lambda loads: influence * (response.slope(influence @ loads) / sigma)[:, None],
             xtol=1e-12,
         )
         # what contacts are known to do beforehand moves no force by more

@@ -83,7 +83,7 @@ def likeliest(model: ff.SensorModel, psi: np.ndarray, frame: np.ndarray, near: n
     return least_squares(
         lambda at: response.level(psi @ at) - frame,
         near.ravel(),
-        jac=lambda at: np.asarray(response.slope(psi @ at))[:, None] * psi,  # pyright: ignore
+        jac=lambda at: np.asarray(response.slope(psi @ at))[:, None] * psi,
         method="lm",
     ).x
 

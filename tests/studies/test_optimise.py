@@ -23,9 +23,11 @@ def test_the_best_design_meets_the_limits_and_is_the_best_of_all_tried(
 ) -> None:
     study, sensor = load_study(study_path)
     counts: list[tuple[int, int]] = []
-    best = optimise(
-        study, sensor, tmp_path / "r.h5", Inline(), lambda _, *step: counts.append(step)
-    )
+
+    def tell(_: str, done: int, count: int) -> None:
+        counts.append((done, count))
+
+    best = optimise(study, sensor, tmp_path / "r.h5", Inline(), tell)
     tried = best.sweep.columns["worst_uncertainty"]
     assert counts[-1] == (49, 49)
     assert best.performance.worst_uncertainty == tried[best.sweep.feasible].min()

@@ -1,6 +1,7 @@
 """Study files are read as they are written, and what is wrong with them is said."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,10 +58,10 @@ def test_a_mistake_is_named_with_its_place(
     ],
 )
 def test_a_parameter_that_no_design_has_is_named(
-    values: dict[str, object], words: str, sensor: ff.Sensor
+    values: dict[str, Any], words: str, sensor: ff.Sensor
 ) -> None:
     with pytest.raises(InputError, match=words):
-        axis(Parameter(**values), sensor)  # pyright: ignore[reportArgumentType]
+        axis(Parameter(**values), sensor)
 
 
 def test_a_grid_has_every_combination_once(sensor: ff.Sensor) -> None:

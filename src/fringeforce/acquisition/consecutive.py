@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,18 @@ class Consecutive:
 
     COLUMNS: ClassVar[tuple[str, ...]]
     """Attributes that hold an entry for every line, or None."""
-    first: int
-    timestamps: NDArray[Any]
+
+    if TYPE_CHECKING:  # fields of frozen dataclasses, which a property would be a default of
+
+        @property
+        def first(self) -> int:
+            """Running number of the first line."""
+            ...
+
+        @property
+        def timestamps(self) -> NDArray[Any]:
+            """When every line was exposed."""
+            ...
 
     def __len__(self) -> int:
         return len(self.timestamps)

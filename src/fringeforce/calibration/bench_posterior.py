@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -80,8 +80,17 @@ def parts(design: int, columns: int, fields: int, bright: int, dark: int, writte
 class BenchContacts:
     """Contacts of the frames of a bench."""
 
-    loads: BenchLoads
-    which: Index
+    if TYPE_CHECKING:  # fields of frozen dataclasses, which a property would be a default of
+
+        @property
+        def loads(self) -> BenchLoads:
+            """What was measured of the loads."""
+            ...
+
+        @property
+        def which(self) -> Index:
+            """Contacts of every frame."""
+            ...
 
     @cached_property
     def largest(self) -> float:

@@ -337,7 +337,7 @@ class BenchSearch(ABC):
             _, squares, counts = posterior.loss(self.state, models)
             misfit = squares / np.maximum(counts, 1.0)
             usual = float(np.median(misfit[few]))
-            shares = few * np.minimum(1.0, SUSPECT * usual / np.maximum(misfit, 1e-9))
+            shares = np.minimum(1.0, SUSPECT * usual / np.maximum(misfit, 1e-9)) * few
             if np.abs(shares - before).max() < REWEIGHED:
                 break
             self.state = self._climbed(replace(posterior, shares=shares))

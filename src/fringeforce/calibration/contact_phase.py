@@ -220,8 +220,7 @@ def contact_phases(
 
     def solved(design: Array, mesh: Grading = QUICK) -> Array:
         made = varied(sensor, paths, design)
-        # frozen, which pyright does not see
-        surface = _surface(made.transducer, made.camera, sensor.transducer, mesh, farthest)  # pyright: ignore[reportArgumentType]
+        surface = _surface(made.transducer, made.camera, sensor.transducer, mesh, farthest)
         constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
         moments = line_moments(surface, places, size.reach)
         return np.asarray(phase_lead(moments, constant))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
+    from pint.facets.plain import PlainQuantity
 
 EXAMPLES = {
     "meter": '"0.5 mm"',
@@ -49,6 +50,11 @@ def _registry() -> UnitRegistry:
     return found
 
 
+def _quantity(value: float | str, unit: str | None = None) -> PlainQuantity[float]:
+    # made by the registry, from more bases than pint declares
+    return _registry().Quantity(value, unit)  # pyrefly: ignore[bad-argument-count, bad-return]
+
+
 def parse_quantity(text: str, unit: str) -> float:
     """Read a quantity such as "0.5 mm" in a unit's SI base.
 
@@ -75,7 +81,7 @@ def parse_quantity(text: str, unit: str) -> float:
 
     example = EXAMPLES[unit]
     try:
-        quantity = _registry().Quantity(text)
+        quantity = _quantity(text)
         dimensionless = quantity.unitless if unit == "radian" else quantity.dimensionless
         if unit == "radian" and not dimensionless:
             # percent and the like have no dimension either
@@ -98,7 +104,7 @@ def spell_quantity(value: float, unit: str) -> str:
     """Write an SI value in a pleasant unit such that it reads back to the same float."""
     candidates = []
     for name in _PLEASANT[unit]:
-        for number in (f"{_registry().Quantity(value, unit).to(name).magnitude:.12g}", repr(value)):
+        for number in (f"{_quantity(value, unit).to(name).magnitude:.12g}", repr(value)):
             text = f"{number} {name}"
             if parse_quantity(text, unit) == value:
                 candidates.append(text)

@@ -20,7 +20,7 @@ tactel.
 from __future__ import annotations
 
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +158,7 @@ def side_by_side(
     return starts.astype(np.uint32), shares, halves
 
 
-def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, NDArray]:
+def pixels_at(first: NDArray[np.int64], weights: Array, channels: int) -> dict[str, Any]:
     """Where the pixels of a `FrameModel` look, from the nodes and weights of one channel."""
     starts, shares, halves = side_by_side(first, weights)
     pixels = len(first)

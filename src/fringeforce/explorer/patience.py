@@ -14,7 +14,7 @@ PATIENCE = 10.0
 class Patience(H11Protocol):
     """HTTP/1.1 whose first request has to come within a time."""
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+    def connection_made(self, transport: asyncio.Transport) -> None:
         """Begin to wait."""
         super().connection_made(transport)
         self._waiting = self.loop.call_later(PATIENCE, self._let_go)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cholesky
-from scipy.linalg.lapack import dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
+from scipy.linalg.lapack import dtrtrs  # pyrefly: ignore[missing-module-attribute]
 
 from fringeforce.base.arrays import Array, Mask
 

@@ -21,7 +21,7 @@ STEPS = 24
 stiffer one give way less."""
 LADDER = 4
 """Widths of small forces in a factor of two."""
-SLICES = 24
+SLICES: int = 24
 """Depths at which the light of presses is taken: twice as many change a frame of 8 bits by less
 than a tenth of a grey level."""
 

@@ -381,9 +381,10 @@ class PadUncertainty:
                 self._solved(with_values(plain, {group.path: value + way * group.std}))
                 for way in (-1.0, 0.0, 1.0)
             )
-            first = [(a - b) / 2 for a, b in zip(ahead.quarters, behind.quarters, strict=True)]
+            half = np.float32(0.5)
+            first = [half * (a - b) for a, b in zip(ahead.quarters, behind.quarters, strict=True)]
             second = [
-                (a + b) / 2 - h
+                half * (a + b) - h
                 for a, b, h in zip(ahead.quarters, behind.quarters, here.quarters, strict=True)
             ]
             self._known[key] = tuple(

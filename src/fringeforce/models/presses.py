@@ -19,7 +19,7 @@ from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_in
 from fringeforce.models.strip_width import light_line
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
-Presses = Sequence["Press"] | Sequence[Sequence["Press"]]
+Presses = Sequence[Press] | Sequence[Sequence[Press]]
 """What touches in one frame, or in several."""
 STEPS = 64
 """Small forces in half the width that a half-space of the cover would have under a cylinder; a

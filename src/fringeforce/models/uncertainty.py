@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -449,9 +450,7 @@ def line_moments(surface: SurfaceInfluence, centres: Array, reach: float) -> Arr
     return found
 
 
-def mixed(
-    moments: Array, reach: float, place: float, width: tuple[float, float]
-) -> dict[str, Array]:
+def mixed(moments: Array, reach: float, place: float, width: tuple[float, float]) -> dict[str, Any]:
     """Moments of a `FrameModel`, mixtures of them and their profiles.
 
     Parameters

@@ -61,7 +61,7 @@ class ImageSampler(Sampler):
     ((20, 50), 17, 162)
     """
 
-    pixels: tuple[int, int]  # pyright: ignore[reportIncompatibleVariableOverride]
+    pixels: tuple[int, int]  # pyrefly: ignore[bad-override]
     analysers: bool = False
 
     @cached_property

@@ -70,7 +70,7 @@ class Region:
         try:
             points: Array = np.array(self.corners, dtype=float)
         except (TypeError, ValueError):
-            points = np.zeros(0)
+            points = np.zeros((0, 2))
         if points.shape != (4, 2) or not np.isfinite(points).all():
             raise InputError(
                 f"corners = {self.corners}; give four pairs of column and row, finite."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,9 +24,9 @@ LENGTHS = "camera shift", "camera.shift", "camera.blur", "tactel "
 """What names of values begin with that are lengths of their own, and no shares of a drawn one."""
 
 
-def _panels(height: float, rows: int = 1, **options: object) -> tuple[Figure, Array]:
+def _panels(height: float, rows: int = 1, **options: Any) -> tuple[Figure, Array]:
     canvas = Figure(figsize=(8.0, height))
-    return canvas, np.atleast_1d(canvas.subplots(rows, **options))  # type: ignore[arg-type]
+    return canvas, np.atleast_1d(canvas.subplots(rows, **options))
 
 
 def draw_misfit(record: BenchRecord, outliers: tuple[int, ...]) -> Figure:
@@ -120,8 +122,9 @@ def _places(ax: Axes, record: BenchRecord, wrong: Mask) -> None:
                 arrowprops={"arrowstyle": style, "color": colour, "lw": 1.2, "shrinkB": 2},
             )
         reach = INTERVAL * record.std[own, :2] * [MILLI, 1.0]
-        across = {"xerr": reach[:, 0], "yerr": reach[:, 1]} if colour == WRONG else {}
-        ax.errorbar(*found[own].T, fmt="o", color=colour, ms=5, lw=1.2, label=label, **across)
+        dx, dy = reach.T if colour == WRONG else (None, None)
+        x, n = found[own].T
+        ax.errorbar(x, n, dy, dx, "o", color=colour, ms=5, lw=1.2, label=label)
     ax.plot(*written.T, "o", mfc="white", mec="#444444", ms=5, zorder=1, label="written")
     middle = np.mean(ax.get_xlim())
     for frame, (x, n), there in zip(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,7 @@ def reproduce(sensor: Sensor, folder: Path, progress: Progress | None = None) ->
 def _page(
     sensor: Sensor,
     figures: list[dict[str, Any]],
-    findings: list[tuple[str, ...]],
+    findings: Sequence[tuple[str, ...]],
     recovery: Recovery,
 ) -> str:
     from jinja2 import Environment, PackageLoader
@@ -111,7 +112,7 @@ def _typeset(text: str) -> Markup:
     return Markup(found.replace("2^B", "<math><msup><mn>2</mn><mi>B</mi></msup></math>"))
 
 
-def _force_rows(recovery: Recovery) -> list[tuple[str, ...]]:
+def _force_rows(recovery: Recovery) -> list[tuple[str, str, str, str]]:
     """Tactel, the paper's reading where it printed one, ours with deviations, the bound."""
     reading = recovery.reading
     rows = []

@@ -52,11 +52,13 @@ class ResultStore:
 
     def record(self, number: int, changes: Mapping[str, Value], outcome: Outcome) -> None:
         """Write one design's values and what came of it; its state comes last."""
-        found: dict[str, Any]
+        found: dict[str, Any] = {}
         if isinstance(outcome, str):
-            state, found = FAILED, {"error": _clipped(outcome, ERROR_BYTES)}
+            state = FAILED
+            found["error"] = _clipped(outcome, ERROR_BYTES)
         else:
-            state, found = DONE, asdict(outcome)
+            state = DONE
+            found.update(asdict(outcome))
         for axis in self._axes:
             value = changes[axis.path]
             found[axis.path] = _clipped(str(value), TEXT_BYTES) if axis.text else value
@@ -103,7 +105,7 @@ def open_store(
         _create(place, study, axes, designs)
     with existing_file(place, KIND) as file:
         same = same_study(str(file.attrs["study"]), study)
-        if not same or len(file["design"]) != designs:  # pyright: ignore[reportArgumentType]
+        if not same or len(file["design"]) != designs:
             raise InputError(
                 f"{place} holds the results of another study, or of this one before a change; "
                 "write to another file, or remove that one."

@@ -195,7 +195,7 @@ FALLING = light(np.linspace(-1, -20, 2048))
         (lambda: recover_phase(np.full(9, -1e-10)), ["-1e-10", "sample 0"]),
         (lambda: recover_phase(np.full(9, np.nan)), ["nan", "sample 0"]),
         (lambda: recover_phase(np.full(9, np.inf)), ["inf", "sample 0"]),
-        (lambda: recover_phase(FALLING, direction="up"), ["'up'", "forward"]),  # type: ignore[arg-type]
+        (lambda: recover_phase(FALLING, direction="up"), ["'up'", "forward"]),  # pyrefly: ignore[bad-argument-type]
         (lambda: recover_phase(FALLING, edge_phase=-4.0), ["left", "-4 rad", "backward"]),
         (lambda: recover_phase(FALLING, edge_phase=np.nan), ["left", "nan rad"]),
         (

@@ -1,6 +1,7 @@
 """Bricks against scikit-fem, uniform strain, plane strain, the double Fourier series, Betti."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import fringeforce as ff
 from fringeforce.design.strip import Layer, PhotoelasticLayer, Transducer
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.elements import along, interpolation
-from fringeforce.mechanics.solid.block import Block, Patches
+from fringeforce.mechanics.solid.block import Block, Patches, Sides
 from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import light_stresses, pad_influence
 from fringeforce.mechanics.solid.mesh import BoxMesh, box_mesh
@@ -36,8 +37,8 @@ MESH = BoxMesh(
 PLACES = np.array([[0.8e-3, -1.1e-3], [0.0, 0.0], [-0.8e-3, -1.1e-3]])
 
 
-def _block(sides: str, across: str | None = None) -> Block:
-    return Block(6e-3, 4e-3, COVER, CLEAR, sides, across)  # type: ignore[arg-type]
+def _block(sides: Sides, across: Sides | None = None) -> Block:
+    return Block(6e-3, 4e-3, COVER, CLEAR, sides, across)
 
 
 def _displacement(block: Block, loads: Loads, mesh: BoxMesh, points: Array) -> Array:
@@ -77,7 +78,7 @@ def _by_scikit_fem(block: Block, mesh: BoxMesh, places: Array, points: Array) ->
         u, v, w = basis.get_dofs(nodes=np.array([node])).all()
         forces[w, n, 0], forces[u, n, 1], forces[v, n, 2] = -1, 1, 1
     free = np.setdiff1d(np.arange(basis.N), fixed)
-    inner = condense(matrix, D=fixed, expand=False)
+    inner: Any = condense(matrix, D=fixed, expand=False)
     solution = np.zeros((basis.N, 3 * len(places)))
     solution[free] = splu(inner.tocsc()).solve(forces[free].reshape(len(free), -1))
     return (basis.probes(points) @ solution).reshape(3, points.shape[1], -1, 3)
@@ -87,7 +88,7 @@ def _by_scikit_fem(block: Block, mesh: BoxMesh, places: Array, points: Array) ->
     ("sides", "across"), [("free", None), ("roller", "free"), ("free", "bonded")]
 )
 def test_displacements_are_those_of_scikit_fem_on_the_same_bricks(
-    sides: str, across: str | None
+    sides: Sides, across: Sides | None
 ) -> None:
     block, loads = _block(sides, across), Loads(PLACES, (0.0, 0.0))
     low, high = [[-3e-3], [-2e-3], [-2.5e-3]], [[3e-3], [2e-3], [0]]

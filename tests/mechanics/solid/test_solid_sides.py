@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fringeforce as ff
-from fringeforce.mechanics.solid.block import Block, Patches
+from fringeforce.mechanics.solid.block import Block, Patches, Sides
 from fringeforce.mechanics.solid.fields import stress, superposed
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.influence import patch_loads
@@ -20,9 +20,9 @@ Array = NDArray[np.float64]
 PATCHES = Patches(np.array([[0.8e-3, -0.5e-3], [-0.5e-3, 0.2e-3]]), 1e-3)
 
 
-def _block(sides: str) -> Block:
+def _block(sides: Sides) -> Block:
     strip = ff.load_sensor("saad").transducer
-    return Block(5e-3, 4e-3, strip.compliant, strip.photoelastic, sides)  # type: ignore[arg-type]
+    return Block(5e-3, 4e-3, strip.compliant, strip.photoelastic, sides)
 
 
 def _gauss(half: Array, order: int) -> tuple[Array, Array]:

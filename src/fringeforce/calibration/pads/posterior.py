@@ -155,7 +155,7 @@ class Evaluated(NamedTuple):
 class PadPosterior(BenchPosterior):
     """The posterior of a bench of a pad."""
 
-    bench: PadBench  # type: ignore[assignment]
+    bench: PadBench  # pyrefly: ignore[bad-override]
 
     @cached_property
     def _written(self) -> list[Array]:
@@ -224,7 +224,7 @@ class PadPosterior(BenchPosterior):
         bench, own, (place, width) = self.bench, self._contacts(f), self.bench.known.units
         return bench.centres[f, own], place, bench.sizes[f, own], width
 
-    def models(self, shared: Array) -> None:  # type: ignore[override]
+    def models(self, shared: Array) -> None:  # pyrefly: ignore[bad-override]
         """Nothing: frames are evaluated with all their unknowns."""
 
     def _fit(self, f: int, shared: Array) -> Fit:

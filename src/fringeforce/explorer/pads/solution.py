@@ -48,7 +48,7 @@ def solved(pad: Pad, known: PadModel | None = None) -> PadModel:
     # frozen parts of a design are hashable, which pydantic does not tell the type checker
     layer = pad.transducer.photoelastic.model_copy(update={"strain_optic_coefficient": OPTIC})
     block = pad.transducer.model_copy(update={"photoelastic": layer})
-    influence = _influence(block, pad.tactels)  # type: ignore[arg-type]
+    influence = _influence(block, pad.tactels)
     factor = np.float32(_constant(pad) / stress_optic_constant(layer, WAVELENGTH))
     if factor != 1:
         quarters = tuple(quarter * factor for quarter in influence.quarters)

@@ -139,7 +139,7 @@ class Mirror:
         for fold in self._folds(size.max()):
             for near in NEAR:
                 beyond = (size > fold - near).reshape(shape)
-                regions, count = label(beyond)  # pyright: ignore[reportGeneralTypeIssues]
+                regions, count = label(beyond)
                 for number in range(1, count + 1):
                     inside = regions.ravel() == number
                     found.append((int(inside.sum()), fold, inside))

@@ -103,7 +103,7 @@ class Search:
             low = np.zeros(0, dtype=bool)
             for reach in REACHES:
                 around = [2 * int(reach * cover / pitch) + 1 for pitch in self._pitch]
-                shown = uniform_filter(known, around) > SHOWN  # pyright: ignore[reportArgumentType]
+                shown = uniform_filter(known, around) > SHOWN
                 low = self._few((maximum_filter(sines, around) < START) & shown)
                 if low.any():
                     break
