@@ -18,7 +18,7 @@ from fringeforce.explorer.limits import check
 from fringeforce.explorer.values import flat_values
 from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
-from fringeforce.mechanics.stress import stress_field
+from fringeforce.mechanics.stress import integrated_stress, stress_field
 from fringeforce.models.creep import creeps
 from fringeforce.models.strip import SensorModel, reduced
 from fringeforce.optics.colour import light_colour
@@ -43,7 +43,11 @@ def solved(sensor: Sensor, known: SensorModel | None = None) -> SensorModel:
         If the design cannot be explored.
     """
     check(sensor)
-    return reduced(sensor, _displacement(sensor)) if known is None else known
+    if known is not None:
+        return known
+    displacement = _displacement(sensor)
+    stations = displacement.mesh.stations
+    return reduced(sensor, displacement.mesh, integrated_stress(displacement, stations))
 
 
 def facts(model: SensorModel) -> Mapping[str, Any]:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Layer, Transducer
+from fringeforce.mechanics.elements import located, shape_functions
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import PlaneModuli, plane_moduli
 from fringeforce.mechanics.substructure import TensorSystem, factorise
@@ -62,23 +63,55 @@ def unit_displacements(transducer: Transducer, positions: ArrayLike, mesh: Mesh)
         For a normal force of 1 N (towards -z) and a tangential one (towards +x) on each tactel.
     """
     tactels = np.asarray(positions, dtype=float)
+    astray = np.abs(mesh.x[:, None] - tactels).min(axis=0)
+    if astray.max(initial=0.0) > 1e-9 * np.ptp(mesh.x):
+        worst = tactels[astray.argmax()]
+        raise InputError(
+            f"The tactel at x = {worst:g} m lies inside an element; a mesh needs an element "
+            "boundary under each tactel. Build it with strip_mesh."
+        )
+    return Displacement(transducer, mesh, unit_solutions(transducer, tactels, mesh))
+
+
+def unit_solutions(
+    transducer: Transducer, positions: ArrayLike, mesh: Mesh, weights: Array | None = None
+) -> Array:
+    """Coefficients of `unit_displacements`, or what they add up to over the depth.
+
+    Parameters
+    ----------
+    transducer, mesh
+        As of `unit_displacements`.
+    positions : array_like, shape (n,)
+        Where line loads act [m].  Near one inside an element displacements are rough; further
+        away than the elements are large nothing is lost.
+    weights : ndarray, shape (2, order * rows + 1), optional
+        By which u and w are added up over the depth, far sooner than all of them are found.
+
+    Returns
+    -------
+    ndarray, shape (2, order * columns + 1, order * rows + 1 or 1, n, 2)
+    """
+    places = np.asarray(positions, dtype=float)
     # a mirror plane on a mesh line, as evenly spaced tactels have it, halves the strip
-    halved = len(mesh.x) % 2 == 1 and _mirrored(mesh.x) and _mirrored(tactels)
-    solve = _by_halves if halved else _as_a_whole
-    return Displacement(transducer, mesh, solve(transducer, tactels, mesh))
+    halved = len(mesh.x) % 2 == 1 and _mirrored(mesh.x) and _mirrored(places)
+    return (_by_halves if halved else _as_a_whole)(transducer, places, mesh, weights)
 
 
 def _mirrored(places: Array) -> bool:
     return bool(np.abs(places + places[::-1]).max(initial=0.0) <= 1e-12 * np.ptp(places))
 
 
-def _as_a_whole(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
-    """Coefficients of all unit loads, shape (2, along x, along z, n, 2)."""
-    held = _held(transducer, mesh)
-    return _coefficients(_factorised(transducer, mesh, held), transducer, positions, mesh)
+def _as_a_whole(
+    transducer: Transducer, positions: Array, mesh: Mesh, weights: Array | None
+) -> Array:
+    system = _factorised(transducer, mesh, _held(transducer, mesh))
+    return _coefficients(system, transducer, positions, mesh, weights)
 
 
-def _by_halves(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
+def _by_halves(
+    transducer: Transducer, positions: Array, mesh: Mesh, weights: Array | None
+) -> Array:
     """Displacements from the left half, once with u and once with w held at zero in the mirror.
 
     What a load and its mirror image do together is even, what they do against each other is odd;
@@ -92,7 +125,7 @@ def _by_halves(transducer: Transducer, positions: Array, mesh: Mesh) -> Array:
     pair = even.columns[even.kind[-1]].stiffness
     lines = even.lines.held_last(pair, np.repeat([False, True], held.shape[2]))
     both = [
-        _coefficients(system, transducer, left, half)
+        _coefficients(system, transducer, left, half, weights)
         for system in (even, replace(even, lines=lines))
     ]
     near, far = (both[0] + both[1]) / 2, (both[0] - both[1]) / 2
@@ -144,25 +177,34 @@ def _factorised(transducer: Transducer, mesh: Mesh, held: Mask) -> TensorSystem:
 
 
 def _coefficients(
-    system: TensorSystem, transducer: Transducer, positions: Array, mesh: Mesh
+    system: TensorSystem,
+    transducer: Transducer,
+    positions: Array,
+    mesh: Mesh,
+    weights: Array | None,
 ) -> Array:
-    loads = _unit_loads(mesh, positions) / transducer.width
-    solved = system.solve(loads.reshape(*loads.shape[:3], -1))
+    loads = (load / transducer.width for load in _unit_loads(mesh, positions))
+    cases = 2 * len(positions)
+    solved = system.solve(*(load.reshape(*load.shape[:3], cases) for load in loads), weights)
     return solved.reshape(*solved.shape[:3], -1, 2)
 
 
-def _unit_loads(mesh: Mesh, positions: Array) -> Array:
-    """Nodal forces on the surface, shape (lines, 2, unknowns along z, n, 2)."""
-    nearest = np.abs(mesh.x[:, None] - positions).argmin(axis=0)
-    astray = np.abs(mesh.x[nearest] - positions)
-    if astray.max(initial=0.0) > 1e-9 * np.ptp(mesh.x):
-        worst = positions[astray.argmax()]
-        raise InputError(
-            f"The tactel at x = {worst:g} m lies inside an element; a mesh needs an element "
-            "boundary under each tactel. Build it with strip_mesh."
-        )
-    tactels = np.arange(len(positions))
-    loads = np.zeros((len(mesh.x), 2, mesh.order * (len(mesh.z) - 1), len(positions), 2))
-    loads[nearest, 1, -1, tactels, 0] = -1.0
-    loads[nearest, 0, -1, tactels, 1] = 1.0
-    return loads
+def _unit_loads(mesh: Mesh, positions: Array) -> tuple[Array, Array]:
+    """Forces on the surface: on the mesh lines, and between them.
+
+    Returns
+    -------
+    lines : ndarray, shape (lines, 2, unknowns along z, n, 2)
+    between : ndarray, shape (columns, 2, order - 1, n, 2)
+    """
+    order, rows, tactels = mesh.order, len(mesh.z) - 1, np.arange(len(positions))
+    element, fraction = located(mesh.x, positions)
+    left, *bubbles, right = shape_functions(order, fraction)[0]
+    lines = np.zeros((len(mesh.x), 2, order * rows, len(positions), 2))
+    between = np.zeros((len(mesh.x) - 1, 2, order - 1, len(positions), 2))
+    for kind, (component, sign) in enumerate([(1, -1.0), (0, 1.0)]):
+        lines[element, component, -1, tactels, kind] = sign * left
+        lines[element + 1, component, -1, tactels, kind] = sign * right
+        for number, bubble in enumerate(bubbles):
+            between[element, component, number, tactels, kind] = sign * bubble
+    return lines, between

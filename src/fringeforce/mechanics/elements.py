@@ -123,7 +123,7 @@ def interpolation(
     values, slopes : sparse array, shape (m, order * e + 1)
         Applied to coefficients they give the function and its derivative [1/m].
     """
-    element, fraction = _located(breaks, points, side)
+    element, fraction = located(breaks, points, side)
     values, slopes = shape_functions(order, fraction)
     first, unknowns = element * order, order * (len(breaks) - 1) + 1
     return (
@@ -149,7 +149,7 @@ def gauss_interpolation(order: int, breaks: Array, points: Array) -> csr_array:
     sparse array, shape (m, order * e)
         Applied to values at the Gauss points of all elements it gives those at the points.
     """
-    element, fraction = _located(breaks, points)
+    element, fraction = located(breaks, points)
     at_gauss = legvander(leggauss(order)[0], order - 1)
     weights = legvander(2 * fraction - 1, order - 1) @ np.linalg.inv(at_gauss)
     return _banded(element * order, weights, order * (len(breaks) - 1))
@@ -186,7 +186,7 @@ def _banded(first: Index, weights: Array, columns: int) -> csr_array:
     return csr_array((weights.ravel(), index.ravel(), starts), shape=(rows, columns))
 
 
-def _located(breaks: Array, points: Array, side: Side = "left") -> tuple[Index, Array]:
+def located(breaks: Array, points: Array, side: Side = "left") -> tuple[Index, Array]:
     """Element of each point and its place within, 0 to 1."""
     element = np.clip(np.searchsorted(breaks, points, side=side) - 1, 0, len(breaks) - 2)
     return element, (points - breaks[element]) / np.diff(breaks)[element]

@@ -7,8 +7,11 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from fringeforce.base.arrays import Array
-from fringeforce.mechanics.elasticity import Displacement
+from fringeforce.design.strip import Transducer
+from fringeforce.mechanics.elasticity import Displacement, unit_solutions
 from fringeforce.mechanics.elements import along, integrals, interpolation
+from fringeforce.mechanics.mesh import Mesh
+from fringeforce.mechanics.moduli import plane_moduli
 
 
 def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
@@ -31,15 +34,56 @@ def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
     ndarray, shape (m, n, 2)
         Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N].
     """
-    mesh, transducer = displacement.mesh, displacement.transducer
-    rows = np.searchsorted(mesh.z, -transducer.compliant.thickness * (1 + 1e-9))
-    depth, interface = integrals(mesh.order, mesh.z[: rows + 1]), rows * mesh.order
-    shift = np.einsum("z,xz...->x...", depth, displacement.coefficients[0, :, : interface + 1])
-    sinking = displacement.coefficients[1, :, interface]
+    weights = _crossing(displacement.transducer, displacement.mesh)
+    crossed = np.einsum("cz,cxz...->cx...", weights, displacement.coefficients)
+    return _integrated(displacement.transducer, displacement.mesh, crossed, x)
 
+
+def unit_stress(transducer: Transducer, places: ArrayLike, mesh: Mesh, x: ArrayLike) -> Array:
+    """`integrated_stress` under unit line loads, without all displacements in between.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        The strip.
+    places : array_like, shape (n,)
+        Of the line loads [m], anywhere on the surface.
+    mesh : Mesh
+        The elements; those under the loads may be as large as the cover is thick.
+    x : array_like, shape (m,)
+        Where to evaluate [m].
+
+    Returns
+    -------
+    ndarray, shape (m, n, 2)
+        Integral of sigma_x - sigma_y over the photoelastic layer [Pa m / N].
+
+    Notes
+    -----
+    The stress below the cover under a load is, by Betti's theorem, the displacement of the surface
+    under a source of that stress; and that is smooth, so that large elements of high order give it
+    at any place, though the stress near a load inside one of them is wrong.
+    """
+    crossed = unit_solutions(transducer, places, mesh, _crossing(transducer, mesh))
+    return _integrated(transducer, mesh, crossed[:, :, 0], x)
+
+
+def _crossing(transducer: Transducer, mesh: Mesh) -> Array:
+    """Weights over the depth: of u, to its integral; of w, to the sinking of the interface."""
+    rows = int(np.searchsorted(mesh.z, -transducer.compliant.thickness * (1 + 1e-9)))
+    interface = rows * mesh.order
+    weights = np.zeros((2, mesh.order * (len(mesh.z) - 1) + 1))
+    weights[0, : interface + 1] = integrals(mesh.order, mesh.z[: rows + 1])
+    weights[1, interface] = 1.0
+    return weights
+
+
+def _integrated(transducer: Transducer, mesh: Mesh, crossed: Array, x: ArrayLike) -> Array:
+    """The light's integral, from coefficients along the strip of what `_crossing` weighs."""
+    shift, sinking = crossed
     values, slopes = interpolation(mesh.order, mesh.x, np.asarray(x, dtype=float))
     strain = along(slopes, shift)
-    moduli = displacement.moduli(transducer.photoelastic)
+    moduli = plane_moduli(transducer.photoelastic, transducer.plane)
     if transducer.plane == "strain":
         return 2 * moduli.shear * strain
     return moduli.c11 * strain + moduli.c12 * along(values, sinking)

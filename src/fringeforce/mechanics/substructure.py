@@ -67,6 +67,11 @@ class _Numbering:
         return self.grid[:, [0, -1], 1:].transpose(1, 0, 2).ravel()
 
     @cached_property
+    def top(self) -> Index:
+        """Which of the rungs' unknowns belong to the surface."""
+        return np.flatnonzero(np.isin(self.rungs, self.grid[:, 1:-1, -1]))
+
+    @cached_property
     def rungs(self) -> Index:
         """Column unknowns on the horizontal edges above the base."""
         return self.grid[:, 1:-1, self.order :: self.order].ravel()
@@ -82,6 +87,7 @@ class _Column:
 
     stiffness: Array  # (2 line, 2 line)
     rungs: Array  # (rungs, 2 line): rung displacements per line displacement
+    yielding: Array  # (rungs, top): rung displacements per force on the top edge, lines held
     inside: Array  # (rows, inside, around): inner displacements per boundary displacement
 
 
@@ -124,7 +130,10 @@ def _assembled(numbering: _Numbering, shells: Array, inside: Array) -> _Column:
     for shell, unknowns in zip(shells, around, strict=True):
         stiffness[unknowns[:, None], unknowns] += shell
     lines, rungs = (numbering.in_frame(part) for part in (numbering.lines, numbering.rungs))
-    return _Column(*_eliminated(stiffness, lines, rungs), inside)
+    reduced, recovery = _eliminated(stiffness, lines, rungs)
+    top = np.eye(len(rungs))[:, numbering.top]
+    yielding = np.linalg.solve(_block(stiffness, rungs, rungs), top)
+    return _Column(reduced, recovery, yielding, inside)
 
 
 @dataclass(frozen=True)
@@ -136,35 +145,68 @@ class TensorSystem:
     kind: Index  # (columns,): which of the distinct columns stands where
     lines: BlockCholesky
 
-    def solve(self, loads: Array) -> Array:
-        """Displacements for forces on the mesh lines.
+    def solve(self, loads: Array, between: Array, weights: Array | None = None) -> Array:
+        """Displacements for forces on the mesh lines and on the surface between them.
 
         Parameters
         ----------
         loads : ndarray, shape (lines, 2, order * rows, cases)
-            Nodal forces per unit width on the mesh lines, base excluded [N/m].
+            Forces per unit width on the unknowns of the mesh lines, base excluded [N/m].
+        between : ndarray, shape (columns, 2, order - 1, cases)
+            On those of the columns' upper edges [N/m].
+        weights : ndarray, shape (2, order * rows + 1), optional
+            By which u and w are added up over the depth; all of them are given if not.
 
         Returns
         -------
-        ndarray, shape (2, order * columns + 1, order * rows + 1, cases)
+        ndarray, shape (2, order * columns + 1, order * rows + 1 or 1, cases)
             Coefficients of u and w on the tensor grid of shape functions [m].
         """
-        lines = self.lines.solve(loads.reshape(len(loads), -1, loads.shape[-1]))
         order, cases = self.numbering.order, loads.shape[-1]
-        result = np.zeros((2, order * len(self.kind) + 1, self.numbering.grid.shape[2], cases))
+        lines, between = (
+            part.reshape(len(part), np.prod(part.shape[1:-1]), cases) for part in (loads, between)
+        )
         for c, kind in enumerate(self.kind):
-            column = self._inside(self.columns[kind], lines[c : c + 2])
+            pushed = self.columns[kind].rungs[self.numbering.top].T @ between[c]
+            lines[c : c + 2] += pushed.reshape(2, -1, cases)
+        lines = self.lines.solve(lines)
+        if weights is None:
+            depth, columns = self.numbering.grid.shape[2], self.columns
+            recovered = self._inside
+        else:
+            depth, columns = 1, [self._summed(column, weights) for column in self.columns]
+            recovered = self._sums
+        result = np.empty((2, order * len(self.kind) + 1, depth, cases))
+        for c, kind in enumerate(self.kind):
+            column = recovered(columns[kind], lines[c : c + 2].reshape(-1, cases), between[c])
             result[:, c * order : (c + 1) * order + 1] = column
         return result
 
-    def _inside(self, column: _Column, pair: Array) -> Array:
+    def _inside(self, column: _Column, pair: Array, pushed: Array) -> Array:
+        """Displacements of a column, from those of its lines and the forces between them."""
         numbering, cases = self.numbering, pair.shape[-1]
         flat = np.zeros((numbering.grid.size, cases))
-        flat[numbering.lines] = pair.reshape(-1, cases)
-        flat[numbering.rungs] = column.rungs @ pair.reshape(-1, cases)
+        flat[numbering.lines] = pair
+        flat[numbering.rungs] = column.rungs @ pair + column.yielding @ pushed
         around = flat[numbering.elements[:, numbering.around]]
         flat[numbering.elements[:, numbering.inside]] = column.inside @ around
         return flat.reshape(*numbering.grid.shape, cases)
+
+    def _summed(self, column: _Column, weights: Array) -> tuple[Array, Array]:
+        """What `_inside` and a sum over the depth do, as matrices: its adjoint, row by row."""
+        numbering = self.numbering
+        rows = np.zeros((2, numbering.order + 1, numbering.grid.size))
+        for part, unknowns, weight in zip(rows, numbering.grid, weights, strict=True):
+            np.put_along_axis(part, unknowns, weight[None], axis=1)
+        rows = rows.reshape(-1, numbering.grid.size)
+        for element, inside in zip(numbering.elements, column.inside, strict=True):
+            rows[:, element[numbering.around]] += rows[:, element[numbering.inside]] @ inside
+        rungs = rows[:, numbering.rungs]
+        return rows[:, numbering.lines] + rungs @ column.rungs, rungs @ column.yielding
+
+    def _sums(self, summed: tuple[Array, Array], pair: Array, pushed: Array) -> Array:
+        found = summed[0] @ pair + summed[1] @ pushed
+        return found.reshape(2, self.numbering.order + 1, 1, -1)
 
 
 def factorise(

@@ -17,10 +17,9 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Transducer
-from fringeforce.mechanics.elasticity import unit_displacements
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.mechanics.solid.strip import LightLine, line_stress
-from fringeforce.mechanics.stress import integrated_stress
+from fringeforce.mechanics.stress import unit_stress
 
 DEGREE = 5
 """Degree of the spline over the places of line loads."""
@@ -28,8 +27,9 @@ SPACING = 0.2
 """Between line loads, in thicknesses of the cover."""
 MARGIN = 0.6
 """Line loads beyond the part that is asked for, in thicknesses of the cover."""
-TOGETHER = 32
-"""Line loads that one mesh carries; more of them cost more than further meshes."""
+ELEMENT = 0.4
+"""Largest element under the line loads, in thicknesses of the cover: to 1e-4 of the peak in plane
+stress and 4e-4 in plane strain; half of it gains nothing."""
 POINT = 1e-6
 """Width below which a contact is a line, in thicknesses of the cover."""
 
@@ -132,17 +132,8 @@ def surface_influence(
         return SurfaceInfluence(places, stress, POINT * cover, ends)
     count = max(int(np.ceil((high - low) / (SPACING * cover))) + 1, DEGREE + 1)
     places = np.linspace(low, high, count)
-    # the strip is its own mirror image: a load at -p does at x what one at p does at -x
-    mirrored = bool(np.isclose(low, -high, rtol=1e-12, atol=0.0))
-    left = places[: (count + 1) // 2] if mirrored else places
-    seen = np.concatenate([x, -x]) if mirrored else x
-    parts = []
-    for start in range(0, len(left), TOGETHER):
-        some = left[start : start + TOGETHER]
-        solved = unit_displacements(transducer, some, strip_mesh(transducer, some))
-        parts.append(integrated_stress(solved, seen))
-    stress = np.concatenate(parts, axis=1)
-    if mirrored:  # a tangential force turns round
-        image = stress[len(x) :, : count // 2][:, ::-1] * [1.0, -1.0]
-        stress = np.concatenate([stress[: len(x)], image], axis=1)
+    # an even number of elements: a strip that is its own mirror image is solved by halves
+    elements = 2 * int(np.ceil((high - low) / (2 * ELEMENT * cover)))
+    mesh = strip_mesh(transducer, np.linspace(low, high, elements + 1))
+    stress = unit_stress(transducer, places, mesh, x)
     return SurfaceInfluence(places, stress, POINT * cover, ends)

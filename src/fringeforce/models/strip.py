@@ -29,10 +29,9 @@ from fringeforce.design.files import parse_sensor
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.likelihood import Response, misfit
-from fringeforce.mechanics.elasticity import Displacement, unit_displacements
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import Mesh, named_mesh, strip_mesh
-from fringeforce.mechanics.stress import integrated_stress
+from fringeforce.mechanics.stress import unit_stress
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import (
     BuiltSensor,
@@ -586,7 +585,7 @@ def characterize(
     transducer, positions = sensor.transducer, sensor.tactels.positions
     if mesh is None or isinstance(mesh, str):
         mesh = named_mesh(mesh or "default", transducer, positions)
-    return reduced(sensor, unit_displacements(transducer, positions, mesh))
+    return reduced(sensor, mesh, unit_stress(transducer, positions, mesh, mesh.stations))
 
 
 def _distributed(sensor: Sensor, mesh: Mesh | str | None) -> SensorModel:
@@ -610,22 +609,25 @@ def _distributed(sensor: Sensor, mesh: Mesh | str | None) -> SensorModel:
     return SensorModel(sensor, places.x, psi, facts)
 
 
-def reduced(sensor: Sensor, displacement: Displacement) -> SensorModel:
-    """The influence matrix of displacements that are known already.
+def reduced(sensor: Sensor, mesh: Mesh, stress: Array) -> SensorModel:
+    """The influence matrix of stresses that are known already.
 
     Parameters
     ----------
     sensor : Sensor
         The design.
-    displacement : Displacement
-        Displacement of the design's strip, under a unit force on each of its tactels.
+    mesh : Mesh
+        The elements by which its strip was solved.
+    stress : ndarray, shape (m, n, 2)
+        What the light sees at the stations of the mesh, under a unit force on each of its
+        tactels, as of `integrated_stress` [Pa m / N].
     """
-    mesh, layer = displacement.mesh, sensor.transducer.photoelastic
+    layer = sensor.transducer.photoelastic
     constant = stress_optic_constant(layer, sensor.polariscope.wavelength)
     return SensorModel(
         sensor=sensor,
         breaks=mesh.x,
-        psi=phase_lead(integrated_stress(displacement, mesh.stations), constant),
+        psi=phase_lead(stress, constant),
         provenance={
             "method": "finite elements",
             "order": mesh.order,
