@@ -18,11 +18,20 @@ from fringeforce.base.linear_map import LinearMap
 from fringeforce.mechanics.solid.block import SolidInfluence
 from fringeforce.models import splines
 from fringeforce.models.int16_matrix import Packed
-from fringeforce.models.pad_symmetry import FIELDS, PARITIES, fold, load_basis, unfold
+from fringeforce.models.pad_symmetry import (
+    FIELDS,
+    PARITIES,
+    fold,
+    folded_weights,
+    load_basis,
+    unfold,
+)
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
+STRESSES = 1.0, 2.0
+"""How often sigma_x - sigma_y and tau_xy count in the retardance A and B."""
 EVEN = 1e-6
 """Share of an even depth profile that known ones may leave out."""
 
@@ -127,7 +136,8 @@ class PadInfluence(LinearMap):
             shaped = part.reshape(2, self.modes, *half, part.shape[1])
             for field, own in enumerate(FIELDS):
                 signs = _signs(parity, own, self.flips)
-                columns, rows = _folded(along, signs[0]), _folded(across, signs[1])
+                columns = folded_weights(along, signs[0]).astype(np.float32)
+                rows = folded_weights(across, signs[1]).astype(np.float32)
                 for mode in range(self.modes):
                     lines = np.tensordot(columns, shaped[field, mode], (1, 1))
                     values = np.tensordot(rows, lines, (1, 1))
@@ -193,12 +203,6 @@ def _signs(
     return parity[0] * own[0] * flips[0], parity[1] * own[1] * flips[1]
 
 
-def _folded(weights: Array, sign: int) -> Single:
-    """Weights of half the coefficients, from those of all, shape (places, coefficients)."""
-    half = weights.shape[1] // 2
-    return (weights[:, :half] + sign * weights[:, : half - 1 : -1]).astype(np.float32)
-
-
 def compressed(
     solid: SolidInfluence,
     count: tuple[int, int],
@@ -238,22 +242,24 @@ def compressed(
                 f"{len(places)} samples along {name} from {places[0]:g} to {places[-1]:g} m cannot "
                 "be folded; take an even number, symmetric about the centre."
             )
-    profile, reduction, left_out = _depth_profiles(solid, tolerance)
+    # images of every force, N of all tactels first, as mechanics keeps them: (3 n, slices, ny, nx)
+    stresses = solid.difference, solid.shear
+    images = [np.transpose(part).reshape(-1, *part.shape[2::-1]) for part in stresses]
+    profile, left_out = _depth_profiles(images, solid.weights, tolerance)
     shape = 2, profile.shape[1], ny // 2, nx // 2
-    bases = [load_basis(count, parity) for parity in PARITIES]
+    bases = [_components_first(load_basis(count, parity)) for parity in PARITIES]
     parts = [np.empty((*shape, len(basis)), dtype=np.float32) for basis in bases]
-    kept = total = 0.0
-    for field, stress in enumerate((solid.difference, 2 * solid.shear)):
-        for mode, weights in enumerate(reduction):
-            # to (y, x, n, 3), as rows of images and columns of forces are
-            samples = stress_optic_constant * np.einsum("xysnc,s->yxnc", stress, weights)
+    kept, total, spline = 0.0, 0.0, _QuarterSpline(solid)
+    for field, (image, twice) in enumerate(zip(images, STRESSES, strict=True)):
+        for mode, weights in enumerate(twice * stress_optic_constant * profile.T):
+            samples = np.einsum("fsyx,s->fyx", image, weights).reshape(len(image), -1)
             for parity, basis, part in zip(PARITIES, bases, parts, strict=True):
-                shown = np.moveaxis(samples.reshape(ny, nx, -1) @ basis.T, -1, 0)
+                shown = (basis @ samples).reshape(-1, ny, nx)
                 quarter = fold(shown, _signs(parity, FIELDS[field])) / 4
                 total += float((shown**2).sum())
                 kept += 4 * float((quarter**2).sum())
-                spline = _quarter_spline(solid, quarter, _signs(parity, FIELDS[field]))
-                part[field, mode] = np.moveaxis(spline, 0, -1)
+                through = spline.through(quarter, _signs(parity, FIELDS[field]))
+                part[field, mode] = np.moveaxis(through, 0, -1)
     # a pad of one tactel has no load of one of the parities
     quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
     influence = PadInfluence(count, solid.x, solid.y, profile, quarters)
@@ -261,11 +267,7 @@ def compressed(
 
 
 def further(
-    base: PadInfluence,
-    solid: SolidInfluence,
-    stress_optic_constant: float,
-    weights: Array,
-    flips: tuple[int, int] = (1, 1),
+    base: PadInfluence, fields: tuple[Array, Array], flips: tuple[int, int] = (1, 1)
 ) -> PadInfluence:
     """Another influence of the same pad, in the depth profiles of one that is known.
 
@@ -273,29 +275,23 @@ def further(
     ----------
     base : PadInfluence
         That is known.
-    solid : SolidInfluence
-        Stresses at the samples of negative x and y of the base, which are a quarter of the pad.
-    stress_optic_constant : float
-        K_t [rad/(Pa m)].
-    weights : ndarray, shape (slices,)
-        Of the depth integral of the base [m].
+    fields : (ndarray, ndarray), shape (nx / 2, ny / 2, modes, n, 3)
+        Single-pass retardance A and B of every mode at the samples of negative x and y of the
+        base, which are a quarter of the pad [rad/N].
     flips : (int, int)
         Mirror signs of the loads.
     """
     nx, ny = len(base.x) // 2, len(base.y) // 2
-    # profiles are the root of the weights times orthonormal vectors
-    reduction = (base.profile / weights[:, None] * solid.weights[:, None]).T
     shape = 2, base.modes, ny, nx
-    patterns = [load_basis(base.count, parity) for parity in PARITIES]
+    patterns, spline = [load_basis(base.count, parity) for parity in PARITIES], _QuarterSpline(base)
     parts = [np.empty((*shape, len(basis)), dtype=np.float32) for basis in patterns]
-    for field, stress in enumerate((solid.difference, 2 * solid.shear)):
-        samples = stress_optic_constant * np.einsum("ks,xysnc->kyxnc", reduction, stress)
-        for mode, values in enumerate(samples):
-            flat = values.reshape(ny, nx, -1)
+    for field, samples in enumerate(fields):
+        for mode in range(base.modes):
+            flat = samples[:, :, mode].reshape(nx, ny, -1)
             for parity, basis, part in zip(PARITIES, patterns, parts, strict=True):
-                quarter = np.moveaxis(flat @ basis.T, -1, 0)
+                quarter = (flat @ basis.T).transpose(2, 1, 0)
                 signs = _signs(parity, FIELDS[field], flips)
-                part[field, mode] = np.moveaxis(_quarter_spline(base, quarter, signs), 0, -1)
+                part[field, mode] = np.moveaxis(spline.through(quarter, signs), 0, -1)
     quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
     return PadInfluence(base.count, base.x, base.y, base.profile, quarters, flips)
 
@@ -324,27 +320,34 @@ def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
     return PadInfluence(base.count, base.x, base.y, profile, tuple(quarters), base.flips)
 
 
-def _quarter_spline(
-    samples: SolidInfluence | PadInfluence, quarter: Array, signs: tuple[int, int]
-) -> Array:
-    """Spline coefficients of a quarter, from its values, shape (m, ny / 2, nx / 2)."""
-    h, w = quarter.shape[1:]
-    whole = np.zeros((len(quarter), 2 * h, 2 * w))
-    unfold(quarter, signs, whole)
-    across, along = splines.coefficients(samples.y)[:h], splines.coefficients(samples.x)[:w]
-    return across @ whole @ along.T
+class _QuarterSpline:
+    """Splines through the samples of a quarter and its mirror images."""
+
+    def __init__(self, samples: SolidInfluence | PadInfluence) -> None:
+        self._across, self._along = (
+            {sign: folded_weights(weights[: len(weights) // 2], sign) for sign in (1, -1)}
+            for weights in map(splines.coefficients, (samples.y, samples.x))
+        )
+
+    def through(self, quarter: Array, signs: tuple[int, int]) -> Array:
+        """Coefficients of a quarter, from its values, shape (m, ny / 2, nx / 2)."""
+        x, y = signs
+        return self._across[y] @ quarter @ self._along[x].T
 
 
-def _depth_profiles(solid: SolidInfluence, tolerance: float) -> tuple[Array, Array, float]:
-    """Profiles (slices, modes), what reduces stresses to them (modes, slices), what is left."""
-    root = np.sqrt(solid.weights)
-    gram = sum(
-        scale * np.einsum("xysnc,xytnc->st", stress, stress, optimize=True)
-        for stress, scale in ((solid.difference, 1.0), (solid.shear, 4.0))
-    )
-    values, vectors = np.linalg.eigh(root[:, None] * np.asarray(gram, dtype=float) * root)
+def _components_first(basis: Array) -> Array:
+    """Loads of `load_basis`, whose columns are those of forces, with the forces' axes swapped."""
+    return basis.reshape(len(basis), -1, 3).swapaxes(1, 2).reshape(basis.shape)
+
+
+def _depth_profiles(images: list[Array], weights: Array, tolerance: float) -> tuple[Array, float]:
+    """Profiles, shape (slices, modes), which also reduce stresses to modes, and what is left."""
+    root, gram = np.sqrt(weights), np.zeros((len(weights), len(weights)))
+    for image, twice in zip(images, STRESSES, strict=True):
+        flat = image.reshape(*image.shape[:2], -1)
+        gram += twice**2 * (flat @ flat.swapaxes(1, 2)).sum(axis=0)
+    values, vectors = np.linalg.eigh(root[:, None] * gram * root)
     values, vectors = np.clip(values[::-1], 0, None), vectors[:, ::-1]
     lost = np.sqrt(np.append(values[::-1].cumsum()[::-1], 0) / values.sum())
     modes = int(np.argmax(lost <= tolerance))
-    chosen = vectors[:, :modes]
-    return root[:, None] * chosen, (root[:, None] * chosen).T, float(lost[modes])
+    return root[:, None] * vectors[:, :modes], float(lost[modes])

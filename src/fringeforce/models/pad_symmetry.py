@@ -63,6 +63,20 @@ def fold(whole: NDArray[np.floating], signs: tuple[int, int]) -> NDArray[np.floa
     return rows[..., :w] + x * rows[..., : w - 1 : -1]
 
 
+def folded_weights(weights: Array, sign: int) -> Array:
+    """Weights of the first half, whose mirror image the other half is, from those of all.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (k, n)
+        Of an even number n of values along an axis.
+    sign : int
+        That the values take in the mirror.
+    """
+    half = weights.shape[1] // 2
+    return np.asarray(weights[:, :half] + sign * weights[:, : half - 1 : -1])
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _unfold(quarter, x, y, whole) -> None:
     x, y = quarter.dtype.type(x), quarter.dtype.type(y)

@@ -28,7 +28,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.mechanics.solid.block import Patches
-from fringeforce.mechanics.solid.fourier import stress_influence
+from fringeforce.mechanics.solid.fourier import stress_combinations
 from fringeforce.models import splines
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
@@ -397,12 +397,14 @@ class PadUncertainty:
         base = self.model.influence
         patches = Patches(pad.tactels.places, pad.tactels.side, orders)
         x, y = base.x[: len(base.x) // 2], base.y[: len(base.y) // 2]
-        slices = len(base.profile)
-        solid = stress_influence(block_of(pad), patches, x, y, slices)
-        constant = stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-        weights = block_of(self.model.sensor).depths(slices)[1]
+        block, slices = block_of(pad), len(base.profile)
+        # profiles are the root of the weights times orthonormal vectors
+        own = block_of(self.model.sensor).depths(slices)[1]
+        combined = (base.profile / own[:, None] * block.depths(slices)[1][:, None]).T
+        combined *= stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
+        difference, shear = stress_combinations(block, patches, x, y, combined)
         flips = (-1) ** orders[0], (-1) ** orders[1]
-        return further(base, solid, constant, weights, flips)
+        return further(base, (difference, 2 * shear), flips)
 
     @cached_property
     def _spread(self) -> Array:

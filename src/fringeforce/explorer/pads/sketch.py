@@ -13,7 +13,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Single
 from fringeforce.models import splines
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_symmetry import FIELDS, PARITIES, load_basis, unfold
+from fringeforce.models.pad_symmetry import FIELDS, PARITIES, folded_weights, load_basis, unfold
 
 NOTHING = 1e-7
 """Share of the largest load below which one is lost in single precision."""
@@ -50,10 +50,9 @@ class Sketch:
             loads_first = np.moveaxis(part.reshape(*shape, -1), -1, 0)
             own = np.empty((len(loads_first), *shape[:2], len(across), len(along)), np.float32)
             for field, mirrored in enumerate(FIELDS):
-                rows = _folded(across, parity[1] * mirrored[1])
-                own[:, field] = (
-                    rows @ loads_first[:, field] @ _folded(along, parity[0] * mirrored[0]).T
-                )
+                columns_of = folded_weights(along, parity[0] * mirrored[0]).astype(np.float32)
+                rows_of = folded_weights(across, parity[1] * mirrored[1]).astype(np.float32)
+                own[:, field] = rows_of @ loads_first[:, field] @ columns_of.T
             columns.append(own)
         bases = [load_basis(influence.count, parity).astype(np.float32) for parity in PARITIES]
         return cls(tuple(bases), tuple(columns), influence.profile.astype(np.float32))
@@ -89,9 +88,3 @@ class Sketch:
         modes = self.modes(forces)
         found = self.profile @ modes.reshape(*modes.shape[:2], -1)
         return np.ascontiguousarray(found.swapaxes(0, 1)).reshape(-1, 2, *modes.shape[2:])
-
-
-def _folded(weights: Array, sign: int) -> Single:
-    """Weights of half of the coefficients, the other half of which mirrors them."""
-    half = weights.shape[1] // 2
-    return (weights[:, :half] + sign * weights[:, : half - 1 : -1]).astype(np.float32)

@@ -45,19 +45,48 @@ def stress_influence(
         The series ends where the cover has damped its harmonics by ten to this power.
     """
     heights, weights = block.depths(slices)
+    fields = stress_combinations(block, patches, x, y, np.eye(slices), digits)
+    return SolidInfluence(x, y, heights, weights, *fields)
+
+
+def stress_combinations(
+    block: Block, patches: Patches, x: Array, y: Array, combined: Array, digits: float = 6.0
+) -> tuple[Array, Array]:
+    """Sums of `stress_influence` over the depth, added up before the series is.
+
+    Parameters
+    ----------
+    block, patches, x, y, digits
+        As of `stress_influence`.
+    combined : ndarray, shape (k, slices)
+        Weights of each sum.
+
+    Returns
+    -------
+    difference, shear : ndarray, shape (nx, ny, k, n, 3)
+        Sums of sigma_x - sigma_y and of tau_xy [Pa/N].
+    """
     alpha, beta = _wave_numbers_of(block, digits)
-    shape = (len(x), len(y), slices, len(patches.places), 3)
+    # every tactel's stresses side by side in memory, as they are found
+    shape = 3, len(patches.places), len(combined), len(y), len(x)
     difference, shear = np.empty(shape), np.empty(shape)
     loads = load_harmonics(block, patches, alpha, beta)
-    synthesis = zip(loads, _stress_waves(block, alpha, beta, heights), strict=True)
+    across = patches.places[:, 1]
+    rows = [np.flatnonzero(across == place) for place in np.unique(across)]
+    synthesis = zip(loads, _known_waves(block, digits, combined.shape[1]), strict=True)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
     for component, ((load_x, load_y), (waves_d, waves_s)) in enumerate(synthesis):
         for field, waves, wave_x, wave_y in (
             (difference, waves_d, np.cos(at_x), np.cos(at_y)),
             (shear, waves_s, np.sin(at_x), np.sin(at_y)),
         ):
-            field[..., component] = _synthesis(waves, wave_x, wave_y, load_x, load_y)
-    return SolidInfluence(x, y, heights, weights, difference, shear)
+            summed = np.tensordot(combined, waves, axes=1).swapaxes(1, 2)
+            for row in rows:  # tactels beside each other share half of the sum
+                half = (wave_y * load_y[:, row[0]]) @ summed
+                for tactel in row:
+                    right = (wave_x * load_x[:, tactel]).T
+                    np.matmul(half, right, out=field[component, tactel])
+    return np.transpose(difference), np.transpose(shear)
 
 
 def stress_of_loads(
@@ -247,12 +276,3 @@ def tractions_of(harmonics: list[tuple[Array, Array]], forces: Array) -> Array:
             for component, (along, across) in enumerate(harmonics)
         ]
     )
-
-
-def _synthesis(waves: Array, wave_x: Array, wave_y: Array, load_x: Array, load_y: Array) -> Array:
-    """Sum the series for every tactel, shape (nx, ny, slices, tactels)."""
-    field = np.empty((len(wave_x), len(wave_y), len(waves), load_x.shape[1]))
-    for tactel in range(load_x.shape[1]):
-        left, right = wave_x * load_x[:, tactel], (wave_y * load_y[:, tactel]).T
-        field[..., tactel] = np.moveaxis(left @ waves @ right, 0, -1)
-    return field
