@@ -90,9 +90,13 @@ class _Slab:
     def stiffness(self) -> Array:
         """Stiffness of the last and the first mesh plane, in this order, shape (2u, 2u)."""
         even, odd = (half.stiffness for half in self.halves)
-        turned = self._turned
-        own, other = (even + odd) / 2, (even - odd) / 2
-        return np.block([[turned * own * turned.T, turned * other], [other * turned.T, own]])
+        size, turned = len(even), self._turned
+        found = np.empty((2 * size, 2 * size))
+        found[size:, size:], found[:size, size:] = (even + odd) / 2, (even - odd) / 2
+        found[size:, :size] = found[:size, size:] * turned.T
+        found[:size, size:] *= turned
+        found[:size, :size] = found[size:, size:] * (turned * turned.T)
+        return found
 
     def condensed(self, loads: Array) -> tuple[Array, list[Array]]:
         """What forces (unknowns, cases) between the planes do on them, (2, u, cases), and L^-1 f.
@@ -209,5 +213,6 @@ def slabs(section: Section, thicknesses: Array, last: Mask) -> Slabs:
     distinct = [_slab(section, t) for t in thicknesses[first]]
     held = np.zeros((len(kind) + 1, section.components.size), dtype=bool)
     held[0] = last[section.components]
-    chain = block_cholesky((distinct[k].stiffness for k in kind[::-1]), held)
+    stiffness = [slab.stiffness for slab in distinct]
+    chain = block_cholesky((stiffness[k] for k in kind[::-1]), held)
     return Slabs(distinct, kind, chain)
