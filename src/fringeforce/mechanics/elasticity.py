@@ -183,9 +183,11 @@ def _coefficients(
     mesh: Mesh,
     weights: Array | None,
 ) -> Array:
-    loads = (load / transducer.width for load in _unit_loads(mesh, positions))
-    cases = 2 * len(positions)
-    solved = system.solve(*(load.reshape(*load.shape[:3], cases) for load in loads), weights)
+    lines, between = (
+        (loads / transducer.width).reshape(*loads.shape[:3], 2 * len(positions))
+        for loads in _unit_loads(mesh, positions)
+    )
+    solved = system.solve(lines, between, weights)
     return solved.reshape(*solved.shape[:3], -1, 2)
 
 

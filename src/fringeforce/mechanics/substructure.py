@@ -133,7 +133,7 @@ def _assembled(numbering: _Numbering, shells: Array, inside: Array) -> _Column:
     reduced, recovery = _eliminated(stiffness, lines, rungs)
     top = np.eye(len(rungs))[:, numbering.top]
     yielding = np.linalg.solve(_block(stiffness, rungs, rungs), top)
-    return _Column(reduced, recovery, yielding, inside)
+    return _Column(reduced, recovery, np.asarray(yielding, dtype=np.float64), inside)
 
 
 @dataclass(frozen=True)

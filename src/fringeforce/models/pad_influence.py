@@ -340,7 +340,9 @@ def _components_first(basis: Array) -> Array:
     return basis.reshape(len(basis), -1, 3).swapaxes(1, 2).reshape(basis.shape)
 
 
-def _depth_profiles(images: list[Array], weights: Array, tolerance: float) -> tuple[Array, float]:
+def _depth_profiles(
+    images: list[NDArray[np.floating]], weights: Array, tolerance: float
+) -> tuple[Array, float]:
     """Profiles, shape (slices, modes), which also reduce stresses to modes, and what is left."""
     root, gram = np.sqrt(weights), np.zeros((len(weights), len(weights)))
     for image, twice in zip(images, STRESSES, strict=True):
