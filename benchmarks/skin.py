@@ -33,9 +33,9 @@ FAR, INTERVAL = 6.0, 1.96
 """Stated standard deviations."""
 
 
-def drawn(generator: np.random.Generator) -> list[ff.Press]:
-    """One to three cylinders."""
-    count = int(generator.integers(1, MOST + 1))
+def drawn(generator: np.random.Generator, most: int = MOST) -> list[ff.Press]:
+    """One to so many cylinders."""
+    count = int(generator.integers(1, most + 1))
     while True:
         places = np.sort(generator.uniform(-OUTERMOST, OUTERMOST, count))
         if (np.diff(places) > APART).all():

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import get_lapack_funcs, solve_triangular
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index
 
 BESIDE = 1e-3
 """Share of the information about a change that unknowns must leave: sums at the nodes of a line, or
@@ -108,10 +108,10 @@ class Score(NamedTuple):
         """The one change that explains most."""
         return float(-self.pull[0] / self.information[0, 0])
 
-    def moves(self, loads: int) -> float:
-        """How far changes of this size move one of the first unknowns, in its deviations."""
-        spread = np.sqrt(np.diag(np.linalg.inv(self.fitted))[:loads])
-        return float((np.abs(self.solved @ self.size)[:loads] / spread).max())
+    def moves(self, some: Index) -> float:
+        """How far changes of this size move one of some of the unknowns, in its deviations."""
+        spread = np.sqrt(np.diag(np.linalg.inv(self.fitted))[some])
+        return float((np.abs(self.solved[some] @ self.size) / spread).max())
 
     def evidence(self) -> float:
         """Twice the logarithm of the evidence for changes that have a standard normal prior."""

@@ -130,8 +130,11 @@ class Departures:
 
     @property
     def pitch(self) -> float:
-        """Spacing of the tactels, or a millimetre if there is one [m]."""
-        places = self.model.sensor.tactels.positions
+        """Spacing of the tactels, or a millimetre if there is one; of a skin its cover [m]."""
+        sensor = self.model.sensor
+        if sensor.skin is not None:
+            return float(sensor.transducer.compliant.thickness)
+        places = sensor.tactels.positions
         return float(np.diff(places).min()) if len(places) > 1 else 1e-3
 
     @property

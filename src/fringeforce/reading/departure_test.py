@@ -1,4 +1,4 @@
-"""Whether a strip's frame that loads explain shows a departure from the design all the same.
+"""Whether a strip's frame that is explained shows a departure from the design all the same.
 
 The residual test takes all waves of phase together.  A score test asks for one departure at a time,
 beside the loads and what the design allows for, and shows what is ten times smaller.  Of several
@@ -54,12 +54,40 @@ most: errors grow by an eighth."""
 STRONGER = 2.0
 """Square of the phase over that of the last test from which a frame that follows is tested: what is
 pressed harder shows what was hidden."""
+RETESTED = 4096
+"""Frames after which one that follows is tested for departures again: lamps drift in seconds."""
+APART = 16
+"""Frames between looks at the phase of those that follow."""
 STEP = 0.01
 """Share of a size by which its derivative is taken: meshes differ by a hundredth of the change."""
 SHARPEST = 0.04
 """Blur at which its derivative is taken if there is none: its square is a thousandth of that of the
 least that fringes of a few pixels show [pixels]."""
 D = TypeVar("D", bound=Departing)
+
+
+class Retests:
+    """When frames that follow are tested again."""
+
+    def __init__(self) -> None:
+        self.begin(0.0)
+
+    def begin(self, strength: float) -> None:
+        """After a test of a frame, or its search, with this square of the phase at the nodes."""
+        self._strength, self._since, self._looked = strength, 0, 0
+
+    def due(self, frames: int, phase: Callable[[], Array]) -> bool:
+        """Whether the last of some more frames is to be tested, as its phase at the nodes says."""
+        self._since += frames
+        if self._since < self._looked + APART:
+            return False
+        self._looked = self._since
+        nodes = phase()
+        strength = float(nodes @ nodes)
+        if self._since < RETESTED and strength < STRONGER * self._strength:
+            return False
+        self.begin(strength)
+        return True
 
 
 class Tested(NamedTuple):
@@ -82,8 +110,8 @@ class Tested(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class DepartureTest:
-    """Score tests of what the design of a strip of tactels does not allow for.
+class StripDepartureTest:
+    """Score tests of what the design of a strip does not allow for, beside loads of any kind.
 
     Attributes
     ----------
@@ -136,7 +164,7 @@ class DepartureTest:
 
     @cached_property
     def _fitted(self) -> Index:
-        """Where the unknowns of the design stand among all."""
+        """Where the unknowns of the design stand among all, loads first."""
         wide, stated = _places(self._wide), _places(self.uncertain)
         order = np.concatenate([wide[name] for name in stated])
         return order[np.argsort(np.concatenate(list(stated.values())))]
@@ -166,41 +194,36 @@ class DepartureTest:
                 found = np.concatenate([found, own])
         return found
 
-    def finding(self, posterior: Posterior, top: Top) -> str:
-        """What is said of departures that a frame shows plainly; nothing if it shows none.
+    def _told(
+        self, posterior: Posterior, model: FrameModel, found: Array, forces: Array
+    ) -> list[Score]:
+        """What a frame tells of everything that is tested, in its deviations, beside the rest.
 
         Parameters
         ----------
         posterior : Posterior
             Of the frame.
-        top : Top
-            Where it is largest.
+        model : FrameModel
+            Where what is tested is uncertain as well; it may have more unknowns in the place of
+            loads than the strip.
+        found : ndarray, shape (size,)
+            Unknowns that explain the frame.
+        forces : ndarray, shape (2n,)
+            Of the strip's tactels, or line loads [N].
         """
-        found = self.shown(posterior, top)
-        return sentence(found, self.model) if found else ""
-
-    def shown(self, posterior: Posterior, top: Top) -> list[Sized]:
-        """Departures that a frame shows plainly and cannot tell apart, the likeliest first."""
-        if not self.tested:
-            return []
-        scores, loads = self.scores(posterior, top), posterior.model.at.loads
-        return plain(self.tested, scores, loads, self._size)
-
-    def scores(self, posterior: Posterior, top: Top) -> list[Score]:
-        """What a frame tells of everything that is tested, in its deviations, beside the rest."""
-        own, fitted = posterior.model, self._fitted
-        model = self._wide.under(top.unknowns[: own.at.loads])._replace(
-            fixed=own.fixed, variance=own.variance, floor=own.floor, ceiling=own.ceiling
-        )
+        own, base = posterior.model, self._wide.frame.at
+        model = model._replace(variance=own.variance, floor=own.floor, ceiling=own.ceiling)
+        more = model.at.size - base.size
+        fitted = np.append(np.arange(base.loads + more), self._fitted[base.loads :] + more)
         unknowns, precision = np.zeros(model.at.size), np.zeros(model.at.size)
-        unknowns[fitted], precision[fitted] = top.unknowns, posterior.prior.precision
+        unknowns[fitted], precision[fitted] = found, posterior.prior.precision
         mean = np.zeros(model.at.size)
         mean[fitted] = posterior.prior.mean
         prior = Prior(mean, precision, posterior.prior.friction, posterior.prior.yielding)
         about = Linearised(*linearise(model, prior, posterior.frame, unknowns))
         loss = about.hessian + about.cone
-        tested = np.concatenate([*self._groups, np.empty(0, dtype=np.intp)])
-        waves = np.einsum("kam,a->km", self._resized, top.unknowns[: own.at.loads])
+        tested = more + np.concatenate([*self._groups, np.empty(0, dtype=np.intp)])
+        waves = np.einsum("kam,a->km", self._resized, forces)
         seen = spread_profiles(model, unknowns, waves)
         weighed = banded(about, seen)
         both = shared_information(model, about, seen, weighed)
@@ -234,8 +257,40 @@ class DepartureTest:
         return frame.brightness[group - frame.at.modes]
 
 
+@dataclass(frozen=True, eq=False)
+class DepartureTest(StripDepartureTest):
+    """The same beside loads of tactels."""
+
+    def finding(self, posterior: Posterior, top: Top) -> str:
+        """What is said of departures that a frame shows plainly; nothing if it shows none.
+
+        Parameters
+        ----------
+        posterior : Posterior
+            Of the frame.
+        top : Top
+            Where it is largest.
+        """
+        found = self.shown(posterior, top)
+        return sentence(found, self.model) if found else ""
+
+    def shown(self, posterior: Posterior, top: Top) -> list[Sized]:
+        """Departures that a frame shows plainly and cannot tell apart, the likeliest first."""
+        if not self.tested:
+            return []
+        loads = np.arange(posterior.model.at.loads)
+        return plain(self.tested, self.scores(posterior, top), loads, self._size)
+
+    def scores(self, posterior: Posterior, top: Top) -> list[Score]:
+        """What a frame tells of everything that is tested, in its deviations, beside the rest."""
+        own = posterior.model
+        loads = top.unknowns[: own.at.loads]
+        wide = self._wide.under(loads)._replace(fixed=own.fixed)
+        return self._told(posterior, wide, top.unknowns, loads)
+
+
 def plain(
-    tested: Sequence[D], scores: Sequence[Score], loads: int, size: Callable[[D, Score], float]
+    tested: Sequence[D], scores: Sequence[Score], stated: Index, size: Callable[[D, Score], float]
 ) -> list[Sized]:
     """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
 
@@ -245,16 +300,18 @@ def plain(
         Departures.
     scores : sequence of Score
         What the frame tells of each.
-    loads : int
-        How many of what was fitted, the first ones, it is a matter to move.
+    stated : ndarray of int
+        Where what a reading states stands among what was fitted: it is a matter to move it.
     size : callable
         By how much one departs.
     """
     found = list[tuple[float, Sized]]()
     for one, score in zip(tested, scores, strict=True):
         square, freedom = score.plain()
-        if square > square_limit(freedom) and score.moves(loads) > HARMLESS:
-            found.append((score.evidence(), Sized(one, size(one, score), float(np.sqrt(square)))))
+        if square > square_limit(freedom) and score.moves(stated) > HARMLESS:
+            sized = Sized(one, size(one, score), float(np.sqrt(square)))
+            if sized.size:  # a picture that seems sharper than without any blur does not depart
+                found.append((score.evidence(), sized))
     found.sort(key=lambda each: -each[0])
     return [sized for evidence, sized in found if evidence > found[0][0] - 2 * RIVAL]
 

@@ -13,6 +13,7 @@ from fringeforce.estimation.binning import seen_means
 from fringeforce.estimation.posterior import sharp
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.departure_test import Retests
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, Seen, renewed
@@ -56,10 +57,14 @@ class SkinFollower(Follower):
         self._like: SkinResult | None = None
         self._probability, self._age, self._silent, self._size = 0.0, 0, False, 1
         self._strain = self._broken = 0.0
+        self._retests = Retests()
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         found = self._follow(levels, used)
+        if found is not None and self._departs(levels, used, found):
+            self._last = None
+            return self._single.alone(levels, used)
         if found is not None:
             status = Status.NO_CONTACT if self._silent else None
             return self._single.stated(
@@ -75,6 +80,8 @@ class SkinFollower(Follower):
         if last is not None:
             self._probability, self._broken = reading.probability, last.broken
             self._begin(last)
+            if not reading.tracked:
+                self._retests.begin(float(last.phase @ last.phase))
         return reading
 
     def read_on(
@@ -89,6 +96,16 @@ class SkinFollower(Follower):
             batch.store(row, reading)
             if progress is not None:
                 progress(1)
+
+    def _departs(self, levels: NDArray[Any], used: Mask, found: Explanation) -> bool:
+        """Whether a frame that follows shows a departure beside the contacts found in it."""
+        single = self._single
+        if self._silent or self._probability < single.confidence:
+            return False
+        if not self._retests.due(1, lambda: found.phase):
+            return False
+        frame = np.where(used, levels.astype(float), np.nan)
+        return bool(single.departing(renewed(Seen(single.skin, frame, found.push), found)))
 
     def _seen(self, frame: Array, one: Explanation) -> Seen:
         """A frame, shape (P,), in bins that tell as much as pixels about an explanation."""

@@ -27,6 +27,7 @@ from fringeforce.models.creep import Creep
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts, SkinModel, large_strain
 from fringeforce.reading.posterior_search import Lines, phase_information
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_departure_test import SkinDepartureTest
 from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
@@ -135,7 +136,23 @@ class SkinReader(StripFrames):
         ):
             return self.stated(silent, 1.0, Status.NO_CONTACT), silent
         reading, best = self._weighed(met, silent)
+        if reading.ok and (said := self.departing(best)):
+            return reading.departing(said), None
         return reading, best if reading.trusted else None
+
+    def departing(self, one: Explanation) -> str:
+        """What a frame shows of departures beside the contacts that explain it, in words.
+
+        Nothing if it shows none.  What a calibration leaves uncertain would be taken for one, and
+        so would what the elements of large strain miss.
+        """
+        if self.model.imaging is not None or self.skin.strain is not None:
+            return ""
+        return self._departures.finding(one)
+
+    @cached_property
+    def _departures(self) -> SkinDepartureTest:
+        return SkinDepartureTest(self.model, self.uncertain, self.skin)
 
     @one_blas_thread()
     def likeliest(

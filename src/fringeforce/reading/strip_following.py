@@ -15,7 +15,7 @@ from fringeforce.estimation.information_filter import InformationFilter
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
 from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.departure_test import STRONGER
+from fringeforce.reading.departure_test import Retests
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
@@ -36,8 +36,6 @@ INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
 ALIKE = 16
 """Frames in a row to which the model's own errors do the same."""
-RETESTED = 4096
-"""Frames after which one that follows is tested for departures again: lamps drift in seconds."""
 MORE = 4
 """Frames whose mean is searched first, and how many times as many each time after: errors of the
 mean that are of second order are a quarter of those of one frame."""
@@ -116,7 +114,7 @@ class StripFollower(Follower):
         self._trail: Before | None = None
         self._several: Located | None = None
         self._total = np.empty(0)
-        self._strength, self._since, self._looked = 0.0, 0, 0
+        self._retests = Retests()
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -178,17 +176,11 @@ class StripFollower(Follower):
 
     def _departs(self, levels: NDArray[Any], used: Mask, count: int) -> bool:
         """Whether the last of some frames that followed shows a departure; then it is forgotten."""
-        self._since += count
         own, begun = self._filter, self._begun
         if own is None or begun is None or not begun.ok or self._held is not None:
             return False
-        if self._since < self._looked + ALIKE:
+        if not self._retests.due(count, lambda: node_phase(own.model, own.unknowns)):
             return False
-        self._looked = self._since
-        phase = node_phase(own.model, own.unknowns)
-        if self._since < RETESTED and phase @ phase < STRONGER * self._strength:
-            return False
-        self._strength, self._since, self._looked = float(phase @ phase), 0, 0
         if not self._single.departing(levels, used, own.unknowns):
             return False
         self._filter = self._last = None
@@ -220,7 +212,7 @@ class StripFollower(Follower):
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
         self._posterior, self._shift = posterior, None
         phase = posterior.phase(top)
-        self._strength, self._since, self._looked = float(phase @ phase), 0, 0
+        self._retests.begin(float(phase @ phase))
         self._begin(posterior, top, weak)
         if weak and reading.status is not Status.NO_CONTACT:
             self._held, self._count, self._total = posterior, 1, levels.astype(float)

@@ -67,7 +67,7 @@ class DepartureTest:
     def _plain(self, found: Score) -> list[Sized]:
         """Departures that are shown plainly and cannot be told apart, the likeliest first."""
         scores = [found.of(slice(k, k + 1)) for k in range(len(self.tested))]
-        return plain(self.tested, scores, len(found.fitted), self._size)
+        return plain(self.tested, scores, np.arange(len(found.fitted)), self._size)
 
     def _size(self, departure: PadDeparture, score: Score) -> float:
         """By how much it departs, as of the linear model."""
