@@ -14,7 +14,6 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
@@ -151,7 +150,10 @@ class StripDepartureTest:
             update={"tolerances": Tolerances(wide), "camera": camera, "transducer": block}
         )
         found = uncertainty(replace(self.model, sensor=made))
-        frame = found.frame._replace(curvature=self.uncertain.frame.curvature)
+        drawn = self.uncertain.frame
+        # what is tested is none, where powers beyond the first change nothing
+        powers = np.ascontiguousarray(found.frame.influence[:, : drawn.influence.shape[1]])
+        frame = found.frame._replace(curvature=drawn.curvature, influence=powers)
         return replace(found, frame=frame if BLUR in sensor.tolerances else _sharp(frame))
 
     def _unit(self, departure: Tested) -> float:
@@ -227,12 +229,15 @@ class StripDepartureTest:
         seen = spread_profiles(model, unknowns, waves)
         weighed = banded(about, seen)
         both = shared_information(model, about, seen, weighed)
+        changes = np.zeros((len(tested) + len(waves),) * 2)
+        changes[: len(tested), : len(tested)] = loss[np.ix_(tested, tested)]
+        changes[len(tested) :, len(tested) :] = seen @ weighed.T
         all_of_them = Score.beside(
             (about.gradient[fitted], loss[np.ix_(fitted, fitted)]),
             np.concatenate([loss[np.ix_(fitted, tested)], both[fitted]], axis=1),
             (
                 np.concatenate([about.gradient[tested], waves @ about.pulls[0]]),
-                np.asarray(block_diag(loss[np.ix_(tested, tested)], seen @ weighed.T), float),
+                changes,
             ),
         )
         counts = [*map(len, self._groups), *[1] * len(waves)]
