@@ -9,10 +9,10 @@ from scipy.interpolate import CubicSpline
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, InputError
 from fringeforce.mechanics.finite_strain import finite_strip
-from fringeforce.models.finite_strain import beyond_second_order
+from fringeforce.models.finite_strain import SkinStrain, beyond_second_order
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.presses import tractions
-from fringeforce.models.skin import GEOMETRY, Contacts
+from fringeforce.models.skin import GEOMETRY, MESH, PLACE, WIDTH, Contacts
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_reader import StripFrameReader
@@ -275,9 +275,38 @@ def test_soft_skins_are_read_where_linear_theory_is_wrong(skin: ff.SensorModel) 
     assert np.min(np.max(far, axis=1)) > 6
 
 
-def test_contacts_under_large_strain_change_the_phase_as_differences_tell(
-    skin: ff.SensorModel,
+@pytest.mark.parametrize("width", [0.3e-3, 0.5e-3, 0.8e-3, 1.2e-3])
+def test_contacts_narrower_than_the_cover_are_read_as_finer_elements_have_them(
+    skin: ff.SensorModel, width: float
 ) -> None:
+    """Of a camera that shows more of what the reader's elements miss."""
+    quiet = skin.sensor.replace(**{"camera.noise": 1.5})
+    model = ff.characterize(quiet)
+    force = 0.2 * quiet.transducer.compliant.youngs_modulus * width * quiet.transducer.width
+    true = np.array([force, -0.25 * force, 0.83e-3])
+    press = ff.Press(x=true[2], normal=force, tangential=true[1], width=width, profile="flat")
+    strip = finite_strip(quiet.transducer, [true[2]], [width], order=6, share=1 / 8)
+    constant = stress_optic_constant(quiet.transducer.photoelastic, quiet.polariscope.wavelength)
+    seen = strip.integrated_stress(strip.solved([true[:2]]), model.pixel_positions)
+    phase = phase_lead(seen, constant)
+    added = phase - model.phase([press], strain="linear")
+    assert np.abs(added).max() > 0.03 * np.abs(phase).max()
+    known = SkinStrain(quiet, model.pixel_positions).under([tractions(quiet, press)])
+    # a quarter of what readings allow for what elements miss
+    assert np.abs(known - added).max() < 0.25 * MESH * np.abs(added).max()
+    reading = ff.Reader(model).search(model.delivered(phase, rng=1))
+    assert reading.status is ff.Status.OK
+    assert reading.total is not None
+    error = np.array([*reading.total.force, reading.total.centre[0]]) - true
+    own = np.ix_([0, 1, 5], [0, 1, 5])
+    square = error @ np.linalg.solve(reading.total.covariance[own], error)
+    assert square < 21.1  # beyond with a chance of 1e-4 (chi-square)
+
+
+def test_contacts_under_large_strain_change_the_phase_as_differences_tell(
+    skin: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the same elements, which else move with the contacts."""
     single = ff.Reader(skin)._single
     assert isinstance(single, SkinReader)
     model = single.skin
@@ -289,6 +318,9 @@ def test_contacts_under_large_strain_change_the_phase_as_differences_tell(
     steps = [0.01, 0.01, 2e-6, 2e-6, *[0.01] * (GEOMETRY - 2)]
     peak = np.abs(model.strained(Contacts(about[:, :2], geometry))).max()
     assert peak > 0.1
+    assert model.strain is not None
+    strip = model.strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
+    monkeypatch.setattr(SkinStrain, "strip", lambda *_: strip)
     for k, (step, tangent) in enumerate(zip(steps, tangents, strict=True)):
         ahead, behind = about.copy(), about.copy()
         ahead[0, k] += step

@@ -41,6 +41,14 @@ class Tractions(NamedTuple):
         return float(self.forces[:, 0] @ self.places / self.forces[:, 0].sum())
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the contact along x, half a step beyond the outermost forces [m]."""
+        if len(self.places) == 1:
+            return float(self.places[0]), float(self.places[0])
+        at = np.sort(self.places)
+        return float(1.5 * at[0] - 0.5 * at[1]), float(1.5 * at[-1] - 0.5 * at[-2])
+
+    @property
     def width(self) -> float:
         """Four standard deviations of the pressure, the whole width of a Hertz contact [m]."""
         square = self.forces[:, 0] @ np.square(self.places - self.centre)

@@ -103,7 +103,7 @@ def _wide(path: str) -> SensorModel:
 
 @lru_cache(maxsize=2)
 def _skin_strain(path: str) -> SkinStrain:
-    from fringeforce.models.finite_strain import skin_strain
+    from fringeforce.models.finite_strain import SkinStrain
 
     model = _drawn(path)
-    return skin_strain(model.sensor, model.pixel_positions)
+    return SkinStrain(model.sensor, model.pixel_positions)

@@ -50,6 +50,8 @@ SMALLEST_STEP = 1 / 64
 """Share of the load below which steps are not cut any more."""
 FEWEST = 1 / 4
 """The same of loads that a search only tries."""
+SAME = 1e-11
+"""Distance below which ends of patches are one, for rounding [m]."""
 TILT = 1e-5
 """Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
 
@@ -277,11 +279,15 @@ class FiniteStrip:
         return self._stepped(np.tensordot(self.unit_loads, wanted, axes=2), start)
 
     def _stepped(
-        self, load: Array, start: Array | None = None, smallest: float = SMALLEST_STEP
+        self,
+        load: Array,
+        start: Array | None = None,
+        step: float = 1.0,
+        smallest: float = SMALLEST_STEP,
     ) -> Array:
         """Displacements in balance with nodal forces, by steps of the load as small as it takes."""
         now = np.zeros(self.shape) if start is None else start
-        reached, step = 0.0, 1.0
+        reached = 0.0
         begin = load if start is None else load - self.internal_forces(now)
         tangent: Tangent | None = None
         while reached < 1:
@@ -343,11 +349,16 @@ class FiniteStrip:
         try:
             return self._balanced(linear, load, self._unloaded, ENOUGH)[0]
         except InputError:  # far beyond small strain
-            return self._stepped(load, smallest=smallest)
+            return self._stepped(load, step=1 / 2, smallest=smallest)
 
-    def surface(self, places: Array) -> tuple[csr_array, csr_array]:
-        """Shape functions of the surface at places, and their slopes, shape (q, along x) [1/m]."""
-        return interpolation(self.mesh.order, self.mesh.x, places)
+    def spread(self, places: Array) -> tuple[Array, Array]:
+        """Nodal forces of unit forces at places (...) of the surface, and their slopes [1/m].
+
+        Both of shape (..., along x).
+        """
+        value, slope = interpolation(self.mesh.order, self.mesh.x, places.ravel())
+        shape = (*places.shape, -1)
+        return value.toarray().reshape(shape), slope.toarray().reshape(shape)
 
     def beside_linear(self, load: Array, changes: Array) -> tuple[Array, Array]:
         """What large strain adds to the stress that the light sees, and its change with the load.
@@ -602,6 +613,7 @@ def finite_strip(
     widths: ArrayLike,
     materials: tuple[Hyperelastic, Hyperelastic] | None = None,
     order: int = ORDER,
+    share: float = np.inf,
 ) -> FiniteStrip:
     """A strip under large strain on the mesh that its patches ask for.
 
@@ -616,6 +628,9 @@ def finite_strip(
         given.
     order : int
         Polynomial order of the elements.
+    share : float
+        Largest element beside the ends of a patch, along the strip and into it, over the width of
+        the patch; ends that are closer together than a quarter of that are one.
 
     Raises
     ------
@@ -632,17 +647,34 @@ def finite_strip(
             f"A contact {np.min(wide):g} m wide is a line, under which large strain has no "
             'solution; give it a width, such as tactels.contact_width = "0.5 mm".'
         )
-    ends = np.concatenate([middle - wide / 2, middle + wide / 2])
+    ends, finest = np.concatenate([middle - wide / 2, middle + wide / 2]), np.tile(share * wide, 2)
     half = transducer.length / 2
     if np.abs(ends).max(initial=0.0) > half * (1 + 1e-9):
         raise InputError(
             f"A contact reaches to {np.abs(ends).max() * 1e3:g} mm from the centre, beyond the "
             f"strip's end at {half * 1e3:g} mm; move it or make it narrower."
         )
-    inner = np.unique(ends.round(12))
-    mesh = strip_mesh(transducer, inner[np.abs(inner) < half * (1 - 1e-9)], order)
+    marks, sizes = _apart(ends, finest, half)
+    mesh = strip_mesh(transducer, marks, order, sizes)
     compliant, photoelastic = materials or (
         Hyperelastic.neo_hookean(transducer.compliant),
         Hyperelastic.neo_hookean(transducer.photoelastic),
     )
     return FiniteStrip(transducer, middle, wide, mesh, compliant, photoelastic)
+
+
+def _apart(ends: Array, finest: Array, half: float) -> tuple[Array, Array]:
+    """Ends of patches between which elements make sense, ascending, and the largest beside them.
+
+    An end of the strip itself is none.
+    """
+    near = np.where(finest < np.inf, finest / 4, SAME)
+    kept = list[int]()
+    for k in np.argsort(ends, kind="stable").tolist():
+        if half - abs(ends[k]) < near[k]:
+            continue
+        if kept and ends[k] - ends[kept[-1]] < min(near[k], near[kept[-1]]):
+            finest[kept[-1]] = min(finest[kept[-1]], finest[k])
+        else:
+            kept.append(k)
+    return ends[kept], finest[kept]

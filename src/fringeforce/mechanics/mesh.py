@@ -109,7 +109,12 @@ def subdivision(length: float, left: Progression, right: Progression) -> Array:
     return filled * (length / filled.sum())
 
 
-def strip_mesh(transducer: Transducer, positions: ArrayLike, order: int = ORDER) -> Mesh:
+def strip_mesh(
+    transducer: Transducer,
+    positions: ArrayLike,
+    order: int = ORDER,
+    finest: ArrayLike = np.inf,
+) -> Mesh:
     """The mesh that a design asks for.
 
     Parameters
@@ -120,19 +125,22 @@ def strip_mesh(transducer: Transducer, positions: ArrayLike, order: int = ORDER)
         Where the tactels' line loads act, ascending [m].
     order : int
         Polynomial order of the elements.
+    finest : array_like, shape () or (n,)
+        Largest first element beside each line load, along the strip and into it [m].
     """
     a, b = transducer.compliant.thickness, transducer.photoelastic.thickness
     half, depth = transducer.length / 2, a + b
     corner = CORNER * depth if transducer.edges == "free" else np.inf
 
-    load = Progression(LOAD_X * a, GROWTH_X, LARGEST * depth)
     edge = Progression(corner, CORNER_GROWTH, LARGEST * depth)
     marks = np.concatenate([[-half], np.asarray(positions, dtype=float), [half]])
-    ends = [edge, *[load] * (len(marks) - 2), edge]
+    first = np.broadcast_to(finest, len(marks) - 2)
+    loads = [Progression(min(LOAD_X * a, one), GROWTH_X, LARGEST * depth) for one in first.tolist()]
+    ends = [edge, *loads, edge]
     widths = [
         subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(marks)) if gap > 0
     ]
-    surface = Progression(LOAD_Z * a, GROWTH_Z, a)
+    surface = Progression(float(first.min(initial=LOAD_Z * a)), GROWTH_Z, a)
     above = Progression(corner, CORNER_GROWTH, a)
     below = Progression(min(corner, BELOW * a), GROWTH_BELOW, b)
     base = Progression(corner, CORNER_GROWTH, b)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -22,9 +22,14 @@ Strain = Literal["linear", "finite"]
 """Whether the strain of a strip is small, or calculated as it is."""
 COARSE = 4
 """Order of the elements that give the second order, itself a small part of the phase."""
-CELL = 0.8
-"""Width of the elements under a skin, in thicknesses of the cover: half of it, and one order more,
-change what strain adds to the light by 1.5 % of it at most."""
+SHARE = 0.25
+"""Largest element beside the ends of a contact on a skin, over its width: half of it, and two
+orders more, change what strain adds to the light by 0.3 % of it at most."""
+KEPT = 8
+"""Meshes of contacts that are kept, with what is factorised without load: searches come back."""
+SHEARING = 0.8
+"""Part of a shear that folds the surface like a pressure: a shear of half the pressure folds it at
+0.6 to 0.7 of the pressure alone."""
 PATCHES = 8
 """Patches that stand for a press whose pressure is not uniform."""
 
@@ -145,28 +150,50 @@ def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
 class SkinStrain:
     """What large strain adds to the light of contacts anywhere on a skin.
 
+    Elements follow the contacts: theirs is the strain that they must resolve.
+
     Attributes
     ----------
-    strip : FiniteStrip
-        With elements of equal width all over the skin.
-    shown : ndarray, shape (M, m)
-        Phase at some places of a unit stress at each station [rad / (Pa m)].
+    sensor : Sensor
+        The strip.
+    places : ndarray, shape (s,)
+        Where light is wanted [m]; none beyond the strip.
+    shown : callable
+        What is told of phases there, shape (k, s), as an array (k, m); linear.
     """
 
-    strip: FiniteStrip
-    shown: Array
+    sensor: Sensor
+    places: Array
+    shown: Callable[[Array], Array] = np.asarray
 
-    def spread(self, places: Array) -> tuple[Array, Array]:
-        """Nodal forces of unit forces at places (...), shape (..., C), and their slopes [1/m]."""
-        value, slope = self.strip.surface(places.ravel())
-        shape = (*places.shape, -1)
-        return value.toarray().reshape(shape), slope.toarray().reshape(shape)
+    def strip(self, centres: Array, widths: Array) -> FiniteStrip:
+        """The strip on elements for contacts, shape (n,) [m].
 
-    def added(self, load: Array, changes: Array) -> tuple[Array, Array]:
+        Raises
+        ------
+        InputError
+            If a contact has no width or reaches beyond the strip.
+        """
+        key = np.concatenate([centres, widths]).tobytes()
+        if key not in self._strips:
+            while len(self._strips) >= KEPT:
+                del self._strips[next(iter(self._strips))]
+            self._strips[key] = finite_strip(
+                self.sensor.transducer, centres, widths, order=COARSE, share=SHARE
+            )
+        return self._strips[key]
+
+    @cached_property
+    def _strips(self) -> dict[bytes, FiniteStrip]:
+        return {}
+
+    def added(self, strip: FiniteStrip, load: Array, changes: Array) -> tuple[Array, Array]:
         """What it adds to the phase, shape (m,), and how that changes, shape (k, m) [rad].
 
         Parameters
         ----------
+        strip : FiniteStrip
+            As of `strip`.
         load : ndarray, shape (2, C)
             Normal and tangential nodal forces [N].
         changes : ndarray, shape (k, 2, C)
@@ -177,26 +204,36 @@ class SkinStrain:
         InputError
             If the strip has no stable state under the load.
         """
-        stress, slopes = self.strip.beside_linear(load, changes)
-        return stress @ self.shown, slopes.T @ self.shown
+        stress, slopes = strip.beside_linear(load, changes)
+        both = np.concatenate([stress[:, None], slopes], axis=1)
+        phases = self.shown(_at(self.sensor, strip, self.places, both).T)
+        return phases[0], phases[1:]
+
+    def squash(self, forces: Array, widths: Array) -> Array:
+        """Mean pressure of contacts over the modulus of the cover, shape (n,).
+
+        With `SHEARING` times the shear, which folds the surface as well.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (n, 2)
+            Normal and tangential [N].
+        widths : ndarray, shape (n,)
+            Of the contacts [m].
+        """
+        normal, tangential = np.abs(forces).T
+        transducer = self.sensor.transducer
+        stiffness = widths * transducer.width * transducer.compliant.youngs_modulus
+        return np.asarray((normal + SHEARING * tangential) / stiffness, dtype=float)
 
     def under(self, acting: Sequence[Tractions]) -> Array:
         """What it adds to the phase under tractions, shape (m,) [rad]; as of `added`."""
-        load = np.zeros((2, self.strip.shape[1]))
+        ends = np.array([one.ends for one in acting]).reshape(-1, 2)
+        strip = self.strip(ends.mean(axis=1), np.diff(ends, axis=1)[:, 0])
+        load = np.zeros((2, strip.shape[1]))
         for one in acting:
-            load += one.forces.T @ self.spread(one.places)[0]
-        return self.added(load, np.zeros((0, *load.shape)))[0]
-
-
-def skin_strain(sensor: Sensor, x: Array) -> SkinStrain:
-    """What large strain adds to the light of a skin, at positions x (m,) along it [m]."""
-    assert sensor.skin is not None
-    transducer, extent = sensor.transducer, sensor.skin.extent
-    count = int(np.ceil(extent / (CELL * transducer.compliant.thickness)))
-    width = extent / count
-    centres = (np.arange(count) - (count - 1) / 2) * width
-    strip = finite_strip(transducer, centres, np.full(count, width), order=COARSE)
-    return SkinStrain(strip, _at(sensor, strip, x, np.eye(len(strip.mesh.stations))).T)
+            load += one.forces.T @ strip.spread(one.places)[0]
+        return self.added(strip, load, np.zeros((0, *load.shape)))[0]
 
 
 def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:

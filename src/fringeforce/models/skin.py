@@ -14,19 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.binning import binned
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout
-from fringeforce.models.finite_strain import SkinStrain, skin_strain
+from fringeforce.models.finite_strain import SkinStrain
 from fringeforce.models.skin_influence import (
     DEGREE,
     FIRST_SHAPE,
@@ -232,11 +232,12 @@ class SkinModel:
         """
         forces, geometry = contacts
         count, size = len(forces), changes.shape[2]
-        unit, change = _divided(geometry, FINE, strain.spread)
+        strip = strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
+        unit, change = _divided(geometry, FINE, strip.spread)
         turned = (unit[:, :, None] * np.eye(2)[:, :, None]).reshape(2 * count, 2, -1)
         moved = (change * forces[:, None, :, None]).reshape(count * GEOMETRY, 2, -1)
         load = (forces[:, :, None] * unit).sum(axis=0)
-        added, slopes = strain.added(load, np.concatenate([turned, moved]))
+        added, slopes = strain.added(strip, load, np.concatenate([turned, moved]))
         by_force, by_geometry = slopes[: 2 * count], slopes[2 * count :]
         return (
             moments + by_force.reshape(moments.shape),
@@ -317,9 +318,11 @@ class SkinModel:
         """What large strain adds to that, shape (m,) [rad]; as of `SkinStrain.added`."""
         if self.strain is None:
             return np.zeros(self.lines.shape[2])
-        unit, _ = _divided(contacts.geometry, FINE, self.strain.spread)
+        geometry = contacts.geometry
+        strip = self.strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
+        unit, _ = _divided(geometry, FINE, strip.spread)
         load = (contacts.forces[:, :, None] * unit).sum(axis=0)
-        return self.strain.added(load, np.empty((0, *load.shape)))[0]
+        return self.strain.added(strip, load, np.empty((0, *load.shape)))[0]
 
     def contacts(self, model: FrameModel, unknowns: Array) -> Contacts:
         """Contacts of unknowns, to first order as of `frame`."""
@@ -343,9 +346,12 @@ def large_strain(sensor: Sensor, uncertain: Uncertainty) -> SkinStrain | None:
     """What large strain adds at the nodes of a skin; none where its strain is small."""
     if sensor.transducer.strain != "finite":
         return None
-    found = skin_strain(sensor, uncertain.places)
-    nodes = len(uncertain.frame.fixed)
-    return replace(found, shown=coefficients(found.shown * uncertain.shown, nodes))
+    shown = partial(_at_nodes, shown=uncertain.shown, nodes=len(uncertain.frame.fixed))
+    return SkinStrain(sensor, uncertain.places, shown)
+
+
+def _at_nodes(phases: Array, shown: Mask, nodes: int) -> Array:
+    return coefficients(phases * shown, nodes)
 
 
 @cache

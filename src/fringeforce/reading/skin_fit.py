@@ -18,8 +18,12 @@ from fringeforce.reading.strip_frames import FITS
 
 STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
-WIDER = 4
-"""Widths, each larger by `STEP`, at which large strain is tried where the surface folds."""
+FOLDING, EASED = 0.6, 0.25
+"""Squashes of the cover (`SkinStrain.squash`) beyond which its surface folds under contacts of any
+width up to eight covers, and to which contacts are widened where it does: a single one folds it at
+0.32 to 0.6."""
+WIDER = 3
+"""Widths, each larger by `STEP`, at which large strain is tried from there on."""
 ROUNDS = 12
 """Linearisations of a climb."""
 LEFT = 4.0
@@ -214,6 +218,17 @@ def strained(skin: SkinModel, contacts: Contacts) -> Array | None:
     Small strain finds contacts that are too narrow, or several in the place of one.  None is
     returned if the surface folds under contacts several times as wide.
     """
+    if skin.strain is None:
+        return skin.strained(contacts)
+    squash = skin.strain.squash(contacts.forces, 2 * contacts.geometry[:, WIDTH])
+    if squash.max(initial=0.0) < FOLDING:
+        try:
+            return skin.strained(contacts)
+        except InputError:
+            pass
+    geometry = contacts.geometry.copy()
+    geometry[:, WIDTH] *= np.maximum(squash / EASED, 1)
+    contacts = Contacts(contacts.forces, skin.limited(geometry))
     for _ in range(WIDER):
         try:
             return skin.strained(contacts)

@@ -59,7 +59,7 @@ FAINT = 3.0
 """Deviations of a contact's force below which a frame is explained without it."""
 BESIDE = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
-SOLUTIONS = 6
+SOLUTIONS = 4
 """Most times that large strain is solved for one start; each leaves a tenth to a third."""
 OFF = 64.0
 """Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
@@ -307,21 +307,25 @@ class SkinReader(StripFrames):
         skin = self.skin
         if skin.strain is None:
             return climbed(seen, contacts, others, bound=bound)
-        beyond = self._strained(best)
+        beyond, missed = self._strained(best), np.inf
         one = climbed(seen.linear, contacts, beyond=beyond)
         for _ in range(SOLUTIONS):
             added = strained(skin, one.contacts)
             if added is None:
                 return replace(one, solved=False, folded=True)
             known = phase_information(skin.uncertain.frame, one.phase)
-            missed = float(known @ np.square(added - beyond))
+            before, missed = missed, float(known @ np.square(added - beyond))
             most = square_limit(one.top.count, FITS) + one.top.loss - one.top.square
             if missed < 1 or one.top.loss > min(most, bound) + missed:
                 break
-            beyond, last = added, one.top.loss
+            # widths that are found too large and too small in turn come together half way
+            beyond = added if missed < before / 2 else (added + beyond) / 2
+            last = one.top.loss
             one = climbed(seen.linear, one.contacts, one.others, beyond=beyond)
             if abs(one.top.loss - last) < 1:
                 break
+        else:  # what strain adds depends much on the contacts: by its tangent
+            return climbed(seen, one.contacts, np.append(0.0, one.others), bound=bound)
         return replace(one, solved=False)
 
     def _solved(self, seen: Seen, one: Explanation) -> Explanation:
@@ -454,9 +458,7 @@ class SkinReader(StripFrames):
             forces=partial(getattr, result, "forces"),
             shape=shape,
             covariance=result.covariance,
-            phase=partial(
-                self._caused, self.skin if best.solved else self.skin.linear, best.contacts
-            ),
+            phase=partial(self._caused, best),
             chi2=best.top.square / max(best.top.count - best.posterior.model.at.loads, 1.0),
             status=status,
             probability=probability,
@@ -468,9 +470,20 @@ class SkinReader(StripFrames):
             std=result.std,
         )
 
-    def _caused(self, skin: SkinModel, contacts: Contacts) -> Array:
-        """Phase at the pixels that contacts cause, shape (n_pixels,) [rad]."""
-        return self.at_pixels(skin.phase(contacts))
+    def _caused(self, best: Explanation) -> Array:
+        """Phase at the pixels that the contacts of an explanation cause, shape (n_pixels,) [rad].
+
+        By its linearisation where the surface folds a little beyond it.
+        """
+        skin = self.skin if best.solved else self.skin.linear
+        try:
+            found = skin.phase(best.contacts)
+        except InputError:
+            model, unknowns = best.posterior.model, np.zeros_like(best.top.unknowns)
+            own = np.r_[: model.at.loads, model.at.fields : len(unknowns) - len(best.others)]
+            unknowns[own] = best.top.unknowns[own]
+            found = node_phase(model, unknowns) - self.uncertain.frame.fixed
+        return self.at_pixels(found)
 
     def _refused(self, frame: Array, lines: Lines, met: list[Explanation]) -> Reading:
         """The reading of a frame that nothing explains."""
