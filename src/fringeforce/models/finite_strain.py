@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, Literal
 
@@ -164,7 +164,7 @@ class SkinStrain:
 
     sensor: Sensor
     places: Array
-    shown: Callable[[Array], Array] = np.asarray
+    shown: Callable[[Array], Array] = field(default_factory=lambda: np.asarray)
 
     def strip(self, centres: Array, widths: Array) -> FiniteStrip:
         """The strip on elements for contacts, shape (n,) [m].

@@ -337,7 +337,8 @@ class _QuarterSpline:
 
 def _components_first(basis: Array) -> Array:
     """Loads of `load_basis`, whose columns are those of forces, with the forces' axes swapped."""
-    return basis.reshape(len(basis), -1, 3).swapaxes(1, 2).reshape(basis.shape)
+    loads, columns = basis.shape
+    return basis.reshape(loads, columns // 3, 3).swapaxes(1, 2).reshape(loads, columns)
 
 
 def _depth_profiles(
