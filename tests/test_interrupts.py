@@ -78,7 +78,7 @@ def run():
     kept = weakref.ref(one, lambda reference: time.sleep(2.0))
     print("ready", flush=True)
     del one  # an interrupt that comes in its callback raises nothing
-    time.sleep(30.0)
+    time.sleep(600.0)
 
 cli.app = run
 cli.main()

@@ -71,9 +71,18 @@ def main() -> None:
 def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
     """Let Ctrl-C come again that came in a callback, such as of an import, which raises nothing."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
-        threading.Timer(AGAIN_AFTER, _thread.interrupt_main).start()
+        threading.Timer(AGAIN_AFTER, _interrupt).start()
     else:
         sys.__unraisablehook__(lost)
+
+
+def _interrupt() -> None:
+    """Press Ctrl-C, from another thread: what the main one waits for ends."""
+    main_thread = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main_thread is not None:
+        signal.pthread_kill(main_thread, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
 
 
 def _interrupted(error: BaseException) -> bool:
