@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chi_squares import expect_chi_squares
 from exact_frames import Bench, drawing, loads
-from scipy.stats import chi2
 
 import fringeforce as ff
 from fringeforce.reading.strip_reader import StripFrameReader
@@ -25,20 +25,13 @@ def test_squares_of_frames_as_drawn_are_chi_square(single: StripFrameReader) -> 
     rng = np.random.default_rng(5)
     frames = Bench(drawing(), PLACES, POINTS).frames(loads(rng, 40), rng)
     test = single._departures
-    squares, freedoms = np.zeros((2, len(test.tested)))
+    told = []
     for frame in frames:
         reading, located = single.followed(frame, single.usable(None), None)
         assert reading.ok
         assert located is not None
-        for number, score in enumerate(test.scores(located.posterior, located.top)):
-            square, freedom = score.plain()
-            squares[number] += square
-            freedoms[number] += freedom
-    assert (freedoms > 0).sum() >= 9
-    for square, freedom in zip(squares, freedoms, strict=True):
-        if freedom:
-            low, high = chi2.ppf([1e-5, 1 - 1e-5], freedom)
-            assert low < square < high
+        told.append(test.scores(located.posterior, located.top))
+    expect_chi_squares(told)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from chi_squares import expect_chi_squares
 
 import fringeforce as ff
 from fringeforce.reading.skin_reader import SkinReader
@@ -42,22 +42,15 @@ def departed(model: ff.SensorModel, changes: dict[str, Any]) -> ff.SensorModel:
 @pytest.mark.slow
 def test_squares_of_frames_as_drawn_are_chi_square(single: SkinReader) -> None:
     test = single._departures
-    squares, freedoms = np.zeros((2, len(test.tested)))
+    told = []
     for number in range(40):
         rng = np.random.default_rng([11, number])
         levels = single.model.expose(presses(rng), rng=rng)
         reading, one = single.followed(levels, single.usable(None), None)
         assert reading.ok
         assert one is not None
-        for k, score in enumerate(test.scores(one)):
-            square, freedom = score.plain()
-            squares[k] += square
-            freedoms[k] += freedom
-    assert (freedoms > 0).sum() >= 9
-    for square, freedom in zip(squares, freedoms, strict=True):
-        if freedom:
-            low, high = chi2.ppf([1e-5, 1 - 1e-5], freedom)
-            assert low < square < high
+        told.append(test.scores(one))
+    expect_chi_squares(told)
 
 
 @pytest.mark.parametrize(

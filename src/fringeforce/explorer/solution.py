@@ -113,7 +113,6 @@ def _single(blocks: Mapping[str, Array]) -> dict[str, Single]:
 
 
 def _displacement(sensor: Sensor) -> Displacement:
-    # frozen parts of a design are hashable, which pydantic does not tell the type checker
     return _unit_displacements(sensor.transducer, sensor.tactels)
 
 

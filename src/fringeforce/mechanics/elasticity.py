@@ -91,6 +91,8 @@ def unit_solutions(
     Returns
     -------
     ndarray, shape (2, order * columns + 1, order * rows + 1 or 1, n, 2)
+        Coefficients of u and w under a normal and a tangential unit force at each place [m/N], or
+        of their weighed sums.
     """
     places = np.asarray(positions, dtype=float)
     # a mirror plane on a mesh line, as evenly spaced tactels have it, halves the strip

@@ -72,6 +72,10 @@ def folded_weights(weights: Array, sign: int) -> Array:
         Of an even number n of values along an axis.
     sign : int
         That the values take in the mirror.
+
+    Returns
+    -------
+    ndarray, shape (k, n / 2)
     """
     half = weights.shape[1] // 2
     return np.asarray(weights[:, :half] + sign * weights[:, : half - 1 : -1])

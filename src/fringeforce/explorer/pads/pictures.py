@@ -157,7 +157,6 @@ def seen_through(slices: Single) -> Single:
 
 def _dark_picture(light: PadPolariscope, wavelength: float) -> Picture:
     """A circular dark field."""
-    # frozen parts of a design are hashable, which pydantic does not tell the type checker
     return _dark(light.plates, light.wavelength / wavelength)
 
 

@@ -45,7 +45,6 @@ def solved(pad: Pad, known: PadModel | None = None) -> PadModel:
     check_pad(pad, solved=known is not None)
     if known is not None:
         return known
-    # frozen parts of a design are hashable, which pydantic does not tell the type checker
     layer = pad.transducer.photoelastic.model_copy(update={"strain_optic_coefficient": OPTIC})
     block = pad.transducer.model_copy(update={"photoelastic": layer})
     influence = _influence(block, pad.tactels)
