@@ -192,6 +192,10 @@ def test_frames_of_presses_come_singly_and_in_rows(model: PadModel) -> None:
     built = model.with_tolerances(**{"tactels.placement": "0 +/- 0.1 mm"}).as_built(rng=1)
     np.testing.assert_allclose(built.intensity(one), model.intensity(one), atol=1e-6)
     assert built.expose([one, other], rng=0).shape == (2, 64, 64)
+    # where nothing touches, nothing acts on the tactels
+    untouched = built.intensity(np.zeros((model.sensor.tactels.total, 3)))
+    np.testing.assert_allclose(built.intensity([[], one])[0], untouched, atol=1e-6)
+    np.testing.assert_allclose(built.intensity([]), untouched, atol=1e-6)
 
 
 @pytest.mark.parametrize(

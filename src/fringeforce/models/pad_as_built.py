@@ -154,7 +154,7 @@ class BuiltPad:
             How the tractions are spread; uniform if not given.
         """
         if are_presses(forces):
-            if isinstance(forces[0], Sequence):
+            if len(forces) and isinstance(forces[0], Sequence):
                 return np.array([self.intensity(one) for one in forces])
             pad = self.model.sensor
             slices = press_slices(pad, forces, *pad.pixel_positions)
