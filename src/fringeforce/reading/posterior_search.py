@@ -56,13 +56,14 @@ FARTHEST = 3.0
 """Standard deviations within which a search starts."""
 NARROWEST = 0.1
 """Share of the drawn width from which a search starts at least: at none it changes nothing."""
-LINEAR_GROWTH, GROWTH = 2500.0, 600.0
+LINEAR_GROWTH, GROWTH = 2500.0, 400.0
 """Expected growth of the loss up to which mirror images are of interest: in the linear state where
-the phase is not linear in the unknowns, and fitted.  Below 40 one image in three turns out to
-be an explanation of weight, from 40 to 100 one in forty, and some beyond 400: the quadratic loss is
-too high for small bends beside a multiple of pi."""
-IMAGES, STEPS = 16, 4
-"""Images that are fitted, and steps of each fit."""
+the phase is not linear in the unknowns, and fitted.  Of contacts beside tactels one image in three
+below 40 is an explanation of weight, from 40 to 100 one in ten, to 400 one in twenty, and beyond
+one in two hundred: the quadratic loss is too high for small bends beside a multiple of pi."""
+IMAGES, STEPS = 16, 8
+"""Images that are fitted, and steps of each fit: contacts three deviations beside their tactels are
+hardly approached in four."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
 LEAST = 0.3
