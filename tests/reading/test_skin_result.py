@@ -93,7 +93,7 @@ def test_nothing_has_a_centre_on_the_skin(single: SkinReader) -> None:
 
 
 def test_frames_that_are_followed_keep_their_probability(single: SkinReader) -> None:
-    frames = single.model.expose([TWO, TWO, [replace(TWO[0], x=-1.8e-3), TWO[1]]], rng=1)
+    frames = single.model.expose([TWO, TWO, [replace(TWO[0], x=-1.95e-3), TWO[1]]], rng=1)
     used, follower = np.ones(frames.shape[1], bool), SkinFollower(single)
     readings = [follower.read(frame, used) for frame in frames]
     assert [reading.tracked for reading in readings] == [False, True, True]
