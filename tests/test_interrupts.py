@@ -98,6 +98,46 @@ def test_an_interrupt_in_a_callback_is_not_lost() -> None:
     assert not said
 
 
+HANDED_OVER = """
+import signal, threading
+from typing import NamedTuple
+
+import numba
+
+from fringeforce import cli
+
+class Inner(NamedTuple):
+    value: float
+
+class Outer(NamedTuple):
+    inner: Inner
+
+@numba.njit
+def loop(value):
+    return Outer(Inner(value))
+
+def run():
+    main_thread = threading.main_thread().ident
+    threading.Timer(0.01, signal.pthread_kill, (main_thread, signal.SIGINT)).start()
+    while True:
+        loop(1.0)
+
+loop(1.0)
+cli.app = run
+for _ in range(20):  # more than half of the time is spent on named tuples
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        cli.main()
+    except SystemExit as end:
+        assert end.code == 130
+"""
+
+
+def test_an_interrupt_while_a_loop_hands_over_its_results_does_not_crash() -> None:
+    run = subprocess.run([sys.executable, "-c", HANDED_OVER], capture_output=True, text=True)
+    assert (run.returncode, run.stderr) == (0, "")
+
+
 def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
     def loop() -> None:
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()

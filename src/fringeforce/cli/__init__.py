@@ -7,6 +7,8 @@ import os
 import signal
 import sys
 import threading
+from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -40,7 +42,12 @@ app = typer.Typer(
 INTERRUPTED = 130
 """Status of a command that Ctrl-C has ended, as of shells: 128 and the number of SIGINT."""
 AGAIN_AFTER = 0.02
-"""Seconds after which an interrupt that was lost comes again: callbacks take microseconds."""
+"""Seconds after which an interrupt that was lost, or would do harm, comes again: what it came in
+takes microseconds."""
+UNPICKLING = str(Path("numba", "core", "serialize.py"))
+"""Where Numba finds the classes of results."""
+NAMED_TUPLE = ("_cls",)
+"""First variable of what makes a named tuple."""
 COMMANDS = (
     *(new, materials, characterize, show, simulate, extract, read, live),
     *(plan, calibrate, check, update, creep, study, sweep, optimise, dataset, explore, reproduce),
@@ -55,6 +62,8 @@ def main() -> None:
     from fringeforce.base.errors import FringeforceError
 
     sys.unraisablehook = _interrupt_again
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _raise_interrupt)
     try:
         app()
     except FringeforceError as error:
@@ -66,6 +75,22 @@ def main() -> None:
         # another Ctrl-C has nothing left to end: it would only break off the end of Python
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.exit(INTERRUPTED)
+
+
+def _raise_interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise at Ctrl-C; a moment later where a compiled loop hands over its results.
+
+    Numba asks Python there for the classes of named tuples and calls them, and does not look
+    whether that failed: the process would crash.
+    """
+    below = frame
+    while below is not None:
+        code = below.f_code
+        if code.co_filename.endswith(UNPICKLING) or code.co_varnames[:1] == NAMED_TUPLE:
+            threading.Timer(AGAIN_AFTER, _interrupt).start()
+            return
+        below = below.f_back
+    signal.default_int_handler(number, frame)
 
 
 def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
