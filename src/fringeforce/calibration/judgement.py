@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
-from scipy.stats import binom
+from scipy.special import bdtr, ndtr
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
@@ -105,7 +104,7 @@ def _wrong(fit: BenchFit, frames: int) -> str:
 def _wrong_forces(fit: BenchFit) -> str:
     """What is wrong with the forces of a fit that explains its frames, if anything."""
     checked = fit.checked
-    if checked.forces and binom.cdf(checked.inside, checked.forces, 0.95) < CHANCE:
+    if checked.forces and bdtr(checked.inside, checked.forces, 0.95) < CHANCE:
         return (
             f"only {checked.inside / checked.forces:.0%} of the forces of frames that were put "
             "aside lie within their 95 % intervals."

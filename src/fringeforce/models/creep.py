@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from fringeforce.base.arrays import Array, numbers
 from fringeforce.base.errors import InputError
@@ -150,6 +149,8 @@ class Creep:
         values : ndarray, shape (F, ...)
             Loads, or the phases that they cause at once.
         """
+        from scipy.signal import lfilter  # takes half a second, so only where a strip creeps
+
         found, lags = np.zeros_like(values), np.zeros((len(self.rates), *values.shape[1:]))
         steps = np.diff(times)
         if len(steps) and np.ptp(steps) < EVEN * steps.mean():
