@@ -1,6 +1,8 @@
 """What several tests share: the paper's sensor, characterised once; loops, compiled once."""
 
+import os
 import signal
+import sys
 
 import pytest
 from hypothesis import settings
@@ -12,6 +14,9 @@ import prepared
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
+# each of the many processes that tests start would compile what it imports, for a second or two
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts what it runs in the background so, and commands that tests interrupt inherit it
