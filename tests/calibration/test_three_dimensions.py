@@ -16,7 +16,7 @@ FINER = replace(STRIP, load=0.8, surface=0.3)
 @pytest.fixture(scope="module")
 def drawing() -> ff.Sensor:
     """A short strip seen beside its middle, where either plane is far off."""
-    solid = {"plane": "3d", "length": "7 mm", "width": "2 mm"}
+    solid = {"plane": "3d", "length": "5 mm", "width": "2 mm"}
     camera = {"pixels": 1024, "line_position": "0.5 mm"}
     return ff.load_sensor("saad").replace(
         transducer=solid, tactels={"count": 2, "pitch": "2 mm"}, camera=camera
