@@ -87,11 +87,18 @@ def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Trac
     finest = 2 ** (1 / LADDER) * 2 * transducer.length / MOST_TERMS
     rung = np.floor(LADDER * np.log2(max(half / STEPS, finest) / cover.thickness))
     step = cover.thickness * float(2 ** (rung / LADDER))
-    compliance = _compliance(transducer.model_dump_json(), step)
-    forces = cylinder_forces(compliance, radius, press.normal, press.shear[0], press.friction)
+    stated = transducer.model_dump_json()
+    forces = _cylinder_forces(stated, step, radius, press.normal, press.shear[0], press.friction)
     places = press.x + np.arange(-(len(forces) // 2), len(forces) // 2 + 1, dtype=np.float64) * step
     kept = forces[:, 0] > 0
     return Tractions(places[kept], forces[kept])
+
+
+@lru_cache(maxsize=64)  # whoever draws or scores a press asks for it beside the light
+def _cylinder_forces(
+    stated: str, step: float, radius: float, normal: float, shear: float, friction: float
+) -> Array:
+    return cylinder_forces(_compliance(stated, step), radius, normal, shear, friction)
 
 
 @lru_cache(maxsize=64)
