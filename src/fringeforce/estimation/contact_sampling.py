@@ -35,6 +35,7 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
 from fringeforce.estimation.linearised_frame import Linearised, banded
 
 Array = NDArray[np.float64]
@@ -56,8 +57,6 @@ CHAINS, WARM, KEPT = 4, 4, 28
 """Walks, the trajectories of each that only find the step, and those that count."""
 LENGTH = 1.2
 """Mean length of a trajectory, in standard deviations."""
-WORSE = 6.0
-"""Mean energy over the least at which a walk is in a valley of no weight, exp(-6) = 0.002."""
 DEPENDENT = 4.0
 """Neighbouring samples that tell as much of a mean as one that is independent of others."""
 TAILED = 2.0
@@ -535,9 +534,9 @@ def sampled_loads(
         start = tops[chain % len(tops)] + scale @ start
         walks.append(walk(contacts, start, scale, np.array(normals), uniforms, WARM, LENGTH))
     energies = np.array([own.mean() for *_, own in walks])
-    walks = [
-        own for own, energy in zip(walks, energies, strict=True) if energy <= energies.min() + WORSE
-    ]
+    # half a loss is an energy; the others are in valleys of no weight
+    most = energies.min() + NEGLIGIBLE_LOSS / 2
+    walks = [own for own, energy in zip(walks, energies, strict=True) if energy <= most]
     loads = np.concatenate([given for _, given, _, _ in walks])
     within = np.mean([own for _, _, own, _ in walks], axis=0)
     independent = len(loads) / DEPENDENT

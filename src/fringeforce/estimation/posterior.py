@@ -55,15 +55,12 @@ HEATS = (100.0, 10.0)
 trap it at 1 are no valleys there.  Without them one climb in four ends in one."""
 TEMPERED = (3.0,)
 """The same for mirror images: hotter they melt back into what they are images of."""
-CAREFUL = (300.0, 100.0, 30.0, 10.0)
-"""The same for starts that are farther off."""
 WAVES = 60
 """Smooth waves of phase along the frame that are looked for in what is left: shorter than the
 clear layer is thick they pass as noise, and no load makes them."""
-MISTAKEN, DOUBTED = 1e-10, 0.05
-"""Chances of waves that sums at the nodes under a blur may mistake: squares that add up to eight
-standard deviations more than noise leaves are too large for that, and one frame in twenty is looked
-at again, so that readings may ask for a chance of 0.02."""
+DOUBTED = 0.05
+"""Chance of waves below which it is computed from all pixels, for sums at the nodes under a blur
+may mistake it: one frame in twenty, so that readings may ask for a chance of 0.02."""
 LINEAR = 1.0
 """Largest phase of a frame from which it is linear in the phase about its best one [rad]."""
 GAUSSIAN = 0.5
@@ -73,8 +70,8 @@ ROUNDS, STEPS, SETTLING = 6, 4, 16
 of force, place and width are long, and a top is only one at their lowest place."""
 SHARP = 0.4
 """Phase that a bin may span for as much information as its pixels [rad]."""
-SECOND_ORDER, FAINT_ROUNDS = 3, 5
-"""Rounds in which the variances of forces, places and widths settle, and of a faint phase."""
+SECOND_ORDER = 3
+"""Rounds in which the variances of forces, places, widths and a faint phase settle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +266,7 @@ class Posterior:
         cross, own = shared_information(self.model, about, seen), seen @ banded(about, seen).T
         chance = _chance(Score.beside((fitted, loss), cross, (pulls, own)))
         sharp = not self.model.blur and self.model.at.gamma == self.model.at.blur
-        if sharp or not MISTAKEN < chance < DOUBTED:
+        if sharp or chance >= DOUBTED:
             return chance
         known, size = information(self.model, self.frame, top.unknowns, waves), len(fitted)
         loss = known[:size, :size] + np.diag(self.prior.precision) + about.cone
@@ -304,7 +301,7 @@ class Posterior:
         columns = np.concatenate([node_columns(self.model, top.unknowns), waves])
         curvature, variance = self._curvature(phase), np.zeros(nodes)
         covariance = np.linalg.inv(known[: at.size, : at.size])
-        for _ in range(FAINT_ROUNDS if faint else SECOND_ORDER if len(waves) else 0):
+        for _ in range(SECOND_ORDER if faint or len(waves) else 0):
             full = known
             if faint:
                 own = (columns[: at.size] * (covariance @ columns[: at.size])).sum(axis=0)

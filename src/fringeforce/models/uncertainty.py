@@ -57,7 +57,7 @@ ORDER = 14
 farthest place and a patch of 0.4 mm to 1e-4."""
 NEGLIGIBLE = 1e-4
 """Share of the phase, over all likely contacts, below which a mixture of moments is left out."""
-FAR = 3.5
+FOLLOWED_STDS = 3.5
 """Standard deviations of place and width up to which contacts are followed."""
 SMALLEST = 5e-4
 """Variance of a mode of a random field, relative to the largest, below which it is left out."""
@@ -395,8 +395,8 @@ def _contact_moments(
     if PLACEMENT not in std and WIDTH not in std:
         return np.ascontiguousarray(np.moveaxis(psi, 0, 2)[:, :, None]), 1.0
     tactels = sensor.tactels
-    width = tactels.contact_width + FAR * std.get(WIDTH, 0.0)
-    reach = FAR * std.get(PLACEMENT, 0.0) + width / 2
+    width = tactels.contact_width + FOLLOWED_STDS * std.get(WIDTH, 0.0)
+    reach = FOLLOWED_STDS * std.get(PLACEMENT, 0.0) + width / 2
     centres = tactels.positions + tactels.placement
     end = sensor.transducer.length / 2
     reach = float(min(reach, end - np.abs(centres).max()))
@@ -484,7 +484,7 @@ def mixtures(
     order = moments.shape[2]
     if order == 1:
         return np.eye(1), np.eye(1)
-    table, steps = moment_table(order), np.linspace(-FAR, FAR, 15)
+    table, steps = moment_table(order), np.linspace(-FOLLOWED_STDS, FOLLOWED_STDS, 15)
     d, h = (
         grid.ravel() / reach
         for grid in np.meshgrid(place * steps, np.maximum(width[0] + width[1] * steps, 0.0) / 2)

@@ -18,6 +18,7 @@ from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import (
     expose,
 )
+from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import Departure, Departures
@@ -31,7 +32,7 @@ from fringeforce.reading.findings import (
     sentence,
     together,
 )
-from fringeforce.reading.strip_frames import FITS, SAME
+from fringeforce.reading.strip_frames import FITS
 from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
@@ -136,7 +137,7 @@ class Diagnosis:
         close = [] if close is None else close
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
-        for phase in distinct(self._phases(frame, best, close), SAME):
+        for phase in distinct(self._phases(frame, best, close), SAME_PHASE):
             started = [
                 (number, begin(posterior, departure, phase))
                 for number, departure in enumerate(self.departures.all)

@@ -29,9 +29,6 @@ from fringeforce.estimation.posterior import Posterior, Top
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-TOUCH = 1.0
-"""How near a multiple of pi the phase must come for a stretch to be mirrored there [rad]: more than
-for a known model, for place and width bend it by that much."""
 GATE = 5.0
 """Standard deviations within which a phase counts as predicted."""
 SHEAR = 0.6
@@ -40,8 +37,8 @@ CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
 FASTEST = 0.4
 """Pace beyond which blur is not followed further [rad per pixel]."""
-DENSEST = 1.3
-"""Pace up to which single loads are tried [rad per pixel]; pixels do not follow faster fringes."""
+DENSE = 1.3
+"""Pace of the phase beyond which pixels no longer follow fringes [rad per pixel]."""
 STRIDE = 0.5
 """Largest change of the phase from one single load that is tried to the next [rad]."""
 LEVEL_ERROR = 0.01
@@ -52,17 +49,16 @@ UNPUSHED = 1.8
 """Standard deviation of normal forces over their size where no push is supposed."""
 FAINT = 0.03
 """Share of the size of the loads below which a force does not tell its contact's place."""
-FARTHEST = 3.0
-"""Standard deviations within which a search starts."""
-NARROWEST = 0.1
-"""Share of the drawn width from which a search starts at least: at none it changes nothing."""
-LINEAR_GROWTH, GROWTH = 2500.0, 600.0
-"""Expected growth of the loss up to which mirror images are of interest: in the linear state where
-the phase is not linear in the unknowns, and fitted.  Below 40 one image in three turns out to
-be an explanation of weight, from 40 to 100 one in forty, and some beyond 400: the quadratic loss is
-too high for small bends beside a multiple of pi."""
+FARTHEST_START = 3.0
+"""Standard deviations of places, widths and large modes within which a search starts."""
+GROWTH = 600.0
+"""Expected growth of the loss up to which mirror images are of interest.  Below 40 one image in
+three turns out to be an explanation of weight, from 40 to 100 one in forty, and some beyond 400:
+the quadratic loss is too high for small bends beside a multiple of pi."""
 IMAGES, STEPS = 16, 4
 """Images that are fitted, and steps of each fit."""
+CANDIDATES = 24
+"""Starts of one attempt that are climbed."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
 LEAST = 0.3
@@ -338,7 +334,7 @@ class PosteriorSearch:
         """Starts over the whole range of the one load that changes the phase, as `starts`."""
         model, columns = self.model, self._columns
         unit, fixed = columns["load"][:, load], columns["fixed"][:, 0]
-        most = DENSEST / np.abs(np.diff(unit)).max()
+        most = DENSE / np.abs(np.diff(unit)).max()
         forces = np.linspace(0.0, most, 2 + int(most * np.abs(unit).max() / STRIDE))
         lights = dict.fromkeys((lines.light, self._drawn))
         found, scores = np.zeros((len(lights), len(forces), model.at.size)), list[Array]()
@@ -445,7 +441,7 @@ class PosteriorSearch:
         if "shifted" in parts:
             moved = before * about[at.place : at.width, None]
             moved = moved + parts["shifted"].reshape(forces.shape)
-            places = np.clip((forces * moved).sum(axis=2) / weight, -FARTHEST, FARTHEST)
+            places = np.clip((forces * moved).sum(axis=2) / weight, -FARTHEST_START, FARTHEST_START)
             found[:, at.place : at.width] = places
         if at.fields > at.width:
             mean, spread = self._squares
@@ -458,13 +454,12 @@ class PosteriorSearch:
             square = (forces * moved).sum(axis=2) / weight * spread + mean
             square = square - np.square(model.place * places / model.reach)
             wide = model.reach * np.sqrt(12 * np.maximum(square, 0.0))
-            wide = np.maximum(wide, NARROWEST * model.width)
             e = (wide - model.width) / model.width_std
-            found[:, at.width : at.fields] = np.clip(e, -FARTHEST, FARTHEST)
+            found[:, at.width : at.fields] = np.clip(e, -FARTHEST_START, FARTHEST_START)
         for k, mode in enumerate(np.flatnonzero(self._large)):
             moved = parts["apart"][:, k * at.loads : (k + 1) * at.loads].reshape(forces.shape)
             e = (forces * moved).sum(axis=(1, 2)) / weight.sum(axis=1)
-            found[:, at.modes + mode] += np.clip(e, -FARTHEST, FARTHEST)
+            found[:, at.modes + mode] += np.clip(e, -FARTHEST_START, FARTHEST_START)
         small = np.flatnonzero(~self._large)
         found[:, at.modes + small] += split["turned"][:, small]
         found[:, at.fields : at.modes] += parts["fields"]
@@ -491,10 +486,7 @@ class PosteriorSearch:
         ndarray, shape (k, size)
             Unknowns to climb from.
         """
-        at = posterior.model.at
-        bent = at.fields > at.place or len(posterior.model.influence) > 0
-        growth = LINEAR_GROWTH if bent else GROWTH
-        changes, _, turned = self.mirrored(posterior.phase(top), push, growth)
+        changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH)
         scale = self._scale(push, 0.0)
         starts = self._unknowns(changes[:IMAGES], scale, top.unknowns, 0.0)
         found, growths = posterior.changed(top, turned[:IMAGES], starts, BINS, STEPS)
@@ -527,7 +519,7 @@ class PosteriorSearch:
             np.concatenate([self._at_nodes[name] * size for name, size in scale.items()], axis=1)
         )
         seen, known = phase_information(self.model, phase), np.ones(columns.shape[1])
-        changes, _, turned = mirror_images(phase, columns, seen, known, TOUCH, growth)
+        changes, _, turned = mirror_images(phase, columns, seen, known, growth=growth)
         return changes, columns, turned
 
     def lit(self, starts: Array, light: Light) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
+from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.models.creep import checked_times
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -35,8 +36,6 @@ Array = NDArray[np.float64]
 Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
 """Sentences about a frame from its grey levels and the pixels that count."""
 
-CONFIDENCE = 0.999
-"""Probability from which a reading is OK: one in a thousand may be wrong."""
 TRIALS = 1.0, 1.0, 0.02, 0.0, 0.0
 """Shares of the trial loads in frames that are read to compile all loops: found, followed, hardly
 seen, and gone for two frames; one of mere noise, which no load explains, comes after them."""

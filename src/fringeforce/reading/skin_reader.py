@@ -16,7 +16,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.binning import seen_means, slow_size
 from fringeforce.estimation.frame_exposure import expose, node_phase
-from fringeforce.estimation.hypotheses import posterior_weights
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
     FALSE_CONTACT,
@@ -32,10 +32,9 @@ from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, st
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST, SkinSearch
 from fringeforce.reading.strip_frames import (
-    CLOSE,
     FITS,
     HOPELESS,
-    SAME,
+    MISSED,
     StripFrames,
     doubted,
 )
@@ -43,9 +42,9 @@ from fringeforce.reading.strip_frames import (
 SPAN = 1.5
 """Phase that bins of pixels may span while explanations are looked for, which takes a tenth of the
 fringes' contrast [rad]."""
-PLAIN, UNSURE = 0.02, 2e-3
-"""Chances of noise below which the search goes on, and below which the best that it finds may not
-be all: contacts have so few unknowns that wrong ones leave much more."""
+INCOMPLETE = 2e-3
+"""Chance of noise below which the best that a search finds may not be all: contacts have so few
+unknowns that wrong ones leave much more."""
 IMAGES, NEAR, WIDE = 8, 250.0, 2500.0
 """Mirror images that are tried of an explanation, and the expected growth of the loss up to which
 they are: of what explains the frame, of what does not."""
@@ -241,7 +240,7 @@ class SkinReader(StripFrames):
         rough = self._silent(coarse) if silent is not None else None
         found = [
             silent if silent is not None and one is rough else renewed(seen, one)
-            for one in _distinct(self._explained(coarse, lines, rough), CLOSE / 2)
+            for one in _distinct(self._explained(coarse, lines, rough), NEGLIGIBLE_LOSS / 2)
         ]
         met = _ordered(found)
         if (met and met[0].chance > FITS) or len(coarse.frame) == len(seen.frame):
@@ -254,11 +253,11 @@ class SkinReader(StripFrames):
         for number, phase in enumerate(self._search.phases(lines)):
             tried.append(phase)
             met = _ordered(met + self._pressed(seen, phase, met))
-            if met and met[0].chance > PLAIN:
+            if met and met[0].chance > MISSED:
                 break
             if met and number % PAUSE == PAUSE - 1 and met[0].top.square < 2 * met[0].top.count:
                 met = _ordered(met + self._mirrored(seen, met[0], met, tried, WIDE))
-                if met[0].chance > PLAIN:
+                if met[0].chance > MISSED:
                     break
         if silent is not None:
             met = _ordered([*met, silent])
@@ -266,7 +265,7 @@ class SkinReader(StripFrames):
             met = _ordered(met + self._mirrored(seen, met[0], met, tried, NEAR))
             met = _ordered(met + self._simplified(seen, met[0]))
             if self.skin.strain is not None:
-                solved = [self._solved(seen, one) for one in _distinct(met, CLOSE)]
+                solved = [self._solved(seen, one) for one in _distinct(met, NEGLIGIBLE_LOSS)]
                 met = _ordered([one for one in solved if not one.folded])
         return met
 
@@ -284,9 +283,9 @@ class SkinReader(StripFrames):
             if contacts is None:
                 break
             one = self._climbed(seen, contacts, best, bound=bound)
-            better = not found or one.top.loss < found[-1].top.loss - CLOSE
+            better = not found or one.top.loss < found[-1].top.loss - NEGLIGIBLE_LOSS
             found.append(one)
-            if one.chance > PLAIN or not better or one.top.loss > bound + HOPELESS * one.top.count:
+            if one.chance > MISSED or not better or one.top.loss > bound + HOPELESS * one.top.count:
                 break
         return found
 
@@ -361,7 +360,7 @@ class SkinReader(StripFrames):
         for count, phase in enumerate(self._search.images(best.phase, seen.push, growth)):
             if count >= IMAGES:
                 break
-            if any(np.abs(phase - known).max() < SAME / 2 for known in tried):
+            if any(np.abs(phase - known).max() < SAME_PHASE / 2 for known in tried):
                 continue
             tried.append(phase)
             found += self._pressed(seen, phase, met)
@@ -411,13 +410,13 @@ class SkinReader(StripFrames):
         self, met: list[Explanation], silent: Explanation | None
     ) -> tuple[Reading, Explanation]:
         """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
-        distinct = _distinct(met, CLOSE / 2)
+        distinct = _distinct(met, NEGLIGIBLE_LOSS / 2)
         best = distinct[0]
         weights = posterior_weights(np.array([one.evidence for one in distinct]))
-        mine = np.array([np.abs(one.phase - best.phase).max() < SAME for one in distinct])
+        mine = np.array([np.abs(one.phase - best.phase).max() < SAME_PHASE for one in distinct])
         others = [one for one, own in zip(distinct, mine, strict=True) if not own]
         probability = float(weights[mine].sum())
-        if best.chance < UNSURE:
+        if best.chance < INCOMPLETE:
             probability = doubted(probability, best.chance)
         none = best is silent and probability >= self.confidence
         status = Status.NO_CONTACT if none else None

@@ -17,8 +17,15 @@ from scipy.optimize import nnls
 from fringeforce.base.arrays import Array, Index
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.models.skin import FIRST_SHAPE, GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
-from fringeforce.reading.posterior_search import Effort, Lines, PosteriorSearch, phase_information
+from fringeforce.reading.posterior_search import (
+    CANDIDATES,
+    Effort,
+    Lines,
+    PosteriorSearch,
+    phase_information,
+)
 
 PATCH = 1.0
 """Width of the patches of the beam search, in thicknesses of the cover."""
@@ -35,10 +42,6 @@ EFFORTS = (
     Effort(),
 )
 """Attempts in the order in which they are made: few patches are pressed, those much."""
-CANDIDATES = 24
-"""Phases of one attempt that are looked at."""
-APART = 0.3
-"""Difference from which phases are different candidates [rad]."""
 PULL = 0.3
 """Share of the push by which a patch may pull at one standard deviation, for its neighbours are no
 better known."""
@@ -110,7 +113,7 @@ class SkinSearch:
             order = np.argsort(scores + np.square(pulls / (PULL * push)).sum(axis=1), kind="stable")
             for k in order[:CANDIDATES]:
                 phase = sides[k] * node_phase(self.patches, starts[k])
-                if all(np.abs(phase - known).max() > APART for known in given):
+                if all(np.abs(phase - known).max() > SAME_PHASE for known in given):
                     given.append(phase)
                     yield phase
 

@@ -5,15 +5,17 @@ import itertools
 import numpy as np
 import pytest
 
-from fringeforce.estimation.phase.reflections import EQUAL, LOSS, SHIFT, TOUCH, mirror_images
+from fringeforce.estimation.phase.reflections import EQUAL, SHIFT, TOUCH, mirror_images
 
 STEPS, PIXELS = 7, 24
 END = STEPS * PIXELS
+GROWTH = 250.0
+"""Expected growth of the loss up to which images are asked for."""
 
 
 def found_images(phase: np.ndarray, influence: np.ndarray, information: np.ndarray) -> np.ndarray:
     """Changes of the loads, the likeliest first."""
-    return mirror_images(phase, influence, information)[0]
+    return mirror_images(phase, influence, information, growth=GROWTH)[0]
 
 
 def staircase() -> np.ndarray:
@@ -96,7 +98,7 @@ def test_images_at_turns_near_a_multiple_are_those_of_numpys_least_squares(
         wanted[first:last] = -2 * phase[first:last]
         change, *_ = np.linalg.lstsq(root[:, None] * influence, root * wanted, rcond=None)
         loss = weight @ (influence @ change - wanted) ** 2
-        if loss < LOSS and weight @ (influence @ change) ** 2 > SHIFT:
+        if loss < GROWTH and weight @ (influence @ change) ** 2 > SHIFT:
             losses.append(loss)
             fits.append(change)
     order, kept = np.argsort(losses), list[int]()

@@ -16,8 +16,6 @@ TOUCH = 0.6
 """How near a multiple of pi the phase must come for a crossing to be mistaken for a turn [rad]."""
 KNEE = (0.05, 0.3)
 """And where it only runs along one: nearer, it meets it [rad]."""
-LOSS = 250.0
-"""Expected growth of the loss beyond which a mirror image is not worth trying."""
 SHIFT = 30.0
 """Squared standard deviations by which a mirror image must differ to be another explanation."""
 EQUAL = 0.01
@@ -31,8 +29,7 @@ def mirror_images(
     columns: Array,
     information: Array,
     precision: Array | None = None,
-    touch: float = TOUCH,
-    growth: float = LOSS,
+    growth: float = np.inf,
 ) -> tuple[Array, Array, Array]:
     """Changes of any unknowns that mirror a stretch of the phase, and what the loss grows by.
 
@@ -42,8 +39,6 @@ def mirror_images(
         As of `reflections`; the columns are of m unknowns.
     precision : ndarray, shape (m,), optional
         Of the unknowns before the frame; none if not given.
-    touch : float
-        How near a multiple of pi the phase must come [rad].
     growth : float
         Expected growth of the loss beyond which an image is left out.
 
@@ -63,7 +58,7 @@ def mirror_images(
     else:
         normal += np.diag(precision)
     root = np.linalg.inv(np.linalg.cholesky(normal))
-    places = _contacts(phase, touch)
+    places = _contacts(phase)
     moments, pulls = _running(phase, np.ascontiguousarray(columns), information, places)
     # what each place pulls at the unknowns, in their deviations
     half, loss, stretch = _mirrored(phase, places, moments, pulls @ root.T)
@@ -105,14 +100,14 @@ def _distinct(changes, order):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _contacts(phase, touch):
+def _contacts(phase):
     """Pixels where the phase meets a multiple of pi, turns or runs along near it, and both ends."""
     places = np.empty(len(phase) + 1, np.int64)
     places[0], count = 0, 1
     distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
     for k in range(1, len(phase) - 1):
         here = distance[k]
-        if here >= touch:
+        if here >= TOUCH:
             continue
         met = here <= distance[k - 1] and here < distance[k + 1]
         if met or (KNEE[0] < here < KNEE[1] and _runs_along(phase, k)):

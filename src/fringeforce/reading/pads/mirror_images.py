@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import label
 
 from fringeforce.estimation.covariance import covariance_of
-from fringeforce.estimation.hypotheses import mixture, posterior_weights
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, mixture, posterior_weights
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.sampling import Sampling
 
@@ -29,9 +29,6 @@ NEAR = (0.0, 0.15, 0.4)
 """Distances below a fold from which retardance is taken to its other side [rad]."""
 TRIED = 6
 """Regions beyond folds that are tried, the smallest ones."""
-RIVAL = 16.0
-"""Twice the log-likelihood by which an explanation must beat another to rule it out: the other is
-then exp(-8) = 0.0003 times as likely."""
 SPREAD = 3.0
 """Factor in a deviation up to which rivals that widen it are one explanation, less sure."""
 SAME = 1.0
@@ -75,7 +72,8 @@ def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
     spread = covariance_of(information)
     deviations = np.sqrt(np.diag(spread))
     masses = np.array([optimum.mass - _pull(optimum.forces, deviations) / 2 for optimum in optima])
-    order = [i for i in np.argsort(-masses, kind="stable") if masses[i] > masses.max() - RIVAL / 2]
+    least = masses.max() - NEGLIGIBLE_LOSS / 2
+    order = [i for i in np.argsort(-masses, kind="stable") if masses[i] > least]
     loads = [optima[i].forces for i in order]
     distinct = [
         k
