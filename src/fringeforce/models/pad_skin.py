@@ -66,8 +66,7 @@ ROUGH = 3.0
 """As `DIGITS`, for curvatures: with more, stated deviations of totals change by less than 1 %."""
 STEP = 1e-3
 """Change of the logarithm of sizes by which spectra are differentiated."""
-N, PLACE, SHAPE = 0, 3, 5
-FIRST = 8
+N, PLACE, SHAPE, FIRST = 0, 3, 5, 8
 """Where force, place, logarithm of the size with s and u, and shapes begin among the unknowns."""
 
 

@@ -52,6 +52,7 @@ WRONG = 0.12
 WHOLE = 0.95
 """Share of the places that shows which must come to be believed, but for noise all of them."""
 ROUNDS = 60
+"""Most steps of a search; most searches end sooner, where nothing new is believed."""
 SETTLED = 0.02
 """Share of the prior's deviation below which a last step is not worth another."""
 QUIET = 0.05
