@@ -31,7 +31,7 @@ Mask = NDArray[np.bool_]
 
 GATE = 5.0
 """Standard deviations within which a phase counts as predicted."""
-SHEAR = 0.6
+SHEAR_RATIO = 0.6
 """Tangential force over normal force of a contact, standard deviation: a dry contact's friction."""
 CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
@@ -47,7 +47,7 @@ LARGE = 0.02
 """Change of a load's phase over the phase of all loads together from which a mode is large."""
 UNPUSHED = 1.8
 """Standard deviation of normal forces over their size where no push is supposed."""
-FAINT = 0.03
+TELLING_SHARE = 0.03
 """Share of the size of the loads below which a force does not tell its contact's place."""
 FARTHEST_START = 3.0
 """Standard deviations of places, widths and large modes within which a search starts."""
@@ -55,13 +55,13 @@ GROWTH = 600.0
 """Expected growth of the loss up to which mirror images are of interest.  Below 40 one image in
 three turns out to be an explanation of weight, from 40 to 100 one in forty, and some beyond 400:
 the quadratic loss is too high for small bends beside a multiple of pi."""
-IMAGES, STEPS = 16, 4
+IMAGES_FITTED, IMAGE_STEPS = 16, 4
 """Images that are fitted, and steps of each fit."""
 CANDIDATES = 24
 """Starts of one attempt that are climbed."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
-LEAST = 0.3
+LEAST_PHASE = 0.3
 """Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
 
 
@@ -265,9 +265,9 @@ class PosteriorSearch:
         load = self._columns["load"]
         unit = np.diff(load, axis=0)
         even = np.square(unit[:, ::2].sum(axis=1)).sum()
-        loose = np.square(unit * np.tile([1 / 1.5, SHEAR], unit.shape[1] // 2)).sum()
+        loose = np.square(unit * np.tile([1 / 1.5, SHEAR_RATIO], unit.shape[1] // 2)).sum()
         size = float(np.sqrt(np.square(load[:, ::2].sum(axis=1)).mean()))
-        return float(even + loose), LEAST / max(size, 1e-12)
+        return float(even + loose), LEAST_PHASE / max(size, 1e-12)
 
     def true_pace(self, lines: Lines, light: Light) -> tuple[Array, Array]:
         """Pace of the phase before the blur, in the strip's own, and the contrast it leaves."""
@@ -369,7 +369,7 @@ class PosteriorSearch:
     @cached_property
     def _units(self) -> dict[str, Array]:
         """The same for loads of a newton, whose normal part `_scale` fills in."""
-        moved = np.tile([1.0, SHEAR], len(self.model.moments))
+        moved = np.tile([1.0, SHEAR_RATIO], len(self.model.moments))
         sizes = {name: moved for name in ("load", "shifted", "widened") if name in self._at_nodes}
         if "apart" in self._at_nodes:
             sizes["apart"] = np.tile(moved, np.count_nonzero(self._large))
@@ -436,7 +436,7 @@ class PosteriorSearch:
         before = about[: at.loads].reshape(-1, 2)
         forces = before + parts["load"].reshape(len(changes), len(before), 2) + [push, 0.0]
         found[:, : at.loads] = forces.reshape(len(changes), at.loads)
-        weight = np.square(forces).sum(axis=2) + (FAINT * scale["load"].max()) ** 2
+        weight = np.square(forces).sum(axis=2) + (TELLING_SHARE * scale["load"].max()) ** 2
         places = np.zeros(forces.shape[:2])
         if "shifted" in parts:
             moved = before * about[at.place : at.width, None]
@@ -488,8 +488,8 @@ class PosteriorSearch:
         """
         changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH)
         scale = self._scale(push, 0.0)
-        starts = self._unknowns(changes[:IMAGES], scale, top.unknowns, 0.0)
-        found, growths = posterior.changed(top, turned[:IMAGES], starts, BINS, STEPS)
+        starts = self._unknowns(changes[:IMAGES_FITTED], scale, top.unknowns, 0.0)
+        found, growths = posterior.changed(top, turned[:IMAGES_FITTED], starts, BINS, IMAGE_STEPS)
         order = np.argsort(growths, kind="stable")
         return found[order[growths[order] < GROWTH]]
 

@@ -39,7 +39,7 @@ Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
 TRIALS = 1.0, 1.0, 0.02, 0.0, 0.0
 """Shares of the trial loads in frames that are read to compile all loops: found, followed, hardly
 seen, and gone for two frames; one of mere noise, which no load explains, comes after them."""
-SHORTEST = 512
+SHORTEST_PART = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 
 
@@ -395,7 +395,7 @@ class Reader:
         own, creep = self._times(times, len(batch)), self._single.creep_filter(self._history)
         scales = checked_scales(self.model, temperatures, len(batch))
         used = self._single.usable(mask)
-        count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))
+        count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST_PART))
         ends = np.linspace(0, len(levels), count + 1).astype(int)
         parts = [slice(*ends[i : i + 2]) for i in range(count)]
         with ThreadPoolExecutor(count) as pool:

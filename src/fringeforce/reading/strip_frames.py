@@ -23,7 +23,7 @@ from fringeforce.reading.reading import Reading, Status
 
 FITS = 1e-5
 """Chance of noise below which an explanation is refused: one frame in 100,000 is for nothing."""
-HOPELESS = 4.0
+HOPELESS_LOSS = 4.0
 """Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
 MISSED = 0.02
 """Share of frames whose best explanation the search misses, measured under many tolerances: it goes

@@ -31,7 +31,7 @@ from fringeforce.reading.large_strain import HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import (
     BINS,
     CANDIDATES,
-    SHEAR,
+    SHEAR_RATIO,
     Lines,
     PosteriorSearch,
 )
@@ -45,7 +45,7 @@ from fringeforce.reading.strip_explanations import (
 )
 from fringeforce.reading.strip_frames import (
     FITS,
-    HOPELESS,
+    HOPELESS_LOSS,
     MISSED,
     StripFrames,
     doubted,
@@ -69,9 +69,9 @@ IMAGES = 6
 """Mirror images that are tried in a round, to mend what does not fit or to find what rivals it."""
 IMAGE_ROUNDS = 3
 """Rounds of mirror images without a better explanation, each from the best one so far."""
-FOLLOWED = 12
+FOLLOWING_STEPS = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
-FAINT = 1.5
+FAINT_PHASE = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
 WIDENED = 0.05
 """Share of a standard deviation within which stated ones hold."""
@@ -79,7 +79,7 @@ TOLERATED = 0.5
 """What the model leaves of large strain, over the deviations of forces by the noise, root mean
 square over them, up to which it is a part of the deviations, which grow by an eighth; beyond it the
 strip is solved anew."""
-CONVERGED = 0.1
+TOLERATED_SOLVED = 0.1
 """The same once it was solved, when the next solution leaves a tenth: half a percent."""
 SOLUTIONS = 8
 """Most times that the strip is solved for one frame; three are usual at four newtons."""
@@ -186,11 +186,11 @@ class StripFrameReader(StripFrames):
         """Posterior of a frame whose contacts push with about this force, or these loads [N]."""
         at = self.uncertain.frame.at
         if loads is None:
-            loads = np.tile([push, SHEAR * push], at.loads // 2)
+            loads = np.tile([push, SHEAR_RATIO * push], at.loads // 2)
         model = self.uncertain.under(loads)
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
-        precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
+        precision[1 : at.loads : 2] = 1 / (SHEAR_RATIO * LOADS * push) ** 2
         absent = ~self.uncertain.frame.moments.any(axis=(2, 3)).ravel()
         precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
         friction = self.friction or (FRICTION if at.fields > at.place else -1.0)
@@ -237,7 +237,7 @@ class StripFrameReader(StripFrames):
         posterior = self._own(frame, lines, sound)
         if last is not None:
             posterior = self._centred(posterior, last)
-            top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
+            top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
             way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
             near = way < JUMP and not self.faint(posterior, top)
             near = near and self._tolerated(posterior, top.unknowns)
@@ -293,7 +293,7 @@ class StripFrameReader(StripFrames):
         posterior = self._centred(
             self.own_posterior(np.where(used, levels.astype(float), np.nan)), unknowns
         )
-        top = posterior.climbed(unknowns, heats=(), steps=(0, FOLLOWED))
+        top = posterior.climbed(unknowns, heats=(), steps=(0, FOLLOWING_STEPS))
         return self._departing(posterior, top)
 
     @cached_property
@@ -318,7 +318,7 @@ class StripFrameReader(StripFrames):
 
     def faint(self, posterior: Posterior, top: Top) -> bool:
         """Whether the phase stays so small that loads are hardly told from others, or none."""
-        return bool(np.abs(posterior.phase(top)).max() < FAINT)
+        return bool(np.abs(posterior.phase(top)).max() < FAINT_PHASE)
 
     def _own(self, frame: Array, lines: Lines, sound: Array | None = None) -> Posterior:
         pace, _ = self._search.true_pace(lines, lines.light)
@@ -334,7 +334,7 @@ class StripFrameReader(StripFrames):
         precision[: at.loads] *= 1e8
         alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
         rough = alone.settled(np.zeros(at.size), BINS, rounds=1)
-        if rough.loss > HOPELESS * len(posterior.frame) / BINS:
+        if rough.loss > HOPELESS_LOSS * len(posterior.frame) / BINS:
             return None
         top = alone.climbed(rough.unknowns, heats=(), steps=(0, 15))
         return top if top.chance > FALSE_ALARM else None
@@ -349,7 +349,7 @@ class StripFrameReader(StripFrames):
             return posterior
         loads = unknowns[: posterior.model.at.loads]
         left = self.higher_orders.left(loads, posterior.centre)
-        share = TOLERATED if posterior.centre is None else CONVERGED
+        share = TOLERATED if posterior.centre is None else TOLERATED_SOLVED
         if np.abs(left).max() > MOST_LEFT or self._tolerated(posterior, unknowns, share):
             return posterior
         try:

@@ -16,9 +16,9 @@ TOUCH = 0.6
 """How near a multiple of pi the phase must come for a crossing to be mistaken for a turn [rad]."""
 KNEE = (0.05, 0.3)
 """And where it only runs along one: nearer, it meets it [rad]."""
-SHIFT = 30.0
+DIFFERENT_IMAGE = 30.0
 """Squared standard deviations by which a mirror image must differ to be another explanation."""
-EQUAL = 0.01
+EQUAL_LOSS = 0.01
 """Difference of two losses below which they are equal: it says nothing, and rounding may cause it.
 
 Both sides of one place at zero, for one, leave loads that differ in their sign alone."""
@@ -73,7 +73,7 @@ def _ordered(loss: Array) -> NDArray[np.intp]:
     """Numbers of losses, the smallest first, equals as they come."""
     order = np.argsort(loss, kind="stable")
     level = np.zeros(len(loss), dtype=np.intp)
-    np.cumsum(loss[order[1:]] > loss[order[:-1]] + EQUAL, out=level[1:])
+    np.cumsum(loss[order[1:]] > loss[order[:-1]] + EQUAL_LOSS, out=level[1:])
     return order[np.lexsort((order, level))]
 
 
@@ -90,7 +90,7 @@ def _distinct(changes, order):
             apart = 0.0
             for k in range(changes.shape[1]):
                 apart += (changes[i, k] - changes[j, k]) ** 2
-            if apart <= SHIFT:
+            if apart <= DIFFERENT_IMAGE:
                 near = True
                 break
         if not near:
@@ -180,7 +180,7 @@ def _mirrored(phase, places, moments, pulls):
                 level, slope = pulls[j, 0, k] - pulls[i, 0, k], pulls[j, 1, k] - pulls[i, 1, k]
                 changes[count, k] = 2 * (mirror * level - slope)
                 shift += changes[count, k] ** 2
-            if shift > SHIFT:
+            if shift > DIFFERENT_IMAGE:
                 loss[count] = wanted - shift
                 stretch[count] = places[i], places[j], multiple[j] if i == 0 else multiple[i]
                 count += 1
