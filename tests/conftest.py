@@ -1,5 +1,7 @@
 """What several tests share: the paper's sensor, characterised once; loops, compiled once."""
 
+import signal
+
 import pytest
 from hypothesis import settings
 
@@ -9,6 +11,11 @@ import prepared
 # a busy machine may take long over an example without being wrong
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
+
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # a shell starts what it runs in the background so, and commands that tests interrupt inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

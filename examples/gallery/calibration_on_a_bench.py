@@ -32,7 +32,8 @@ print(f"{len(frames)} frames with known loads")
 # With a wrong model no load explains a frame, and the reader says so.
 
 drawing = ff.characterize(sensor)
-statuses = [ff.Reader(drawing).read(frame).status for frame in frames[-5:]]
+reader = ff.Reader(drawing)
+statuses = [reader.search(frame).status for frame in frames[-5:]]
 print(*(status.name for status in statuses))
 assert ff.Status.OK not in statuses
 
@@ -74,7 +75,8 @@ assert proof.passed
 assert 0.90 < proof.coverage < 0.99
 assert abs(np.log(proof.error / proof.stated)) < np.log(1.25)
 
-read = np.array([ff.Reader(model).read(frame).forces for frame in unseen])
+reader = ff.Reader(model)
+read = np.array([reader.search(frame).forces for frame in unseen])
 fig, ax = plt.subplots(figsize=(5, 4.6))
 for part, name in enumerate(("normal", "tangential")):
     ax.plot(known[..., part].ravel(), read[..., part].ravel(), "o", markersize=4, label=name)

@@ -91,7 +91,8 @@ ax.legend(loc="lower right")
 for edges, one in models.items():
     strong = ff.polar(2.0, angle=10, n=11)
     assert limits["roller"]["its sign by contact"] < 2.0 < limits[edges]["10 % strain"]
-    readings = [ff.Reader(one).read(frame) for frame in one.expose([strong] * 10, rng=2)]
+    reader = ff.Reader(one)
+    readings = [reader.search(frame) for frame in one.expose([strong] * 10, rng=2)]
     right = [
         r.status is ff.Status.OK and bool((np.abs(r.forces - strong) < 6 * r.std).all())
         for r in readings

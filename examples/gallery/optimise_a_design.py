@@ -100,7 +100,8 @@ for label, sensor in (("as drawn", small), ("best", best.sensor)):
     model = ff.characterize(sensor)
     normal = rng.uniform(0.2, 1, (60, 5))
     loads = np.stack([normal, 0.2 * normal], axis=2)
-    readings = [ff.Reader(model).read(frame) for frame in model.expose(loads, rng)]
+    reader = ff.Reader(model)
+    readings = [reader.search(frame) for frame in model.expose(loads, rng)]
     sure = np.array([reading.status is ff.Status.OK for reading in readings])
     off = np.array([reading.forces for reading in readings]) - loads
     pull = np.abs(off) / [reading.std for reading in readings]

@@ -52,8 +52,8 @@ assert np.allclose(quarter, np.sin((phase + np.pi / 2) / 2) ** 2)
 
 loads = np.geomspace(0.05, 5, 13)
 spread = {
-    name: [ff.Reader(model).read(model.expose(f * forces, rng=1)).std.mean() for f in loads]
-    for name, model in (("dark field", one), ("two in quadrature", two))
+    name: [reader.search(reader.model.expose(f * forces, rng=1)).std.mean() for f in loads]
+    for name, reader in (("dark field", ff.Reader(one)), ("two in quadrature", ff.Reader(two)))
 }
 fig, ax = plt.subplots(figsize=(8, 3.6))
 for label, values in spread.items():

@@ -24,7 +24,8 @@ rng = np.random.default_rng(12)
 
 normal = rng.uniform(0.2, 2, (300, 11))
 forces = np.stack([normal, normal * np.tan(np.radians(rng.uniform(-20, 20, (300, 11))))], axis=2)
-readings = [ff.Reader(model).read(frame) for frame in model.expose(forces, rng)]
+reader = ff.Reader(model)
+readings = [reader.search(frame) for frame in model.expose(forces, rng)]
 sure = [reading.status is ff.Status.OK for reading in readings]
 off = np.array([reading.forces for reading in readings]) - forces
 pull = off / np.array([reading.std for reading in readings])

@@ -171,8 +171,9 @@ def test_the_terminal_shows_a_map_and_the_contacts(tip: PadModel, readings: Read
     assert sum("░" in line or "▒" in line or "▓" in line for line in lines) >= 2
 
 
-def test_a_simulated_fingertip_presses_rolls_slides_and_lets_go(tip: PadModel) -> None:
-    camera = SimulatedCamera(tip, Settings(5.0, block=1), period=6.0, memory=60.0)
+@pytest.mark.parametrize("noise", range(3))
+def test_a_simulated_fingertip_presses_rolls_slides_and_lets_go(tip: PadModel, noise: int) -> None:
+    camera = SimulatedCamera(tip, Settings(5.0, block=1), period=6.0, memory=60.0, rng=noise)
     # a tenth of the cover's modulus over a quarter of the skin
     most = 0.1 * 0.99e6 * np.pi / 4 * (10.5e-3 / 4) ** 2
     assert bearable((10.5e-3, 10.5e-3), 0.99e6) == pytest.approx(most)

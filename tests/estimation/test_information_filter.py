@@ -51,6 +51,7 @@ class Case:
             reader.uncertain.lasting,
             used,
             1.5,
+            reader.hidden,
             self.top.unknowns.copy(),
         )
         self.filter.begin(about, self.spread)
@@ -147,7 +148,7 @@ def test_renewal_is_the_maximum_a_posteriori_with_what_earlier_frames_told(case:
     at, size = case.model.at, case.model.at.size
     before = case.filter.unknowns.copy()
     moved = case.top.unknowns.copy()
-    moved[: at.loads] *= 1.03
+    moved[: at.loads] *= 1.01
     frame = case.frame(moved)
     top = case.filter.renew(frame)
     assert top is not None

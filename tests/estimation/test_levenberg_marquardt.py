@@ -112,6 +112,14 @@ def test_steps_are_shortened_until_they_lead_up(influence) -> None:
     np.testing.assert_allclose(found, 0.1 * LOADS, atol=1e-3)
 
 
+def test_a_climb_that_ends_for_want_of_steps_says_so(influence) -> None:
+    frame, start = RESPONSE.level(influence @ LOADS), LOADS + 0.03
+    expand = expansion(frame, influence, RESPONSE, [])
+    for stop in (Stop(1e-4), Stop(near=1e-4)):
+        assert not minimise(start, expand, 1, stop).converged
+        assert minimise(start, expand, 60, stop).converged
+
+
 def test_no_step_of_a_curved_valley_loses_and_its_end_is_found() -> None:
     """Rosenbrock's valley, from where More, Garbow and Hillstrom start (ACM TOMS 7, 17, 1981)."""
     losses = list[float]()

@@ -145,6 +145,38 @@ def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> No
     assert np.mean(sure) > 0.7
 
 
+def fast_touch(frames: int, period: float, rng: np.random.Generator) -> Array:
+    """Forces (frames, N, 2) that change by half of themselves and more within some frames."""
+    turns = 2 * np.pi * np.arange(frames)[:, None, None] / period
+    waves = [
+        np.sin(k * rng.uniform(0.6, 1.4, (2, N)) * turns + rng.uniform(0, 2 * np.pi, (2, N)))
+        * rng.normal(size=(2, N))
+        / k
+        for k in range(1, 5)
+    ]
+    normal, share = np.moveaxis(sum(waves, np.zeros((frames, 2, N))), 1, 0)
+    normal = np.exp(0.8 * normal - 0.5)
+    return np.stack([normal, 0.4 * normal * np.tanh(share)], axis=2)
+
+
+def test_fast_motion_is_never_read_on_the_wrong_side_of_a_multiple_of_pi(model) -> None:
+    """The light of a phase beside a multiple is that of its mirror image, where steps may stay."""
+    rng, reader, tracked = np.random.default_rng(5), ff.Reader(model), 0
+    for period in (100, 70):
+        forces = fast_touch(300, period, rng)
+        reader.reset()
+        batch = reader.read_on(model.expose(forces, rng=rng), covariance=True)
+        assert batch.covariance is not None
+        ok = batch.status == ff.Status.OK
+        assert ok.mean() > 0.95
+        tracked += int(batch.tracked.sum())
+        off = (batch.forces - forces)[ok].reshape(-1, 2 * N)
+        squares = np.einsum("ka,kab,kb->k", off, np.linalg.inv(batch.covariance[ok]), off)
+        # of 600 frames noise brings one in a thousand runs beyond it
+        assert squares.max() < chi2.isf(1e-3 / 600, 2 * N)
+    assert tracked > 200
+
+
 def test_what_one_frame_leaves_open_many_together_settle(model) -> None:
     """The mean is searched after 4, 16, ... and 1,024 frames; that of 256 may leave a rival."""
     place = model.sensor.tactels.positions

@@ -138,6 +138,9 @@ class Reference(NamedTuple):
         The same of the number of broken pixels.
     faint : float
         Phase that a frame must reach [rad].
+    hidden : float
+        Difference of two phases about a multiple of pi that noise hides; infinite if light tells
+        them apart [rad].
     reached : float
         Squared Mahalanobis distance to the top, what lasts being known, below which it is reached.
     longest : float
@@ -166,6 +169,7 @@ class Reference(NamedTuple):
     drawn: float
     broken: float
     faint: float
+    hidden: float
     reached: float
     longest: float
     far: float
@@ -758,6 +762,29 @@ def _fall(reference, standing, own, score):
 
 
 @sums_entry
+def motion(nodes, before):
+    """How far a phase moved where its light changes with it, |sin| > 1/2 [rad].
+
+    Beside multiples of pi noise moves it as well.
+
+    Parameters
+    ----------
+    nodes, before : ndarray, shape (m,)
+        The phase, now and before [rad].
+
+    Returns
+    -------
+    float
+    """
+    way = 0.0
+    for k in range(len(nodes)):
+        sine = np.sin(nodes[k])
+        if sine * sine > 0.25:
+            way = max(way, abs(nodes[k] - before[k]))
+    return way
+
+
+@sums_entry
 def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, std, cov, squares):
     """Read frames until one is not explained, or what was linearised has aged.
 
@@ -825,6 +852,8 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
         if shown == 0:
             return i, FAINT
         if length > reference.longest or way > JUMP:
+            return i, ALARM
+        if way > reference.hidden and motion(standing.nodes, before) > reference.hidden:
             return i, ALARM
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)

@@ -30,6 +30,7 @@ from fringeforce.estimation.followed_frames import (
     Single,
     Standing,
     follow_frames,
+    motion,
     pixels_of,
     standing_at,
 )
@@ -81,6 +82,9 @@ class InformationFilter:
         Pixels that count.
     faint : float
         Phase that frames must reach [rad].
+    hidden : float
+        Difference of two phases about a multiple of pi that noise hides; infinite if light tells
+        them apart [rad].
     unknowns : ndarray, shape (size,)
         Of the last frame.
     """
@@ -90,6 +94,7 @@ class InformationFilter:
     lasts: NDArray[np.bool_]
     used: NDArray[np.bool_]
     faint: float
+    hidden: float
     unknowns: Array
 
     def __post_init__(self) -> None:
@@ -182,8 +187,9 @@ class InformationFilter:
         told = np.eye(len(off)) - precision[whole] @ _inverse(about.hessian)[whole]
         misfit = top.square > self._squares * top.count
         misfit = misfit or np.isfinite(frame).sum() - top.count > self._broken
-        way = np.abs(node_phase(self.model, top.unknowns) - node_phase(self.model, start)).max()
-        misfit = misfit or way > JUMP
+        nodes, before = (node_phase(self.model, at) for at in (top.unknowns, start))
+        misfit = misfit or np.abs(nodes - before).max() > JUMP
+        misfit = misfit or motion(nodes, before) > self.hidden
         if misfit or off @ precision[whole] @ off > _limit(told):
             return None
         self.unknowns[:] = top.unknowns
@@ -261,6 +267,7 @@ class InformationFilter:
             drawn=drawn,
             broken=self._broken,
             faint=self.faint,
+            hidden=self.hidden,
             longest=np.inf,
             reached=REACHED if len(lasting) else REACHED_ALONE,
             far=RELINEARISED if len(lasting) else np.inf,

@@ -119,12 +119,15 @@ class Minimum(Generic[Place]):
         By which it lowers the loss, as the expansion promises.
     curvature : Curvature
         Used last.
+    converged : bool
+        Whether it stopped where it was to, and not for want of steps or of one that gains.
     """
 
     place: Place
     step: Array
     gain: float
     curvature: Curvature | None
+    converged: bool
 
 
 def minimise(
@@ -162,6 +165,7 @@ def minimise(
         Share of a promise that it may leave before the last step.
     """
     here, step, promised, given = start, np.zeros(0), np.inf, curvature is not None
+    converged = False
     for _ in range(steps):
         about, before, fresh = expand(here), promised, curvature is None or not reuse
         if curvature is None or fresh:
@@ -173,15 +177,16 @@ def minimise(
             step, promised = curvature.step(about.gradient)
             last = promised < stop.close
         if last:
-            return Minimum(here, step, promised, curvature)
+            return Minimum(here, step, promised, curvature, converged=True)
         if (found := _gain(about, curvature, damping)) is None:
             break
         here, damping, gained = found
         last = gained < stop.close or (fresh and damping <= FIRST)
-        if (last and promised < stop.near) or not within(here):
+        converged = last and promised < stop.near
+        if converged or not within(here):
             break
         damping /= FACTOR
-    return Minimum(here, np.zeros_like(step), 0.0, curvature)
+    return Minimum(here, np.zeros_like(step), 0.0, curvature, converged)
 
 
 def _gain(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.binning import seen_means
+from fringeforce.estimation.followed_frames import JUMP, motion
 from fringeforce.estimation.posterior import sharp
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
@@ -17,7 +18,7 @@ from fringeforce.reading.departure_test import Retests
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, Seen, renewed
-from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, near
+from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, goes_on
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.strip_frames import FITS
 
@@ -138,7 +139,7 @@ class SkinFollower(Follower):
         self._age += 1
         contacts = self._single.skin.contacts(posterior.model, top.unknowns)
         found = Explanation(posterior, top, contacts, last.centre)
-        if found.spoilt(self._broken):
+        if found.spoilt(self._broken) or motion(found.phase, last.phase) > JUMP:
             return None
         if self._age >= WAVES_INTERVAL:
             if found.chance < FITS:
@@ -151,7 +152,7 @@ class SkinFollower(Follower):
             # the linearisation that a large step was judged by does not hold at its end
             if found.chance < FITS or found.spoilt(self._broken):
                 return None
-            if not near(found.contacts, last.contacts):
+            if not goes_on(found, last):
                 return None
             like = self._begin(found)
             if (

@@ -15,6 +15,7 @@ from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.binning import seen_means, slow_size
+from fringeforce.estimation.followed_frames import JUMP, motion
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.residual_test import (
@@ -124,7 +125,7 @@ class SkinReader(StripFrames):
             last, probability = before
             found = renewed(seen, climbed(coarse, last.contacts, last.others))
             fits = found.chance > FITS and not found.spoilt(last.broken)
-            if fits and near(found.contacts, last.contacts):
+            if fits and goes_on(found, last):
                 return self.stated(found, probability, tracked=True), found
         silent = self._silent(seen)
         met = self._met(seen, coarse, lines, silent)
@@ -504,13 +505,16 @@ class SkinReader(StripFrames):
         )
 
 
-def near(found: Contacts, last: Contacts) -> bool:
-    """Whether contacts may be those of the frame before: within half their widths, as strong."""
-    here, there = found.geometry, last.geometry
+def goes_on(found: Explanation, last: Explanation) -> bool:
+    """Whether contacts may be those of the frame before: within half their widths, as strong.
+
+    Their phase must have moved so little that no mirror image is nearer.
+    """
+    here, there = found.contacts.geometry, last.contacts.geometry
     beside = np.abs(here - there)[:, PLACE] <= np.maximum(here, there)[:, WIDTH]
-    now, before = found.forces[:, 0], last.forces[:, 0]
+    now, before = found.contacts.forces[:, 0], last.contacts.forces[:, 0]
     alike = (now <= JUMPED * before) & (before <= JUMPED * now)
-    return bool((beside & alike).all())
+    return bool((beside & alike).all()) and motion(found.phase, last.phase) < JUMP
 
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:

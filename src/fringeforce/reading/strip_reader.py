@@ -16,7 +16,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
-from fringeforce.estimation.followed_frames import JUMP
+from fringeforce.estimation.followed_frames import JUMP, motion
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
@@ -160,7 +160,7 @@ class StripFrameReader(StripFrames):
         return profile_basis(self.uncertain.frame)
 
     @cached_property
-    def _hidden(self) -> float:
+    def hidden(self) -> float:
         """Difference of two phases about a multiple of pi that noise hides [rad].
 
         The light A V p^2 / 4 of a phase p beside it, over as many pixels as the cover is thick,
@@ -238,11 +238,8 @@ class StripFrameReader(StripFrames):
         if last is not None:
             posterior = self._centred(posterior, last)
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
-            way = np.abs(posterior.phase(top) - node_phase(posterior.model, last)).max()
-            near = way < JUMP and not self.faint(posterior, top)
-            near = near and self._tolerated(posterior, top.unknowns)
-            if near and Explanations(posterior).explains(top, FITS):
-                return self._stated(Explanations(posterior, [top]), tracked=True)
+            if (met := self._onward(posterior, top, last)) is not None:
+                return self._stated(met, tracked=True, before=(last, 1.0))
         silent = self._silent(posterior)
         met = self._explained(posterior, lines, silent)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
@@ -268,6 +265,23 @@ class StripFrameReader(StripFrames):
         if reading.ok and (said := self._departing(located.posterior, located.top)):
             return reading.departing(said), None
         return reading, located
+
+    def _onward(self, posterior: Posterior, top: Top, last: Array) -> Explanations | None:
+        """A top that goes on from the unknowns of the last frame, with its rivals; or none.
+
+        If it moved by more than noise hides, mirror images of its phase may be likelier.
+        """
+        phase, met = posterior.phase(top), Explanations(posterior, [top])
+        before = node_phase(posterior.model, last)
+        if np.abs(phase - before).max() > JUMP or self.faint(posterior, top):
+            return None
+        if not self._tolerated(posterior, top.unknowns) or not met.explains(top, FITS):
+            return None
+        if posterior.even and motion(phase, before) > self.hidden:
+            met.keep(posterior.settled(top.unknowns, BINS))
+            self._improved(met, met.rough[0], stop=False)
+            met.settle()
+        return met if same_phase(posterior.phase(met.tops[0]), phase) else None
 
     def _departing(self, posterior: Posterior, top: Top) -> str:
         """What a frame that loads explain shows of departures all the same.
@@ -442,7 +456,7 @@ class StripFrameReader(StripFrames):
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
         """
         posterior, seen = met.posterior, MetPhases()
-        seen.add(posterior.phase(top), self._hidden)
+        seen.add(posterior.phase(top), self.hidden)
         at, found = posterior.model.at, met.tried if stop else met.keep
         if at.fields > at.place:
             heats = HEATS if stop else HEATS[1:]
@@ -454,12 +468,12 @@ class StripFrameReader(StripFrames):
         while rivals and rounds:
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             here, count, better = posterior.phase(top), 0, False
-            known.add(here, self._hidden)
+            known.add(here, self.hidden)
             for start in self._search.images(posterior, top, self._push(posterior)):
                 phase = node_phase(posterior.model, start)
                 if seen.holds(phase):
                     continue
-                seen.add(phase, self._hidden)
+                seen.add(phase, self.hidden)
                 count += not same_phase(phase, here)
                 if count > IMAGES:
                     break
@@ -492,7 +506,7 @@ class StripFrameReader(StripFrames):
         """The reading of explanations, and from where the next frame can be followed."""
         posterior, weighed = met.posterior, met.weighed(before)
         best, count = weighed[0], posterior.model.at.loads
-        same = [one_reading(one, best, self._hidden) for one in weighed]
+        same = [one_reading(one, best, self.hidden) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         near = [one.top for one in own]

@@ -87,6 +87,8 @@ class SkinOptimum:
         Used last, of the unknowns of contacts that were fitted and then of tolerances.
     free : ndarray of bool, shape (k, SIZE_OF)
         Those that were fitted.
+    converged : bool
+        Whether no step promises to gain more than `NEGLIGIBLE_GAIN`, or than was asked for.
     """
 
     contacts: Array
@@ -95,6 +97,7 @@ class SkinOptimum:
     place: SkinPlace
     curvature: Curvature
     free: Mask
+    converged: bool
 
     def taken(self, fit: SkinFit) -> int:
         """Degrees of freedom that the unknowns take: those that their prior does not hold."""
@@ -372,7 +375,7 @@ class SkinFit:
             if there.left.loss < place.left.loss:
                 place = there
             contacts, extra, loss = place.contacts, place.extra, place.left.loss
-        return SkinOptimum(contacts, extra, loss, place, matrix, free)
+        return SkinOptimum(contacts, extra, loss, place, matrix, free, found.converged)
 
     def limited(self, contacts: Array) -> Array:
         """Contacts that push, within the friction cone, on the pad, with sizes that make sense."""

@@ -156,7 +156,9 @@ class PadSkinReader(PadFrames):
                 start_at, expected.free, FOLLOWING_STEPS, curvature=expected.curvature
             )
             one = self._touching(following, one)
-            if one is not None and self.explains(fit, classifier, one):
+            if one is not None and not one.converged and self.explains(fit, classifier, one):
+                one = following.climb(one.place, one.free, MOST_STEPS)
+            if one is not None and one.converged and self.explains(fit, classifier, one):
                 return self._stated(fit, one, expected.probability, tracked=True), one
         nothing = self._silence(fit)
         silent = classifier.noise(nothing.left.slope, 0)
