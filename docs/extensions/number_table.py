@@ -69,7 +69,7 @@ def table(room: str) -> str:
 def deciding() -> str:
     """Rows of those that decide whether a reading is OK, each with all that is said of it."""
     rows = [
-        f"| `{one.name}` | `{one.value}` | {one.said} |"
+        f"| `{one.name}` | `{one.value}` | {_cell(one.said)} |"
         for module, names in DECIDING.items()
         for one in numbers(module.split(".")[0])
         if one.module == module and one.name in names
@@ -128,4 +128,8 @@ def _string(statement: ast.stmt) -> str:
 
 def _first_sentence(said: str) -> str:
     """The first sentence, as a cell of a table."""
-    return re.split(r"(?<=\.)\s+(?=[A-Z])", said)[0].replace("|", "\\|")
+    return _cell(re.split(r"(?<=\.)\s+(?=[A-Z])", said)[0])
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
