@@ -7,6 +7,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import grimp
+import number_table
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -81,3 +82,15 @@ def test_every_public_name_exists_and_says_what_it_is() -> None:
     import fringeforce
 
     assert all(getattr(fringeforce, name).__doc__ for name in fringeforce.__all__)
+
+
+@pytest.mark.parametrize("room", number_table.ROOMS)
+def test_every_number_that_steers_readings_says_what_it_is(room: str) -> None:
+    found = number_table.numbers(room)
+    assert len(found) > 10
+    assert not [one for one in found if not one.said.endswith(".")]
+
+
+def test_numbers_that_decide_are_among_all_numbers() -> None:
+    named = sum(map(len, number_table.DECIDING.values()))
+    assert number_table.deciding().count("\n") == 2 + named

@@ -9,6 +9,7 @@ import api_pages
 import conventions_figure
 import design_fields
 import material_table
+import number_table
 import pad_skin_figure
 import skin_figure
 import tolerance_figure
@@ -31,6 +32,9 @@ def make(app: Sphinx) -> None:
     _write(folder / "parts" / "design-fields.md", design_fields.tables())
     _write(folder / "parts" / "materials.md", material_table.table())
     _write(folder / "parts" / "light_sources.md", material_table.lights())
+    _write(folder / "parts" / "numbers-deciding.md", number_table.deciding())
+    for room in number_table.ROOMS:
+        _write(folder / "parts" / f"numbers-{room}.md", number_table.table(room))
     _write(folder / "parts" / "commands.md", command_help())
     _gallery(folder / "gallery" / "index.md", "sphinx_gallery.gen_gallery" in app.extensions)
     conventions_figure.save(folder / "conventions.svg")

@@ -8,7 +8,7 @@ import fringeforce as ff
 from fringeforce.estimation.contact_sampling import (
     CHAINS,
     DEPENDENT,
-    KEPT,
+    TRAJECTORIES,
     Contacts,
     contacts_about,
     density,
@@ -161,7 +161,7 @@ def test_samples_have_mean_and_covariance_of_the_exact_posterior(case: Case) -> 
     found, spread = sampled_loads(case.contacts, [case.z], case.scale, laplace)
     std = np.sqrt(np.diag(covariance))
     # both samples err: walks of samples of which every fourth counts, and the importance sample
-    error = np.sqrt(DEPENDENT / (CHAINS * KEPT) + 1 / effective)
+    error = np.sqrt(DEPENDENT / (CHAINS * TRAJECTORIES) + 1 / effective)
     assert np.abs(found - mean).max() < 4 * (error * std).max()
     np.testing.assert_allclose(np.sqrt(np.diag(spread)), std, rtol=4 * error / np.sqrt(2))
     again = sampled_loads(case.contacts, [case.z], case.scale, laplace)

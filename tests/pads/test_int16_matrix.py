@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from fringeforce.models.int16_matrix import LARGEST, Packed
+from fringeforce.models.int16_matrix import LARGEST_INTEGER, Packed
 
 
 def test_both_products_are_those_of_the_matrix_within_half_a_step() -> None:
     rng = np.random.default_rng(0)
     matrix = rng.normal(size=(1300, 37)).astype(np.float32) * rng.uniform(0.01, 9, (1300, 1))
     matrix = np.concatenate([matrix, np.zeros((1, 37))]).astype(np.float32)
-    packed, step = Packed.of(matrix), np.abs(matrix).max(axis=1) / LARGEST
+    packed, step = Packed.of(matrix), np.abs(matrix).max(axis=1) / LARGEST_INTEGER
     right, left = rng.normal(size=37).astype(np.float32), rng.normal(size=1301).astype(np.float32)
     exact = matrix.astype(float)
     off = np.abs(packed.forward(right) - exact @ right)

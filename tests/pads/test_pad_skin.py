@@ -14,7 +14,7 @@ from fringeforce.io.tables import save_contacts
 from fringeforce.models import pad_skin
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_presses import pad_tractions, press_slices
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
+from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.reading.pads.skin_result import amounts, spin, tractions_at
 
 FAR = 5.0
@@ -37,9 +37,9 @@ def contact(shapes: bool = False) -> np.ndarray:
     """Unknowns of an ellipse, with shapes or as of Hertz."""
     found = np.zeros(SIZE_OF)
     found[:PLACE], found[PLACE:SHAPE] = (5.0, 1.5, -0.7), (1.3e-3, -2.1e-3)
-    found[SHAPE:FIRST] = np.log(1.2e-3), 0.3, 0.2
+    found[SHAPE:FIRST_SHAPE] = np.log(1.2e-3), 0.3, 0.2
     if shapes:
-        found[FIRST:] = 0.1 * np.random.default_rng(0).standard_normal(SIZE_OF - FIRST)
+        found[FIRST_SHAPE:] = 0.1 * np.random.default_rng(0).standard_normal(SIZE_OF - FIRST_SHAPE)
     return found
 
 
@@ -47,7 +47,7 @@ def small_forces(one: np.ndarray) -> Tractions:
     """Its tractions as small forces, by polar coordinates of the ellipse."""
     nodes, weights = np.polynomial.legendre.leggauss(40)
     r, turn = (nodes + 1) / 2, 2 * np.pi * np.arange(96) / 96
-    matrix = matrix_of(one[SHAPE:FIRST])
+    matrix = matrix_of(one[SHAPE:FIRST_SHAPE])
     unit = r[:, None, None] * np.column_stack([np.cos(turn), np.sin(turn)])
     places = one[PLACE:SHAPE] + unit.reshape(-1, 2) @ matrix
     area = np.repeat(weights / 2 * r, 96) * 2 * np.pi / 96 * np.linalg.det(matrix)

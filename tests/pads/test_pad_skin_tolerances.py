@@ -12,7 +12,7 @@ from fringeforce.models import as_built
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_as_built import built_pad
 from fringeforce.models.pad_presses import pad_tractions
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF
+from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.reading import Status
@@ -83,7 +83,7 @@ def test_slopes_and_curvature_are_those_of_differences(drawn: PadModel) -> None:
     fit = reader.fit(frame, reader.classifier(reader.usable(None)))
     one, free = np.zeros(SIZE_OF), np.ones((1, SIZE_OF), dtype=bool)
     one[:PLACE], one[PLACE:SHAPE] = (3.0, 0.5, 0.2), (1e-3, -1e-3)
-    one[SHAPE:FIRST] = np.log(1.2e-3), 0.1, 0.2
+    one[SHAPE:FIRST_SHAPE] = np.log(1.2e-3), 0.1, 0.2
     extra = 0.5 * generator.standard_normal(known.size)
     here = fit.at(one[None], extra)
     slope, curvature = fit.gradient(here, free), np.diag(fit.information(here, free))

@@ -11,7 +11,7 @@ from scipy.stats import binom, chi2
 import fringeforce as ff
 from fringeforce.contacts.fingertip import fingertip_forces as fingertip
 from fringeforce.estimation.bounds import cramer_rao_bound
-from fringeforce.reading.strip_reader import FAINT, StripFrameReader
+from fringeforce.reading.strip_reader import FAINT_PHASE, StripFrameReader
 
 Array = NDArray[np.float64]
 N = 11
@@ -139,7 +139,7 @@ def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> No
         ok = batch.status == ff.Status.OK
         assert (np.abs(batch.forces - forces) < 6 * batch.std)[ok].all()
         phase = np.abs(forces.reshape(len(forces), -1) @ model.frame_influence.T).max(axis=1)
-        searched.append(~batch.tracked[phase > FAINT])
+        searched.append(~batch.tracked[phase > FAINT_PHASE])
         sure.append(ok)
     assert np.mean(np.concatenate(searched)) < 0.005  # fainter frames are read alone
     assert np.mean(sure) > 0.7

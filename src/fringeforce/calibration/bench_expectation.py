@@ -13,7 +13,7 @@ from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
-from fringeforce.models.uncertainty import FAR, NARROW, random_field, uncertainty
+from fringeforce.models.uncertainty import FOLLOWED_STDS, NARROW, random_field, uncertainty
 
 DOUBT = {
     "place": 0.1e-3,
@@ -77,7 +77,7 @@ def contact_size(sensor: Sensor) -> ContactSize:
     place = sensor.tolerances.get(PLACEMENT, DOUBT["place"])
     wide = sensor.tolerances.get(WIDTH, DOUBT["width"])
     width = float(sensor.tactels.contact_width)
-    reach = FAR * place + (width + FAR * wide) / 2
+    reach = FOLLOWED_STDS * place + (width + FOLLOWED_STDS * wide) / 2
     return ContactSize(place, width, wide, reach)
 
 

@@ -19,7 +19,7 @@ from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
-from fringeforce.estimation.frame_exposure import NARROWEST, positive
+from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
 from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.strip import SensorModel, characterize
@@ -136,7 +136,7 @@ def _lens(fit: BenchFit) -> tuple[Array, Array]:
     template, at = fit.posterior.bench.template, fit.posterior.bench.at
     camera, shared = fit.sensor.camera, fit.state.shared
     pixel = fit.sensor.transducer.length / camera.pixels
-    blur, slope = positive(template.blur + template.blur_std * shared[at.blur], NARROWEST)
+    blur, slope = positive(template.blur + template.blur_std * shared[at.blur], NARROWEST_BLUR)
     power = template.gamma / camera.gamma  # of the response itself
     gamma = template.gamma + template.gamma_std * shared[at.gamma]
     changes = slope * template.blur_std * pixel, template.gamma_std / power

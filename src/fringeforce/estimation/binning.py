@@ -13,7 +13,7 @@ from fringeforce.estimation.frame_model import FrameModel, node_weights, pixels_
 
 Array = NDArray[np.float64]
 
-SIZES = 4, 2
+BIN_SIZES = 4, 2
 """Pixels of a bin that are tried: of more the loops over nodes, not pixels, take the time."""
 
 
@@ -60,7 +60,7 @@ def slow_size(model: FrameModel, pace: float, span: float) -> int:
     span : float
         Limit [rad].
     """
-    return next((n for n in SIZES if n <= coarsest(model) and n * pace < span), 1)
+    return next((n for n in BIN_SIZES if n <= coarsest(model) and n * pace < span), 1)
 
 
 def means(line: Array, size: int, channels: int) -> Array:

@@ -9,7 +9,7 @@ from fringeforce.estimation.likelihood import Response
 
 Array = NDArray[np.float64]
 
-COARSE, ENOUGH = 8, 8
+COARSE_STRIDE, ENOUGH = 8, 8
 """The variance at which information is flat is sought at every so many pixels, or at more where
 fewer than so many were left for each load; then at all pixels, until they agree."""
 AGREED = 0.02
@@ -88,7 +88,7 @@ def covariance(phase: Array, influence: Array, response: Response, rounds: int =
     ndarray, shape (m, m)
         Covariance [N^2].
     """
-    step = int(np.clip(len(phase) // (ENOUGH * influence.shape[1]), 1, COARSE))
+    step = int(np.clip(len(phase) // (ENOUGH * influence.shape[1]), 1, COARSE_STRIDE))
     whole = np.ones(len(phase))
     most = whole * _largest(response)
     start = whole * np.sqrt(response.variance) / response.amplitude

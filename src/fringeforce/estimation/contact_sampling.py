@@ -35,29 +35,28 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
 from fringeforce.estimation.linearised_frame import Linearised, banded
 
 Array = NDArray[np.float64]
 
 TYPICAL = 0.35
 """Size of a place or half width in units of the reach at which moments count by their power."""
-SMOOTH = 1e-5
+LEAST_PROFILE = 1e-5
 """Share of the largest singular value at which profiles of influence are left out."""
 FAINTEST = 1.0
 """Information about a coordinate of the phase, over that before the frame, below which it is left
 out."""
-NEGLIGIBLE = 0.003
+NEGLIGIBLE_MOMENT = 0.003
 """Phase, in standard deviations of the noise, below which a moment does not count."""
 ACTIVE = 4
 """Newton steps in which the contacts that pull are found."""
 DRAWS = 48
 """Draws from Laplace's approximation that tell how good it is."""
-CHAINS, WARM, KEPT = 4, 4, 28
+CHAINS, WARM, TRAJECTORIES = 4, 4, 28
 """Walks, the trajectories of each that only find the step, and those that count."""
 LENGTH = 1.2
 """Mean length of a trajectory, in standard deviations."""
-WORSE = 6.0
-"""Mean energy over the least at which a walk is in a valley of no weight, exp(-6) = 0.002."""
 DEPENDENT = 4.0
 """Neighbouring samples that tell as much of a mean as one that is independent of others."""
 TAILED = 2.0
@@ -65,12 +64,12 @@ TAILED = 2.0
 a variance, and loads have a kurtosis k of some 5 in their skew directions, normal ones 3."""
 SEED = 20140115
 """Seed of the random numbers, which are the same for every frame: readings can be repeated."""
-STEP, RELUCTANCE = 0.3, 0.2
+WALK_STEP, RELUCTANCE = 0.3, 0.2
 """First step of the walk, in standard deviations, and how little surplus acceptance changes it: the
 step suits most walks, and few trajectories tell no better one."""
 WANTED = 0.75
 """Share of trajectories that are to be accepted (Betancourt et al., arXiv:1411.6669)."""
-MOST = 20
+TRAJECTORY_STEPS = 20
 """Most steps of a trajectory."""
 
 
@@ -110,7 +109,7 @@ def profile_basis(model: FrameModel) -> Array:
     order, nodes = model.moments.shape[2:]
     scaled = model.moments * TYPICAL ** np.arange(order)[:, None]
     _, size, rows = np.linalg.svd(scaled.reshape(-1, nodes), full_matrices=False)
-    kept = size > SMOOTH * size[0]
+    kept = size > LEAST_PROFILE * size[0]
     return np.ascontiguousarray((rows[kept] * size[kept, None]).T)
 
 
@@ -198,7 +197,7 @@ def _influence(contacts, z, moments, used, out):
             moments[2, j, k] *= slope / 2 * contacts.width_std
             most = max(abs(moments[0, j, k]), abs(moments[1, j, k]), abs(moments[2, j, k]))
             for c in range(2):
-                if most * contacts.largest[j, c, k] > NEGLIGIBLE:
+                if most * contacts.largest[j, c, k] > NEGLIGIBLE_MOMENT:
                     used[j, c] = k + 1
         for c in range(2):
             count = used[j, c]
@@ -431,12 +430,12 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
     energy = _density(contacts, here, sides, own, within, gradient)
     kept, given = np.empty((count - warm, size)), np.empty((count - warm, most))
     energies, covariance = np.empty(count - warm), np.zeros((most, most))
-    averaged, surplus = np.log(STEP), 0.0
-    log_step, momentum = np.log(STEP), np.empty(size)
+    averaged, surplus = np.log(WALK_STEP), 0.0
+    log_step, momentum = np.log(WALK_STEP), np.empty(size)
     for t in range(count):
         step = np.exp(log_step) if t < warm else np.exp(averaged)
         step *= 0.2 if uniforms[t, 2] < 0.1 else 0.6 + 0.6 * uniforms[t, 2]
-        steps = int(min(max(np.ceil(length * (0.5 + uniforms[t, 1]) / step), 1), MOST))
+        steps = int(min(max(np.ceil(length * (0.5 + uniforms[t, 1]) / step), 1), TRAJECTORY_STEPS))
         momentum[:] = normals[t]
         before = energy + 0.5 * (momentum * momentum).sum()
         trial[:] = here
@@ -472,7 +471,7 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
             energy = reached
         if t < warm:
             surplus += (WANTED - chance - surplus) / (t + 1 + 10)
-            log_step = np.log(STEP) - np.sqrt(t + 1) / RELUCTANCE * surplus
+            log_step = np.log(WALK_STEP) - np.sqrt(t + 1) / RELUCTANCE * surplus
             weight = (t + 1) ** -0.75
             averaged = weight * log_step + (1 - weight) * averaged
         else:
@@ -530,14 +529,14 @@ def sampled_loads(
     """
     random, walks = np.random.default_rng(SEED), []
     for chain in range(CHAINS):
-        start, *normals = random.standard_normal((1 + WARM + KEPT, len(scale)))
-        uniforms = random.random((WARM + KEPT, 3))
+        start, *normals = random.standard_normal((1 + WARM + TRAJECTORIES, len(scale)))
+        uniforms = random.random((WARM + TRAJECTORIES, 3))
         start = tops[chain % len(tops)] + scale @ start
         walks.append(walk(contacts, start, scale, np.array(normals), uniforms, WARM, LENGTH))
     energies = np.array([own.mean() for *_, own in walks])
-    walks = [
-        own for own, energy in zip(walks, energies, strict=True) if energy <= energies.min() + WORSE
-    ]
+    # half a loss is an energy; the others are in valleys of no weight
+    most = energies.min() + NEGLIGIBLE_LOSS / 2
+    walks = [own for own, energy in zip(walks, energies, strict=True) if energy <= most]
     loads = np.concatenate([given for _, given, _, _ in walks])
     within = np.mean([own for _, _, own, _ in walks], axis=0)
     independent = len(loads) / DEPENDENT

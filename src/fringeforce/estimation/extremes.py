@@ -21,11 +21,11 @@ SMOOTHING = 4.0
 """Pixels over which a frame is smoothed before its extremes are looked for."""
 CROSSING = 0.7
 """Share of extremes that cross, before anything is known: of random loads it is 0.6 to 0.8."""
-ROUGH = 0.006
+EXTREME_ERROR = 0.006
 """Error of an extreme's level by the curvature of the phase, as a share of the amplitude."""
 STARTS = np.array([[a, b, c] for a in (-1.5, 0.0, 1.5) for b in (-1.0, 0.5) for c in (-0.5,)])
 """Gain, visibility and blur from which the likelihood is climbed, in their deviations."""
-STEPS = 12
+NEWTON_STEPS = 12
 """Newton steps; the likelihood is nearly Gaussian about its top."""
 
 
@@ -90,7 +90,7 @@ def _lit(found, means, stds):
     turning = np.log((1 - CROSSING) / 0.5)
     for start in range(len(STARTS)):
         e = STARTS[start] * (stds > 0)
-        for turn in range(STEPS + 1):
+        for turn in range(NEWTON_STEPS + 1):
             normal, pull, total = np.eye(3), -e, -(e * e).sum() / 2
             for k in range(len(found)):
                 sign, level, deviation, pace = found[k]
@@ -106,7 +106,7 @@ def _lit(found, means, stds):
                     pull[i] += weight * column[i] * (level - expected)
                     for j in range(3):
                         normal[i, j] += weight * column[i] * column[j]
-            if turn == STEPS:
+            if turn == NEWTON_STEPS:
                 if total > top:
                     best, top = e, total
                 break
@@ -140,7 +140,7 @@ def extremes(line: Array, pace: Array, variance: float, clipped: Mask) -> Array:
     peaks = (steps[turns] <= 0) & (steps[turns - 1] >= 0)
     turns = turns[(bright == peaks) & ~clipped[turns]]
     found = _fitted(line, gaussian_filter1d(pace, 8.0), turns)
-    deviation = np.sqrt(variance * found[:, 4] + ROUGH**2)
+    deviation = np.sqrt(variance * found[:, 4] + EXTREME_ERROR**2)
     return np.column_stack([found[:, 1], found[:, 2], deviation, found[:, 3]])
 
 

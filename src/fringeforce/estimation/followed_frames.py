@@ -31,26 +31,26 @@ from fringeforce.estimation.frame_exposure import (
     lens,
     power_of,
 )
-from fringeforce.estimation.frame_loss import PLAIN, pixel_loss
+from fringeforce.estimation.frame_loss import SOUND, pixel_loss
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.vector_loops import add_products, combine, factorise, invert, waves
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-STEPS = 6
+EVALUATIONS = 6
 """Most evaluations of one frame; slow motion takes one."""
 AGED = 0.04
 """Ratio of the second step to the first, in deviations, from which the inverse is computed anew."""
-MOVED = 0.1
+RENEWED = 0.1
 """Change of the phase, root mean square, from which it is computed anew in any case [rad]."""
-SMOOTH = 0.2
+AVERAGING = 0.2
 """Share of a frame in the running mean of that ratio's square."""
 LOOKED = 8
 """Frames after which the ratio is looked at in any case."""
 DIVERGED = 0.7
 """Ratio from which an inverse does not lead to the top."""
-GROWTH = 2.0
+LOAD_GROWTH = 2.0
 """Factor by which normal forces may grow or shrink, root mean square, until what is known of them
 before a frame is drawn up anew."""
 
@@ -522,7 +522,7 @@ def _compare(model, pixels, reference, standing, whole):
     bent = gamma != 1.0 or model.srgb or at.size > at.gamma
     lights = at.size > at.modes and (whole or len(reference.fresh) > at.loads)
     inverse, sigma = np.float32(1 / np.sqrt(model.variance)), np.sqrt(model.variance)
-    limits = np.float32(PLAIN * PLAIN), np.float32(model.floor), np.float32(model.ceiling)
+    limits = np.float32(SOUND * SOUND), np.float32(model.floor), np.float32(model.ceiling)
     pulls, pull, back = standing.pulls, standing.pull, standing.back[:size]
     gradient[:] = 0.0
     pulls[:] = np.float32(0)
@@ -832,7 +832,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
         length = _step(reference, standing, step, own)
         state[3] = 0.0
         while not (length * ratio < reached and (turn > 0 or (state[1] < LOOKED and not whole))):
-            if turn == STEPS or shown == 0:
+            if turn == EVALUATIONS or shown == 0:
                 return i, STALE if shown else FAINT
             for a in range(many):
                 x[reference.fresh[a]] -= step[a]
@@ -841,7 +841,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             last, length = length, _step(reference, standing, step, own)
             ratio = length / max(last, 1e-12)
             if turn == 0 and last > many:
-                state[0] += (1.0 if state[2] > 0 else SMOOTH) * (ratio - state[0])
+                state[0] += (1.0 if state[2] > 0 else AVERAGING) * (ratio - state[0])
                 state[1], state[2] = 0.0, 0.0
             if ratio > DIVERGED * DIVERGED and length > reached:
                 return i, STALE
@@ -878,12 +878,12 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
                 for b in range(m):
                     cov[i, a, b] = reference.covariance[a, b]
         squares[i, 0], squares[i, 1] = squared, number
-        if state[0] > AGED * AGED or (lasting == 0 and moved > MOVED * MOVED):
+        if state[0] > AGED * AGED or (lasting == 0 and moved > RENEWED * RENEWED):
             size = 0.0
             for k in range(0, count, 2):
                 size += unknowns[k] * unknowns[k]
             size = np.sqrt(2 * size / count)
-            if not reference.size / GROWTH < size < reference.size * GROWTH:
+            if not reference.size / LOAD_GROWTH < size < reference.size * LOAD_GROWTH:
                 return i + 1, GROWN
             if lasting == 0 and len(model.curvature) > 0:
                 _relinearise(model, reference, unknowns)

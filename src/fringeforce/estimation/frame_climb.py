@@ -13,6 +13,9 @@ from fringeforce.estimation.linearised_frame import empty_linearised, fill_linea
 
 Array = NDArray[np.float64]
 
+CONVERGED = 0.1
+"""Fall of the loss below which a climb is at its top: a tenth of what noise leaves to one unknown,
+a third of its standard deviation."""
 UNDAMPED = 0.1
 """Damping below which a step is nearly that of Gauss and Newton."""
 

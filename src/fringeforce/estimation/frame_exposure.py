@@ -13,9 +13,9 @@ from fringeforce.estimation.compiling import sums, sums_entry
 
 Array = NDArray[np.float64]
 
-NARROWEST = 0.5
+NARROWEST_BLUR = 0.5
 """Deviation of the point spread below which it is no longer told from none [pixels]."""
-REACH = 5.0
+KERNEL_REACH = 5.0
 """Deviations as far as a kernel reaches: a millionth of the light lies beyond, so that the loss
 does not jump where the kernel grows by a pixel."""
 _PI, _PI_REST = 3.14159265160560607910, 1.98418714791870343106e-9
@@ -179,7 +179,7 @@ def kernel_of(deviation):
     The discrete Gaussian exp(-t) I_k(t) of variance t is found downwards from I_(k-1)(t) =
     (2k / t) I_k(t) + I_(k+1)(t) (Miller's method).
     """
-    reach = int(REACH * deviation) + 2
+    reach = int(KERNEL_REACH * deviation) + 2
     kernel, t = np.zeros(reach + 1), deviation * deviation
     if deviation >= 1:
         for step in range(reach + 1):
@@ -234,7 +234,9 @@ def lens(model, unknowns):
         seen += model.visibility_std * unknowns[at.visibility]
     deviation, slope = model.blur, 0.0
     if at.gamma > at.blur:
-        deviation, slope = _positive(model.blur + model.blur_std * unknowns[at.blur], NARROWEST)
+        deviation, slope = _positive(
+            model.blur + model.blur_std * unknowns[at.blur], NARROWEST_BLUR
+        )
         slope *= model.blur_std
     return seen, deviation, slope
 

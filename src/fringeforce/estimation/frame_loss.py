@@ -17,7 +17,7 @@ from fringeforce.estimation.frame_exposure import fill_exposure, workspace
 
 Array = NDArray[np.float64]
 
-PLAIN = 2.5
+SOUND = 2.5
 """Standard deviations within which a pixel counts as sound; it is broken once in a thousand."""
 
 
@@ -70,7 +70,7 @@ def pixel_loss(model, frame, level, sigma):
         hazard = np.exp(-0.5 * beyond * beyond - log_chance) / np.sqrt(2 * np.pi)
         return -2 * log_chance, -side * hazard, hazard * (hazard + beyond)
     left = (level - frame) / sigma
-    if abs(left) < PLAIN:
+    if abs(left) < SOUND:
         return left * left, left, 1.0
     good = (1 - model.broken) * np.exp(-0.5 * left * left)
     bad = model.broken * np.sqrt(2 * np.pi) * sigma / model.full_scale

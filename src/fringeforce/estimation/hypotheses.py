@@ -9,6 +9,15 @@ from fringeforce.estimation.compiling import entry
 
 Array = NDArray[np.float64]
 
+CONFIDENCE = 0.999
+"""Probability of a reading that is OK, unless told otherwise: one in a thousand may be wrong."""
+NEGLIGIBLE_LOSS = float(-2 * np.log((1 - CONFIDENCE) / 3))
+"""Loss beyond the best at which an explanation has no weight: a third of what `CONFIDENCE` leaves,
+0.0003."""
+SAME_PHASE = 0.3
+"""Phases nowhere farther apart are one explanation of a frame: a tenth of what mirror images differ
+by [rad]."""
+
 
 class MetPhases:
     """Phases that were met already, so that nothing is looked for twice.

@@ -34,7 +34,7 @@ from fringeforce.estimation.followed_frames import (
     pixels_of,
     standing_at,
 )
-from fringeforce.estimation.frame_climb import climb
+from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import node_columns, node_phase, point_spread
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
@@ -55,17 +55,15 @@ are forgotten within five."""
 RELEASED = 2.0
 """Deviations of its forces below which a contact counts as released, and its place and width as
 those of another touch."""
-FAR = 0.15
+RELINEARISED = 0.15
 """Change of the phase, root mean square, from which what lasts is estimated anew [rad]."""
-REACHED, SHARP = 0.1, 0.0005
+REACHED, REACHED_ALONE = 0.1, 0.0005
 """Squared Mahalanobis distances to the top at which it is reached, over all loads together, what
 lasts being known: where anything lasts, whose errors are larger, and where nothing does."""
-OLDEST = 4096
-"""Frames after which it is in any case."""
+DRIFT_FRAMES = 4096
+"""Frames after which what may drift is looked at in any case: lamps drift in seconds."""
 FAR_STEPS = 20
 """Most steps of a climb with all unknowns."""
-TOP = 0.1
-"""Fall of the loss below which such a climb is at the top."""
 
 
 @dataclass
@@ -156,7 +154,7 @@ class InformationFilter:
         """Read frames; see `follow_frames`."""
         assert self._reference is not None
         held = not np.isfinite(self._reference.reached)
-        rest = len(frames) if held or not len(self._lasting) else OLDEST - self._age
+        rest = len(frames) if held or not len(self._lasting) else DRIFT_FRAMES - self._age
         done, why = follow_frames(
             self.model, self._pixels, self._reference, self._standing, frames[:rest],
             self.unknowns, loads, std, covariances, squares,
@@ -183,7 +181,7 @@ class InformationFilter:
         mean, precision = prior.mean, prior.joint
         whole = np.ix_(self._lasting, self._lasting)
         start = self.unknowns.copy()
-        top = Top(*climb(self.model, prior, frame, start, 1.0, FAR_STEPS, TOP, np.inf))
+        top = Top(*climb(self.model, prior, frame, start, 1.0, FAR_STEPS, CONVERGED, np.inf))
         about = Linearised(*linearise(self.model, prior, frame, top.unknowns))
         off = (top.unknowns - mean)[self._lasting]
         told = np.eye(len(off)) - precision[whole] @ _inverse(about.hessian)[whole]
@@ -271,8 +269,8 @@ class InformationFilter:
             faint=self.faint,
             hidden=self.hidden,
             longest=np.inf,
-            reached=REACHED if len(lasting) else SHARP,
-            far=FAR if len(lasting) else np.inf,
+            reached=REACHED if len(lasting) else REACHED_ALONE,
+            far=RELINEARISED if len(lasting) else np.inf,
             size=float(np.sqrt(np.mean(np.square(self.unknowns[:loads:2])))),
         )
         self._standing = standing_at(self.unknowns, self._pixels, self._reference)

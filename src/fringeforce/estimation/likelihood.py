@@ -12,7 +12,7 @@ from scipy.special import log_ndtr
 
 Array = NDArray[np.float64]
 
-EVEN = 1e-3
+NO_BIAS = 1e-3
 """Sine of a bias below which it counts as none or as half a turn."""
 
 
@@ -59,7 +59,7 @@ class Response:
     @cached_property
     def even(self) -> bool:
         """Whether a phase and its negative give the same level everywhere."""
-        return bool(np.all(np.abs(np.sin(self.bias)) < EVEN))
+        return bool(np.all(np.abs(np.sin(self.bias)) < NO_BIAS))
 
     def slope(self, phase: Array) -> Array:
         """Derivative of the grey level by the phase."""

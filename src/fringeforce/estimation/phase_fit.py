@@ -39,11 +39,11 @@ from fringeforce.estimation.linearised_frame import empty_linearised, fill_linea
 
 Array = NDArray[np.float64]
 
-SMOOTH = 1e-4
+LEAST_PROFILE = 1e-4
 """Share of the largest singular value at which profiles of influence are left out."""
-FAR = 2.5
+LIKELY_STDS = 2.5
 """Standard deviations within which places and widths are likely."""
-LEAST = 0.03
+LEAST_GROWTH = 0.03
 """Growth of the loss by all that loads of their size before the frame can change a coordinate of
 the phase, below which it is left out."""
 FALL = 10.0
@@ -67,7 +67,7 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
     scaled = (model.profiles * _sizes(model)[:, None]).reshape(-1, nodes)
     rows = [scaled, model.influence.reshape(-1, nodes), model.curvature.reshape(-1, nodes)]
     _, size, rows = np.linalg.svd(np.concatenate(rows), full_matrices=False)
-    kept = size > SMOOTH * size[0]
+    kept = size > LEAST_PROFILE * size[0]
     rows, size = rows[kept], size[kept, None]
     basis, back = np.ascontiguousarray(rows * size), (rows / size).T
     contacts = model._replace(
@@ -82,7 +82,7 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
 
 def _sizes(model: FrameModel) -> Array:
     """Root mean squares of the mixtures of moments of contacts that are as likely, shape (k,)."""
-    at, steps = model.at, np.linspace(-FAR, FAR, 9)
+    at, steps = model.at, np.linspace(-LIKELY_STDS, LIKELY_STDS, 9)
     mean, by_place, by_width = np.empty((3, len(model.mixing)))
     square = list[Array]()
     for place in steps if at.width > at.place else [0.0]:
@@ -320,7 +320,7 @@ def _reduced(contacts, prior, known):
             for k in range(rank):
                 line[k] -= factor * row[k]
     wave, order = np.empty((rank, rank)), np.empty(rank, np.int64)
-    count = _rooted(square, LEAST * prior.precision[0], wave, order)
+    count = _rooted(square, LEAST_GROWTH * prior.precision[0], wave, order)
     shape = contacts.profiles.shape
     profiles = np.empty((shape[0] * shape[1] * shape[2], count))
     _turned(contacts.profiles.reshape(len(profiles), rank), wave[:count], order, profiles)

@@ -20,7 +20,7 @@ from fringeforce.estimation.contact_sampling import (
     gaussian_share,
     sampled_loads,
 )
-from fringeforce.estimation.frame_climb import climb
+from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
     contact_columns,
     node_columns,
@@ -31,6 +31,7 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
+from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import (
     Linearised,
     banded,
@@ -55,26 +56,23 @@ HEATS = (100.0, 10.0)
 trap it at 1 are no valleys there.  Without them one climb in four ends in one."""
 TEMPERED = (3.0,)
 """The same for mirror images: hotter they melt back into what they are images of."""
-CAREFUL = (300.0, 100.0, 30.0, 10.0)
-"""The same for starts that are farther off."""
 WAVES = 60
 """Smooth waves of phase along the frame that are looked for in what is left: shorter than the
 clear layer is thick they pass as noise, and no load makes them."""
-MISTAKEN, DOUBTED = 1e-10, 0.05
-"""Chances of waves that sums at the nodes under a blur may mistake: squares that add up to eight
-standard deviations more than noise leaves are too large for that, and one frame in twenty is looked
-at again, so that readings may ask for a chance of 0.02."""
-LINEAR = 1.0
+DOUBTED = 0.05
+"""Chance of waves below which it is computed from all pixels, for sums at the nodes under a blur
+may mistake it: one frame in twenty, so that readings may ask for a chance of 0.02."""
+LINEAR_PHASE = 1.0
 """Largest phase of a frame from which it is linear in the phase about its best one [rad]."""
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
-ROUNDS, STEPS, SETTLING = 6, 4, 16
+SETTLING_ROUNDS, HEATED_STEPS, SETTLING_STEPS = 6, 4, 16
 """Rounds in which a start settles, and steps of the contacts in each, heated first and not: valleys
 of force, place and width are long, and a top is only one at their lowest place."""
-SHARP = 0.4
+BIN_PHASE = 0.4
 """Phase that a bin may span for as much information as its pixels [rad]."""
-SECOND_ORDER, FAINT_ROUNDS = 3, 5
-"""Rounds in which the variances of forces, places and widths settle, and of a faint phase."""
+SECOND_ORDER = 3
+"""Rounds in which the variances of forces, places, widths and a faint phase settle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +138,9 @@ class Posterior:
         start: Array,
         size: int = 1,
         heats: tuple[float, ...] = (),
-        tolerance: float = 0.1,
+        tolerance: float = CONVERGED,
         bound: float = np.inf,
-        rounds: int = ROUNDS,
+        rounds: int = SETTLING_ROUNDS,
     ) -> Top:
         """The top of a frame in bins of so many pixels that a start of nearly its phase leads to.
 
@@ -160,7 +158,7 @@ class Posterior:
             start,
             np.array(heats),
             rounds,
-            STEPS if len(heats) else SETTLING,
+            HEATED_STEPS if len(heats) else SETTLING_STEPS,
             tolerance,
             bound,
         )
@@ -184,7 +182,7 @@ class Posterior:
         start: Array,
         heats: tuple[float, ...] = HEATS,
         steps: tuple[int, int] = (6, 10),
-        tolerance: float = 0.1,
+        tolerance: float = CONVERGED,
         bound: float = np.inf,
     ) -> Top:
         """The top that a start leads to, annealed, with loads that push rather than pull.
@@ -242,7 +240,7 @@ class Posterior:
         """Whether loads and residual with the other sign give the same frame."""
         model = self.model
         plain = not (model.fixed.any() or model.curvature.any())
-        return bool(np.all(np.abs(np.sin(model.bias)) < 1e-3) and plain)
+        return bool(np.all(np.abs(np.sin(model.bias)) < NO_BIAS) and plain)
 
     def mirrored(self, unknowns: Array) -> Array:
         """The same with the other sign of loads and fields of phase."""
@@ -269,7 +267,7 @@ class Posterior:
         cross, own = shared_information(self.model, about, seen), seen @ banded(about, seen).T
         chance = _chance(Score.beside((fitted, loss), cross, (pulls, own)))
         sharp = not self.model.blur and self.model.at.gamma == self.model.at.blur
-        if sharp or not MISTAKEN < chance < DOUBTED:
+        if sharp or chance >= DOUBTED:
             return chance
         known, size = information(self.model, self.frame, top.unknowns, waves), len(fitted)
         loss = known[:size, :size] + np.diag(self.prior.precision) + about.cone
@@ -300,11 +298,11 @@ class Posterior:
         )
         known[: at.size, : at.size] += np.diag(self.prior.precision)
         phase = self.phase(top)
-        faint = np.abs(phase).max() < LINEAR
+        faint = np.abs(phase).max() < LINEAR_PHASE
         columns = np.concatenate([node_columns(self.model, top.unknowns), waves])
         curvature, variance = self._curvature(phase), np.zeros(nodes)
         covariance = np.linalg.inv(known[: at.size, : at.size])
-        for _ in range(FAINT_ROUNDS if faint else SECOND_ORDER if len(waves) else 0):
+        for _ in range(SECOND_ORDER if faint or len(waves) else 0):
             full = known
             if faint:
                 own = (columns[: at.size] * (covariance @ columns[: at.size])).sum(axis=0)
@@ -355,7 +353,7 @@ class Posterior:
             If that approximation is good, or the phase so faint that the frame is not linear in it.
         """
         at, model = self.model.at, self.model
-        if at.fields == at.place or np.abs(self.phase(tops[0])).max() < LINEAR:
+        if at.fields == at.place or np.abs(self.phase(tops[0])).max() < LINEAR_PHASE:
             return None
         cross = shared_information(model, about, np.eye(len(model.fixed)))
         unknowns = tops[0].unknowns
@@ -385,7 +383,7 @@ class Posterior:
 def sharp(model: FrameModel, phase: Array) -> int:
     """Most pixels of a bin that tell as much as its pixels of a phase at the nodes, shape (m,)."""
     nodes_per_pixel = len(model.fixed) * len(model.bias) / len(model.amplitude)
-    return slow_size(model, float(np.abs(np.diff(phase)).max()) * nodes_per_pixel, SHARP)
+    return slow_size(model, float(np.abs(np.diff(phase)).max()) * nodes_per_pixel, BIN_PHASE)
 
 
 def _chance(score: Score) -> float:

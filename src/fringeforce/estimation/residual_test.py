@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 GROUP = 16
 """Neighbouring pixels that are summed to find a misfit that noise would average away."""
 FALSE_ALARM = 1e-7
-"""Chance that noise alone exceeds a limit: once in five minutes at 30,000 frames per second."""
+"""Chance that noise alone exceeds a limit, beyond which a frame is not of its model: once in five
+minutes at 30,000 frames per second."""
 FALSE_CONTACT = 1e-5
 """Chance that noise alone makes some load explain a frame better than no contact.  It costs no more
 than a frame of loads that are near zero, and what is touched lightly shows earlier."""

@@ -14,7 +14,7 @@ from scipy.linalg import get_lapack_funcs, solve_triangular
 
 from fringeforce.base.arrays import Array, Index
 
-BESIDE = 1e-3
+LEAST_SHARE = 1e-3
 """Share of the information about a change that unknowns must leave: sums at the nodes of a line, or
 over a lattice of pixels in single precision, do not say more exactly what explains it."""
 RANK = 1e-5
@@ -81,9 +81,9 @@ class Score(NamedTuple):
         """The same of changes that are plain to see.
 
         What the unknowns hide even where it is as large as its generous deviation, one here, is
-        left out, and what they explain but for `BESIDE` of it.
+        left out, and what they explain but for `LEAST_SHARE` of it.
         """
-        return self._square(max(1.0, BESIDE * float(self.alone.max())))
+        return self._square(max(1.0, LEAST_SHARE * float(self.alone.max())))
 
     def _square(self, least: float) -> tuple[float, int]:
         if len(self.pull) == 1:

@@ -44,7 +44,7 @@ MECHANICAL = "transducer.", "tactels.", "polariscope.wavelength"
 FIELD_STEP = 8
 """Points of a residual field in one correlation length; a cubic spline between them is good to
 2e-5 of its standard deviation."""
-FARTHEST = 6.0
+FARTHEST_STDS = 6.0
 """Standard deviations beside a tactel up to which contacts are solved for: 2 in 1e9 lie beyond and
 are moved there."""
 
@@ -294,8 +294,8 @@ def built(drawing: Sensor, model: StripModel, generator: np.random.Generator) ->
     if PLACEMENT not in std and WIDTH not in std:
         return BuiltSensor(drawing, model, residual, light=light)
     tactels = model.sensor.tactels
-    beside = abs(tactels.placement) + FARTHEST * std.get(PLACEMENT, 0.0)
-    width = tactels.contact_width + FARTHEST * std.get(WIDTH, 0.0) + 2 * beside
+    beside = abs(tactels.placement) + FARTHEST_STDS * std.get(PLACEMENT, 0.0)
+    width = tactels.contact_width + FARTHEST_STDS * std.get(WIDTH, 0.0) + 2 * beside
     surface = _surface(model.sensor, tactels.positions, np.array(width))
     return BuiltSensor(drawing, model, residual, surface, light)
 

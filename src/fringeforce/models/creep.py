@@ -30,9 +30,9 @@ from fringeforce.design.strip import Sensor, Transducer
 
 DECADE = np.log(10.0)
 """Distance on the logarithm of time to the neighbours of a single term."""
-EQUAL = 1e-7
+RATE_GAP = 1e-7
 """Share by which rates are moved apart that would be equal, far below what creep is known to."""
-EVEN = 1e-6
+EVEN_STEPS = 1e-6
 """Range of the steps over their mean up to which times are evenly spaced."""
 TERMS = (
     "transducer.relaxation",
@@ -100,7 +100,7 @@ class Creep:
 
         Of rates a and b, 1 / ((1 + s/a) (1 + s/b)) = (b / (1 + s/a) - a / (1 + s/b)) / (b - a).
         """
-        a, b = self.rates[:, None], other.rates[None, :] * (1 + EQUAL)
+        a, b = self.rates[:, None], other.rates[None, :] * (1 + RATE_GAP)
         both = np.multiply.outer(self.amounts, other.amounts) / (b - a)
         own = self.amounts + (both * b).sum(axis=1)
         its = other.amounts - (both * a).sum(axis=0)
@@ -153,7 +153,7 @@ class Creep:
 
         found, lags = np.zeros_like(values), np.zeros((len(self.rates), *values.shape[1:]))
         steps = np.diff(times)
-        if len(steps) and np.ptp(steps) < EVEN * steps.mean():
+        if len(steps) and np.ptp(steps) < EVEN_STEPS * steps.mean():
             for amount, kept, own, new in zip(
                 self.amounts, *self.weights(float(steps.mean())), strict=True
             ):

@@ -45,9 +45,9 @@ LAYERS = {
     "transducer.photoelastic.youngs_modulus": 0.2,
 }
 """Standard deviations of the values of the layers, relative to them."""
-SHIFT, SCALE = 0.1, 0.01
+CAMERA_SHIFT, CAMERA_SCALE = 0.1, 0.01
 """Sizes of departures of the camera: over the spacing of the tactels, and relative."""
-BESIDE, SCATTER, WIDE = 0.3, 0.1, 0.5
+COMMON_PLACE, SCATTER, CONTACT_WIDTH = 0.3, 0.1, 0.5
 """Sizes of departures of contacts over the spacing of the tactels: common place, place of each,
 and width."""
 LAMP, DARK, UNEVEN = 0.1, 0.02, 0.05
@@ -57,7 +57,7 @@ VISIBILITY, BLUR, GAMMA, BANDWIDTH = 0.1, 6.0, 0.1, 20e-9
 """Sizes of departures of fringes, point spread [pixels], power of the response, spectrum [m]."""
 RETARDANCE = 0.1
 """Size of the residual [rad]."""
-FARTHEST = 1.0
+FARTHEST_PLACE = 1.0
 """Common place of contacts that is followed, in spacings of the tactels."""
 UNEVEN_LIGHT = "camera.unevenness"
 
@@ -143,10 +143,10 @@ class Departures:
         return self.model.sensor.transducer.length / self.model.sensor.camera.pixels
 
     def _camera(self) -> list[Departure]:
-        shift, frame = SHIFT * self.pitch, self.uncertain.frame
+        shift, frame = CAMERA_SHIFT * self.pitch, self.uncertain.frame
         found = [
             Departure("camera.shift", shift, lambda frame, by: self._moved(frame, by, 0.0)),
-            Departure("camera.scale", SCALE, lambda frame, by: self._moved(frame, 0.0, by)),
+            Departure("camera.scale", CAMERA_SCALE, lambda frame, by: self._moved(frame, 0.0, by)),
             Departure(
                 "camera.blur",
                 BLUR * self.pixel,
@@ -202,13 +202,13 @@ class Departures:
     def _contacts(self) -> list[Departure]:
         if not self.model.sensor.transducer.solved_in_a_plane:
             return []
-        most = FARTHEST * self.pitch
-        wide = WIDE * self.pitch
+        most = FARTHEST_PLACE * self.pitch
+        wide = CONTACT_WIDTH * self.pitch
         width = self.uncertain.frame.width
         return [
             Departure(
                 PLACEMENT,
-                BESIDE * self.pitch,
+                COMMON_PLACE * self.pitch,
                 lambda frame, by: self._placed(frame, by, 0.0),
                 limits=(-most, most),
                 begins=(0.0, most / 2, -most / 2),
@@ -269,7 +269,9 @@ class Departures:
         strip, tactels = sensor.transducer, sensor.tactels
         half, x = strip.length / 2, self.uncertain.places
         centres = tactels.positions + tactels.placement
-        reach = FARTHEST * self.pitch + 2 * WIDE * self.pitch + tactels.contact_width / 2
+        reach = (
+            FARTHEST_PLACE * self.pitch + 2 * CONTACT_WIDTH * self.pitch + tactels.contact_width / 2
+        )
         surface = surface_influence(
             strip,
             max(centres[0] - reach, -half),
@@ -329,7 +331,7 @@ class Departures:
 
     def _contact_frame(self, path: str, frame: FrameModel) -> FrameModel:
         """Contacts of uncertain place or width, besides what is uncertain of them already."""
-        std = SCATTER if path == PLACEMENT else WIDE / 2
+        std = SCATTER if path == PLACEMENT else CONTACT_WIDTH / 2
         stated = self.model.sensor.tolerances.get(path, 0.0)
         kept = {PLACEMENT: frame.place, WIDTH: frame.width_std}
         kept[path] = max(std * self.pitch, 3 * stated)

@@ -20,12 +20,12 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Strain = Literal["linear", "finite"]
 """Whether the strain of a strip is small, or calculated as it is."""
-COARSE = 4
+ELEMENT_ORDER = 4
 """Order of the elements that give the second order, itself a small part of the phase."""
 SHARE = 0.25
 """Largest element beside the ends of a contact on a skin, over its width: half of it, and two
 orders more, change what strain adds to the light by 0.3 % of it at most."""
-KEPT = 8
+KEPT_MESHES = 8
 """Meshes of contacts that are kept, with what is factorised without load: searches come back."""
 SHEARING = 0.8
 """Part of a shear that folds the surface like a pressure: a shear of half the pressure folds it at
@@ -121,7 +121,7 @@ def second_order_influence(sensor: Sensor, x: Array) -> Array:
     x : ndarray, shape (m,)
         Positions along it [m].
     """
-    strip = strip_of_tactels(sensor, COARSE)
+    strip = strip_of_tactels(sensor, ELEMENT_ORDER)
     return _at(sensor, strip, x, strip.expansion.second)
 
 
@@ -142,7 +142,7 @@ def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
     InputError
         If the strip has no stable state under the forces.
     """
-    strip = strip_of_tactels(sensor, COARSE)
+    strip = strip_of_tactels(sensor, ELEMENT_ORDER)
     return _at(sensor, strip, x, strip.expansion.rest(forces))
 
 
@@ -176,10 +176,10 @@ class SkinStrain:
         """
         key = np.concatenate([centres, widths]).tobytes()
         if key not in self._strips:
-            while len(self._strips) >= KEPT:
+            while len(self._strips) >= KEPT_MESHES:
                 del self._strips[next(iter(self._strips))]
             self._strips[key] = finite_strip(
-                self.sensor.transducer, centres, widths, order=COARSE, share=SHARE
+                self.sensor.transducer, centres, widths, order=ELEMENT_ORDER, share=SHARE
             )
         return self._strips[key]
 

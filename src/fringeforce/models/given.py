@@ -17,9 +17,9 @@ from fringeforce.mechanics.mesh import Mesh
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import NODES
 
-ORDER = 4
+GAUSS_POINTS = 4
 """Gauss points between stations: they hold the cubic spline through the stations exactly."""
-GOOD = 1e-4
+MATRIX_ERROR = 1e-4
 """Largest error of the matrix between nodes of the reader, over its peak; as of finite elements."""
 
 
@@ -122,13 +122,13 @@ def model_from_influence(
     thickness = NODES * _spacing(spline, stations, length, sensor.polariscope.residual_length)
     sensor = sensor.replace(**{"transducer.compliant.thickness": thickness})
     inner = stations[np.abs(stations) < half * (1 - 1e-9)]
-    mesh = Mesh(np.concatenate([[-half], inner, [half]]), np.empty(0), ORDER)
+    mesh = Mesh(np.concatenate([[-half], inner, [half]]), np.empty(0), GAUSS_POINTS)
     facts: dict[str, str | int] = {"method": "given influence matrix", "stations": len(stations)}
     return SensorModel(sensor, mesh.x, np.asarray(spline(mesh.stations)), facts)
 
 
 def _spacing(spline: CubicSpline, x: Array, length: float, correlation: float) -> float:
-    """Distance of nodes whose cubic splines are good to `GOOD` of the peak, and to a residual [m].
+    """Distance of nodes whose cubic splines are good to `MATRIX_ERROR` of the peak, and a residual.
 
     Readings take the cover's thickness for it, of which a given matrix says nothing.
     """
@@ -137,7 +137,7 @@ def _spacing(spline: CubicSpline, x: Array, length: float, correlation: float) -
     while count < len(x):
         nodes = np.linspace(-length / 2, length / 2, count + 1)
         error = np.abs(CubicSpline(nodes, spline(nodes), axis=0)(seen) - exact).max()
-        if error <= GOOD * np.abs(exact).max():
+        if error <= MATRIX_ERROR * np.abs(exact).max():
             break
         count *= 2
     return length / count

@@ -17,7 +17,7 @@ from fringeforce.base.linear_map import LinearMap
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-LARGEST = 32767
+LARGEST_INTEGER = 32767
 """Largest whole number of 16 bits."""
 TOGETHER = 512
 """Rows that are summed in single precision."""
@@ -39,7 +39,7 @@ class Packed(LinearMap):
     @classmethod
     def of(cls, matrix: Single) -> Packed:
         """The nearest to a matrix."""
-        scale = np.abs(matrix).max(axis=1, initial=0) / np.float32(LARGEST)
+        scale = np.abs(matrix).max(axis=1, initial=0) / np.float32(LARGEST_INTEGER)
         whole = np.divide(
             matrix, scale[:, None], out=np.zeros_like(matrix), where=scale[:, None] > 0
         )

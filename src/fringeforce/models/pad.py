@@ -46,7 +46,7 @@ LABELS = tuple(
     "_".join("even" if sign > 0 else "odd" for sign in parity) + "_{}" for parity in PARITIES
 )
 """Names of the four quarters of the influence by their symmetry."""
-SAMPLES, SLICES = 96, 8
+SIDE_SAMPLES, SLICES = 96, 8
 """Places along either side, and depths, at which stresses are taken."""
 
 
@@ -418,7 +418,7 @@ def seen_pixels(pad: Pad) -> NDArray[np.bool_]:
 def characterize_pad(
     pad: Pad,
     influence: SolidInfluence | None = None,
-    samples: int = SAMPLES,
+    samples: int = SIDE_SAMPLES,
     slices: int = SLICES,
     progress: Progress | None = None,
 ) -> PadModel:

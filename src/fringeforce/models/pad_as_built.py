@@ -47,7 +47,7 @@ SHAPES = (
     *((order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1)),
 )
 """Orders along x and y of the polynomials of a traction beyond the uniform one."""
-CENTRE, WIDTH = 1 / 6, 1 / 5
+CENTRE_SHARE, WIDTH_SHARE = 1 / 6, 1 / 5
 """By what share of the side of a square the first and the second polynomials move its centre and
 widen it."""
 TURNED = float(np.sqrt(0.72))
@@ -64,8 +64,8 @@ def spreads(pad: Pad) -> Array:
         The design with its tolerances.
     """
     side = pad.tactels.side
-    first = pad.tolerances.get(PLACEMENT, 0.0) / (CENTRE * side)
-    second = pad.tolerances.get(SIZE, 0.0) / (WIDTH * side)
+    first = pad.tolerances.get(PLACEMENT, 0.0) / (CENTRE_SHARE * side)
+    second = pad.tolerances.get(SIZE, 0.0) / (WIDTH_SHARE * side)
     higher = [second] * (len(SHAPES) - 5)
     return np.array([first, first, second, second, TURNED * second, *higher])
 

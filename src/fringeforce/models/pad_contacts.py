@@ -34,9 +34,9 @@ DIGITS = 5.0
 a contact is then right to single precision's ten times rounding."""
 NARROWEST = 1e-2
 """Smallest width of a contact over the cover's thickness: narrower ones look the same."""
-LEAST = 1e-6
+SMALL_ARGUMENT = 1e-6
 """Wave number times radius that stands for none."""
-STEP = 0.01
+EXPONENT_STEP = 0.01
 """Step of the exponent of a pressure for its derivative."""
 
 
@@ -285,12 +285,12 @@ def _spread(alpha: Array, beta: Array, contact: Contact) -> tuple[Array, Array, 
         by_x, by_y = (-wave / 2 * spherical_jn(1, wave * half) for wave in (alpha, beta))
         whole = np.outer(x, y)
         return whole, np.outer(by_x, y) + np.outer(x, by_y), np.zeros_like(whole)
-    t = np.maximum(np.hypot(alpha[:, None], beta) * half, LEAST)
+    t = np.maximum(np.hypot(alpha[:, None], beta) * half, SMALL_ARGUMENT)
     order = contact.exponent + 1
     # the derivative of t^-n J_n is -t^-n J_n+1 (NIST Handbook, 10.6.6)
     by_width = -gamma(order + 1) * (2 / t) ** order * jv(order + 1, t) * t / contact.width
-    low, whole, high = (_disc(order + way * STEP, t) for way in (-1, 0, 1))
-    return whole, by_width, (high - low) / (2 * STEP)
+    low, whole, high = (_disc(order + way * EXPONENT_STEP, t) for way in (-1, 0, 1))
+    return whole, by_width, (high - low) / (2 * EXPONENT_STEP)
 
 
 def _disc(order: float, t: Array) -> Array:

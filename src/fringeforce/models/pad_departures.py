@@ -8,18 +8,18 @@ from fringeforce.design.tolerances import Tolerances, number_at
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.departures import (
     BLUR,
+    CAMERA_SCALE,
+    CAMERA_SHIFT,
     DARK,
     LAMP,
     LAYERS,
     RETARDANCE,
-    SCALE,
     SCATTER,
-    SHIFT,
     VISIBILITY,
 )
 from fringeforce.models.pad import PadModel
 
-WIDTHS = 0.15
+TRACTION_WIDTHS = 0.15
 """Standard deviation of the widths of tractions, over the side of a square."""
 POINT_SPREAD = BLUR / 3
 """The same of blur [pixels]."""
@@ -70,16 +70,16 @@ def pad_departures(model: PadModel) -> tuple[PadDeparture, ...]:
         assert found is not None
         layers.append(PadDeparture(path, share, found[0]))
     return (
-        PadDeparture("camera.shift_x", SHIFT * pitch),
-        PadDeparture("camera.shift_y", SHIFT * pitch),
-        PadDeparture("camera.scale", SCALE),
+        PadDeparture("camera.shift_x", CAMERA_SHIFT * pitch),
+        PadDeparture("camera.shift_y", CAMERA_SHIFT * pitch),
+        PadDeparture("camera.scale", CAMERA_SCALE),
         PadDeparture("camera.blur", POINT_SPREAD * float(x[1] - x[0]), begin=0.5),
         PadDeparture("camera.amplitude", LAMP, camera.amplitude),
         PadDeparture("camera.offset", DARK * camera.full_scale),
         PadDeparture("polariscope.visibility", VISIBILITY),
         PadDeparture(RESIDUAL, RETARDANCE),
         PadDeparture(PLACEMENT, SCATTER * pitch),
-        PadDeparture(SIZE, WIDTHS * pad.tactels.side),
+        PadDeparture(SIZE, TRACTION_WIDTHS * pad.tactels.side),
         *layers,
     )
 

@@ -32,7 +32,7 @@ Single = NDArray[np.float32]
 
 STRESSES = 1.0, 2.0
 """How often sigma_x - sigma_y and tau_xy count in the retardance A and B."""
-EVEN = 1e-6
+EVEN_PROFILE = 1e-6
 """Share of an even depth profile that known ones may leave out."""
 
 
@@ -309,7 +309,7 @@ def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
     root = np.sqrt(weights)
     known, even = base.profile / root[:, None], root / np.linalg.norm(root)
     left = even - known @ (known.T @ even)
-    if np.linalg.norm(left) < EVEN:
+    if np.linalg.norm(left) < EVEN_PROFILE:
         return base
     profile = np.column_stack([base.profile, root * left / np.linalg.norm(left)])
     quarters = []

@@ -15,7 +15,7 @@ from fringeforce.base.storage import read
 if TYPE_CHECKING:
     import h5py
 
-ALIKE = 1e-6
+SAME_TOLERANCE = 1e-6
 """Relative change of a tolerance that rounding in a design file may cause."""
 
 
@@ -59,7 +59,7 @@ class PadKnowledge:
             if (
                 there is not None
                 and there[0].stop - there[0].start == count
-                and abs(there[1] / self.stds[path] - 1) < ALIKE
+                and abs(there[1] / self.stds[path] - 1) < SAME_TOLERANCE
             ):
                 ours.append(np.arange(begin, begin + count))
                 theirs.append(np.arange(there[0].start, there[0].stop))

@@ -15,12 +15,11 @@ from fringeforce.design.pad import Pad, PadTransducer
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.mechanics.solid.surface import contact_modulus, patch_displacement
 from fringeforce.models.pad_slices import block_of, block_of_transducer, slice_retardance
+from fringeforce.models.presses import LADDER
 
-STEPS = 24
+SMALL_FORCES = 24
 """Small forces in the radius that a half-space of the cover would have under a sphere; layers on a
 stiffer one give way less."""
-LADDER = 4
-"""Widths of small forces in a factor of two."""
 SLICES: int = 24
 """Depths at which the light of presses is taken: twice as many change a frame of 8 bits by less
 than a tenth of a grey level."""
@@ -62,8 +61,8 @@ def _under_sphere(pad: Pad, press: Press, radius: float) -> Tractions:
     half = float(np.cbrt(3 * press.normal * radius / (4 * modulus)))
     cover = pad.transducer.compliant.thickness
     # steps of a ladder, whose compliances are known after a while
-    step = cover * float(2 ** (np.floor(LADDER * np.log2(half / STEPS / cover)) / LADDER))
-    compliance = surface_of(pad, step, int(np.ceil(2 ** (1 / LADDER) * STEPS)) + 3)
+    step = cover * float(2 ** (np.floor(LADDER * np.log2(half / SMALL_FORCES / cover)) / LADDER))
+    compliance = surface_of(pad, step, int(np.ceil(2 ** (1 / LADDER) * SMALL_FORCES)) + 3)
     x, y = grid_of(compliance)
     gap = (np.square(x) + np.square(y)) / (2 * radius)
     forces = body_forces(compliance, gap, press.normal, press.shear, press.friction)

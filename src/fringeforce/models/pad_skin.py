@@ -38,7 +38,7 @@ from fringeforce.models.pad_spectra import DEGREES, add_loads, fill_terms, pull,
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
-DEGREE, RADIAL = 8, 10
+POLYNOMIAL_DEGREE, RADIAL = 8, 10
 """Degrees up to which there are all polynomials, and those that are the same in all directions."""
 PRESSURE_STDS = {3: 0.15, 4: 0.3, 5: 0.1, 6: 0.2, 7: 0.07, 8: 0.15, 10: 0.1}
 """Standard deviations of the shapes of a pressure by their degree.  Spheres of 2 to 10 mm on a thin
@@ -48,7 +48,7 @@ SHEAR_STDS = {1: 0.1, 2: 0.2, 3: 0.05, 4: 0.15, 6: 0.1}
 """The same of shears, over the normal force.  Under partial slip with a friction of 0.6 a sphere
 has 0.1 to 0.2 at degree 2."""
 SHEAR_DEGREE, SHEAR_RADIAL = 4, 6
-"""As `DEGREE` and `RADIAL`, of shears."""
+"""As `POLYNOMIAL_DEGREE` and `RADIAL`, of shears."""
 SIZE = 2.0, 1.0
 """Typical size over the thickness of the cover, and standard deviation of its logarithm."""
 LONG = 0.7
@@ -57,17 +57,16 @@ FORCE = 20.0
 """Standard deviation of the force of a contact [N]."""
 DIGITS = 4.0
 """The series ends where the cover has damped its harmonics by ten to this power."""
-SLICES, KEPT = 32, 3e-3
+SLICES, PROFILE_SHARE = 32, 3e-3
 """Depths of the layer, of which twice as many change a frame of 8 bits by less than a tenth of a
 grey level, and the share of the stresses that depth profiles may leave out beside their mean over
 the depth: 8 N on a contact of 1.6 mm change by 0.3 grey levels at most, and 0.006 in the root mean
 square."""
-ROUGH = 3.0
+CURVATURE_DIGITS = 3.0
 """As `DIGITS`, for curvatures: with more, stated deviations of totals change by less than 1 %."""
-STEP = 1e-3
+LOG_STEP = 1e-3
 """Change of the logarithm of sizes by which spectra are differentiated."""
-N, PLACE, SHAPE = 0, 3, 5
-FIRST = 8
+N, PLACE, SHAPE, FIRST_SHAPE = 0, 3, 5, 8
 """Where force, place, logarithm of the size with s and u, and shapes begin among the unknowns."""
 
 
@@ -103,7 +102,7 @@ TERMS = tuple(
     for degree in range(RADIAL + 1)
     for waves in range(degree % 2, degree + 1, 2)
     for even in ((True, False) if waves else (True,))
-    if degree <= DEGREE or waves == 0
+    if degree <= POLYNOMIAL_DEGREE or waves == 0
 )
 """All polynomials; the first is constant."""
 PRESSURES = tuple(i for i, term in enumerate(TERMS) if term.degree > 2)
@@ -117,7 +116,7 @@ _SHAPES = np.array(
     [(0, term) for term in PRESSURES] + [(part, term) for part in (1, 2) for term in SHEARS]
 )
 """Component and polynomial of every unknown of the shapes."""
-SIZE_OF = FIRST + len(_SHAPES)
+SIZE_OF = FIRST_SHAPE + len(_SHAPES)
 """Unknowns of a contact."""
 
 
@@ -157,7 +156,7 @@ class PadSkinModel:
         rest = flat - first @ (first.T @ flat)
         vectors, sizes, _ = np.linalg.svd(rest @ rest.T)
         lost = np.sqrt(np.append(sizes[::-1].cumsum()[::-1], 0) / np.vdot(flat, flat))
-        profile = np.column_stack([first, vectors[:, : int(np.argmax(lost <= KEPT))]])
+        profile = np.column_stack([first, vectors[:, : int(np.argmax(lost <= PROFILE_SHARE))]])
         waves = np.einsum("sk,sfcmn->fkcmn", profile, stack, optimize=True)
         return alpha, beta, waves.astype(np.float32), profile.astype(np.float32)
 
@@ -228,7 +227,7 @@ class PadSkinModel:
     def _fewer(self) -> tuple[int, int]:
         """How many harmonics along x and along y count for curvatures."""
         alpha, beta, *_ = self._waves
-        m, n = (int(np.ceil(len(k) * ROUGH / DIGITS)) for k in (alpha, beta))
+        m, n = (int(np.ceil(len(k) * CURVATURE_DIGITS / DIGITS)) for k in (alpha, beta))
         return m, n
 
     def _ellipse(self, contact: Array) -> tuple[Any, ...]:
@@ -237,14 +236,14 @@ class PadSkinModel:
         corner = np.array(self._sides) / 2
         x, y = contact[PLACE:SHAPE] + corner
         at = [np.exp(1j * k * place).astype(np.complex64) for k, place in ((alpha, x), (beta, y))]
-        return matrix_of(contact[SHAPE:FIRST]).astype(np.float32), at[0], at[1]
+        return matrix_of(contact[SHAPE:FIRST_SHAPE]).astype(np.float32), at[0], at[1]
 
     def _mixed(self, contact: Array) -> Array:
         """Coefficients of all polynomials in N, T_x and T_y, shape (3, terms) [N]."""
         mixed = np.zeros((3, len(TERMS)))
         mixed[:, 0] = contact[:PLACE]
-        first = FIRST + len(PRESSURES)
-        mixed[0, list(PRESSURES)] = contact[0] * contact[FIRST:first]
+        first = FIRST_SHAPE + len(PRESSURES)
+        mixed[0, list(PRESSURES)] = contact[0] * contact[FIRST_SHAPE:first]
         mixed[1:, list(SHEARS)] = contact[0] * contact[first:].reshape(2, -1)
         return mixed
 
@@ -286,14 +285,14 @@ class PadSkinModel:
             by_matrix,
         )
         by_mixed *= _SCALES
-        found, first = np.empty(SIZE_OF), FIRST + len(PRESSURES)
+        found, first = np.empty(SIZE_OF), FIRST_SHAPE + len(PRESSURES)
         found[0] = np.vdot(by_mixed, mixed_by_normal(mixed, contact))
         found[1:PLACE] = by_mixed[1:, 0]
         found[PLACE:SHAPE] = by_place
-        for k, change in enumerate(np.eye(3) * STEP):
-            ahead, behind = (matrix_of(contact[SHAPE:FIRST] + s * change) for s in (1, -1))
-            found[SHAPE + k] = np.vdot(by_matrix, ahead - behind) / (2 * STEP)
-        found[FIRST:first] = contact[0] * by_mixed[0, list(PRESSURES)]
+        for k, change in enumerate(np.eye(3) * LOG_STEP):
+            ahead, behind = (matrix_of(contact[SHAPE:FIRST_SHAPE] + s * change) for s in (1, -1))
+            found[SHAPE + k] = np.vdot(by_matrix, ahead - behind) / (2 * LOG_STEP)
+        found[FIRST_SHAPE:first] = contact[0] * by_mixed[0, list(PRESSURES)]
         found[first:] = contact[0] * by_mixed[1:, list(SHEARS)].ravel()
         return found
 
@@ -319,7 +318,7 @@ class PadSkinModel:
 
         whole = all_three(mixed, shape)
         found = list[Harmonics]()
-        for k in np.flatnonzero(free[:FIRST]).tolist():
+        for k in np.flatnonzero(free[:FIRST_SHAPE]).tolist():
             if k == 0:
                 values = all_three(mixed_by_normal(mixed, contact), shape)
             elif k < PLACE:
@@ -330,10 +329,10 @@ class PadSkinModel:
                 values = all_three(mixed, shape, k - PLACE + 1)
             else:
                 ahead = contact.copy()
-                ahead[k] += STEP
-                values = (all_three(mixed, self._ellipse(ahead)) - whole) / STEP
+                ahead[k] += LOG_STEP
+                values = (all_three(mixed, self._ellipse(ahead)) - whole) / LOG_STEP
             found.append(Harmonics(None, values))
-        chosen = _SHAPES[free[FIRST:]]
+        chosen = _SHAPES[free[FIRST_SHAPE:]]
         if len(chosen):
             places = np.full((3, len(TERMS)), -1)
             places[tuple(chosen.T)] = np.arange(len(chosen))
@@ -356,9 +355,11 @@ class PadSkinModel:
         mean, std = np.zeros(SIZE_OF), np.zeros(SIZE_OF)
         std[:PLACE] = FORCE, friction * FORCE, friction * FORCE
         std[PLACE:SHAPE] = np.array(self.pad.skin.extent) / 2
-        mean[SHAPE], std[SHAPE:FIRST] = np.log(SIZE[0] * cover), (SIZE[1], LONG, LONG)
-        std[FIRST : FIRST + len(PRESSURES)] = [PRESSURE_STDS[TERMS[i].degree] for i in PRESSURES]
-        std[FIRST + len(PRESSURES) :] = [SHEAR_STDS[TERMS[i].degree] for i in SHEARS] * 2
+        mean[SHAPE], std[SHAPE:FIRST_SHAPE] = np.log(SIZE[0] * cover), (SIZE[1], LONG, LONG)
+        std[FIRST_SHAPE : FIRST_SHAPE + len(PRESSURES)] = [
+            PRESSURE_STDS[TERMS[i].degree] for i in PRESSURES
+        ]
+        std[FIRST_SHAPE + len(PRESSURES) :] = [SHEAR_STDS[TERMS[i].degree] for i in SHEARS] * 2
         return np.tile(mean, (count, 1)), np.tile(std, (count, 1))
 
 

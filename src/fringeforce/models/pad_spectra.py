@@ -21,17 +21,17 @@ from fringeforce.base.arrays import Single
 
 DEGREES = 11
 """Number of the degrees, 0 to 10."""
-WAVES = 9
+ANGULAR_TERMS = 9
 """Functions of the angle that an even degree has at most."""
-FINE, UP_TO = 64, 32
+TABLE_POINTS, UP_TO = 64, 32
 """Values of R_n in a unit of q, between which lines are drawn: they are off by 3e-5 of its second
 derivative; and q from which the recurrence is stable and needs no table."""
 _LOOSE = {"contract", "reassoc", "nsz", "arcp"}
 
 
 def radial_table() -> Single:
-    """R_n at q = k / FINE, shape (FINE UP_TO + 2, DEGREES + 1)."""
-    q = np.arange(FINE * UP_TO + 2) / FINE
+    """R_n at q = k / TABLE_POINTS, shape (TABLE_POINTS UP_TO + 2, DEGREES + 1)."""
+    q = np.arange(TABLE_POINTS * UP_TO + 2) / TABLE_POINTS
     q[0] = 1e-6  # as good as the limit
     rows = [spherical_jn(n + 1, q) / q for n in range(DEGREES + 1)]
     return np.ascontiguousarray(np.stack(rows, axis=1), dtype=np.float32)
@@ -41,7 +41,8 @@ def radial_table() -> Single:
 def _row(alpha, beta, matrix, table, q, radial, around) -> None:
     """Fill in q, R_n and the functions of the angle at one alpha and all beta.
 
-    The shapes are (n,), (DEGREES + 1, n) and (2, WAVES, n): of even degrees, then of odd ones.
+    The shapes are (n,), (DEGREES + 1, n) and (2, ANGULAR_TERMS, n): of even degrees, then of odd
+    ones.
     """
     one = np.float32(1)
     for j in range(len(beta)):
@@ -51,7 +52,7 @@ def _row(alpha, beta, matrix, table, q, radial, around) -> None:
         q[j] = size
         around[1, 0, j], around[1, 1, j] = a / size, b / size
         if size < UP_TO:
-            place = size * np.float32(FINE)
+            place = size * np.float32(TABLE_POINTS)
             low = int(place)
             part = place - np.float32(low)
             for n in range(DEGREES + 1):
@@ -109,7 +110,7 @@ def add_loads(grid, first, shape, mixed, moved, total) -> None:
     (begin, counts), (matrix, at_x, at_y) = first, shape
     n = len(beta)
     q, radial = np.empty(n, np.float32), np.empty((DEGREES + 1, n), np.float32)
-    around, sums = np.empty((2, WAVES, n), np.float32), np.empty((3, 2, n), np.float32)
+    around, sums = np.empty((2, ANGULAR_TERMS, n), np.float32), np.empty((3, 2, n), np.float32)
     rows = np.empty((3, n), np.float32)
     cosine, sine, base = rows[0], rows[1], rows[2]
     for i in range(len(alpha)):
@@ -160,7 +161,7 @@ def fill_terms(grid, first, shape, scales, places, found) -> None:
     (begin, counts), (matrix, at_x, at_y) = first, shape
     n = len(beta)
     q, radial = np.empty(n, np.float32), np.empty((DEGREES + 1, n), np.float32)
-    around, rows = np.empty((2, WAVES, n), np.float32), np.empty((3, n), np.float32)
+    around, rows = np.empty((2, ANGULAR_TERMS, n), np.float32), np.empty((3, n), np.float32)
     cosine, sine, base = rows[0], rows[1], rows[2]
     found[:] = 0
     for i in range(len(alpha)):
@@ -212,7 +213,7 @@ def pull(grid, first, shape, mixed, by_loads, by_mixed, by_place, by_matrix) -> 
     (begin, counts), (matrix, at_x, at_y) = first, shape
     n = len(beta)
     q, radial = np.empty(n, np.float32), np.empty((DEGREES + 1, n), np.float32)
-    around, weights = np.empty((2, WAVES, n), np.float32), np.empty((3, 2, n), np.float32)
+    around, weights = np.empty((2, ANGULAR_TERMS, n), np.float32), np.empty((3, 2, n), np.float32)
     rows = np.empty((3, n), np.float32)
     cosine, sine, base = rows[0], rows[1], rows[2]
     more = np.empty((4, n), np.float32)

@@ -56,15 +56,15 @@ SCALING = *EFFECTS, "polariscope.wavelength"
 """Values that only scale the influence: with the effect, and with the inverse of the wavelength."""
 LAYERS = "transducer.compliant.", "transducer.photoelastic."
 PITCH = "tactels.pitch"
-WEAK = 1e-3
+UNSEEN_FORCE = 1e-3
 """Share of the largest force below which how a tactel's traction is spread does not show."""
-SHARPEST = 1e-2
+SHARPEST_LENS = 1e-2
 """Smallest point spread, in pixels, that a lens is computed for."""
-NEGLIGIBLE = 1e-7
+NEGLIGIBLE_ENTRY = 1e-7
 """Share of the largest entry of a spline's derivative below which single precision rounds it
 away."""
-STEP = 0.1
-"""Standard deviations of numerical derivatives of the lens."""
+STD_STEP = 0.1
+"""Step of numerical derivatives of the lens, in standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +217,7 @@ class PadUncertainty:
         for group in self.groups:
             if _is_form(group.path):
                 value = value_of(pad, group.path)
-                step = STEP * group.std
+                step = STD_STEP * group.std
                 low, high = _room(pad, group.path, value, step)
                 ends = [pictures(with_values(pad, {group.path: end})) for end in (low, high)]
                 share = group.std / (high - low)
@@ -247,8 +247,8 @@ class PadUncertainty:
         here = float(extra[group.begin])
         ends = self._lens_ends.get(here)
         if ends is None:
-            low = max(here - STEP, self._sharpest)
-            high = max(here + STEP, low + STEP)
+            low = max(here - STD_STEP, self._sharpest)
+            high = max(here + STD_STEP, low + STD_STEP)
             ends = self._lens(low), self._lens(high), high - low
             self._lens_ends.clear()
             self._lens_ends[here] = ends
@@ -264,7 +264,9 @@ class PadUncertainty:
         group = self.group(BLUR)
         assert group is not None
         x = self.model.sensor.pixel_positions[0]
-        return float((SHARPEST * (x[1] - x[0]) - (self.model.sensor.camera.blur or 0)) / group.std)
+        return float(
+            (SHARPEST_LENS * (x[1] - x[0]) - (self.model.sensor.camera.blur or 0)) / group.std
+        )
 
     def _lens(self, unknown: float) -> Lens:
         group, pad = self.group(BLUR), self.model.sensor
@@ -304,7 +306,7 @@ class PadUncertainty:
         x, y = self.model.sensor.pixel_positions
         found = []
         for slopes in (splines.slopes(x), splines.slopes(y)):
-            shown = np.abs(slopes) > NEGLIGIBLE * np.abs(slopes).max()
+            shown = np.abs(slopes) > NEGLIGIBLE_ENTRY * np.abs(slopes).max()
             found.append(csr_array(np.where(shown, slopes, 0.0).astype(np.float32)))
         return found[0], found[1]
 
@@ -549,7 +551,7 @@ class PadUncertainty:
         found = np.ones(self.size, dtype=bool)
         if group := self.group(PLACEMENT):
             strength = np.abs(forces.reshape(-1, 3)).max(axis=1)
-            weak = strength <= WEAK * strength.max(initial=0.0)
+            weak = strength <= UNSEEN_FORCE * strength.max(initial=0.0)
             found[group.place] = np.tile(~weak, (group.end - group.begin) // len(weak))
         return found
 

@@ -13,12 +13,12 @@ from fringeforce.mechanics.solid.strip import QUICK
 from fringeforce.models.strip import characterize
 from fringeforce.models.strip_width import strip_width
 
-GOOD = 0.05
+GOOD_PLANE = 0.05
 """Share of the largest phase up to which a plane counts as good: twice what those bricks leave, and
 the larger level of the study of the width."""
-LOADS = 11
+LINE_LOADS = 11
 """Line loads at most, as on the paper's strip."""
-SAMPLES = 501
+PLACES = 501
 """Places along the strip at which phases are compared."""
 PLANES = ("stress", "strain")
 
@@ -54,7 +54,7 @@ class PlaneCheck:
     @property
     def good(self) -> bool:
         """Whether the design's own choice is good; three dimensions always are."""
-        return self.away.get(self.sensor.transducer.plane, 0.0) <= GOOD
+        return self.away.get(self.sensor.transducer.plane, 0.0) <= GOOD_PLANE
 
     @property
     def words(self) -> str:
@@ -66,7 +66,7 @@ class PlaneCheck:
         said = f"plane {own} is {_percent(self.away[own])} off at a width of {width}"
         if self.good:
             return f"{said}, good enough"
-        if self.away[best] <= GOOD:
+        if self.away[best] <= GOOD_PLANE:
             return f'{said}; take plane = "{best}", {_percent(self.away[best])} off'
         return f'{said}, which is poor; take plane = "3d"'
 
@@ -83,13 +83,13 @@ def plane_check(sensor: Sensor, progress: Progress | None = None) -> PlaneCheck:
     """
     drawn = sensor.tactels
     ends = np.abs(drawn.positions).max()
-    lines = Tactels(count=min(drawn.total, LOADS), pitch=drawn.pitch)
-    if drawn.total > LOADS:
-        lines = Tactels(count=LOADS, pitch=2 * ends / (LOADS - 1))
+    lines = Tactels(count=min(drawn.total, LINE_LOADS), pitch=drawn.pitch)
+    if drawn.total > LINE_LOADS:
+        lines = Tactels(count=LINE_LOADS, pitch=2 * ends / (LINE_LOADS - 1))
     elif drawn.placed is not None:
         lines = drawn
     loads = paper_load(lines.count)
-    x = np.linspace(-0.5, 0.5, SAMPLES) * sensor.transducer.length
+    x = np.linspace(-0.5, 0.5, PLACES) * sensor.transducer.length
 
     def variant(plane: str) -> Sensor:
         parts = sensor.model_dump(

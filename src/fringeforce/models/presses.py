@@ -21,7 +21,7 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Presses = Sequence[Press] | Sequence[Sequence[Press]]
 """What touches in one frame, or in several."""
-STEPS = 64
+SMALL_FORCES = 64
 """Small forces in half the width that a half-space of the cover would have under a cylinder; a
 layer on a stiffer one gives way less."""
 MARGIN = 1.4
@@ -85,7 +85,7 @@ def _under_cylinder(transducer: Transducer, press: Press, radius: float) -> Trac
     half = MARGIN * np.sqrt(4 * line * radius / (np.pi * modulus))
     # steps of a ladder, whose compliances are known after a while
     finest = 2 ** (1 / LADDER) * 2 * transducer.length / MOST_TERMS
-    rung = np.floor(LADDER * np.log2(max(half / STEPS, finest) / cover.thickness))
+    rung = np.floor(LADDER * np.log2(max(half / SMALL_FORCES, finest) / cover.thickness))
     step = cover.thickness * float(2 ** (rung / LADDER))
     stated = transducer.model_dump_json()
     forces = _cylinder_forces(stated, step, radius, press.normal, press.shear[0], press.friction)
@@ -105,7 +105,7 @@ def _cylinder_forces(
 def _compliance(stated: str, step: float) -> Compliance:
     transducer = Transducer.model_validate_json(stated)
     terms = int(np.ceil(2 * transducer.length / step))
-    count = int(np.ceil(2 ** (1 / LADDER) * STEPS)) + 4
+    count = int(np.ceil(2 ** (1 / LADDER) * SMALL_FORCES)) + 4
     return Compliance(step, *fourier.surface_displacement(transducer, step, 2 * count, terms))
 
 

@@ -47,7 +47,7 @@ pressure with c_3 = 0.02 and c_4 = 0 to 0.08 and, in partial slip, a shear with 
 c_4 = -0.1 to 1.2; a uniform pressure has c_4 = -0.2, that of a soft finger 0.15."""
 QUADRATURE = 16
 """Line loads that stand for a traction; exact for polynomials of degree 31 in the influence."""
-FINE = 64
+FINE_QUADRATURE = 64
 """The same for the nodal forces of elements, over several of which a contact may reach."""
 HALF_WIDTH = 0.5, 0.5
 """Mean and standard deviation of half widths, in thicknesses of the cover."""
@@ -233,7 +233,7 @@ class SkinModel:
         forces, geometry = contacts
         count, size = len(forces), changes.shape[2]
         strip = strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
-        unit, change = _divided(geometry, FINE, strip.spread)
+        unit, change = _divided(geometry, FINE_QUADRATURE, strip.spread)
         turned = (unit[:, :, None] * np.eye(2)[:, :, None]).reshape(2 * count, 2, -1)
         moved = (change * forces[:, None, :, None]).reshape(count * GEOMETRY, 2, -1)
         load = (forces[:, :, None] * unit).sum(axis=0)
@@ -320,7 +320,7 @@ class SkinModel:
             return np.zeros(self.lines.shape[2])
         geometry = contacts.geometry
         strip = self.strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
-        unit, _ = _divided(geometry, FINE, strip.spread)
+        unit, _ = _divided(geometry, FINE_QUADRATURE, strip.spread)
         load = (contacts.forces[:, :, None] * unit).sum(axis=0)
         return self.strain.added(strip, load, np.empty((0, *load.shape)))[0]
 

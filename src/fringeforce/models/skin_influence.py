@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.models.splines import DEGREE
 
 PRESSURE, SHEAR = (3, 4), (1, 2, 3, 4)
 """Degrees of the shapes that are uncertain."""
 PLACE, WIDTH, FIRST_SHAPE = 0, 1, 2
+"""Where place, half width and shapes begin among the unknowns of a contact beside its forces."""
 GEOMETRY = FIRST_SHAPE + len(PRESSURE) + len(SHEAR)
 """Unknowns of a contact beside its forces: place, half width, shapes."""
-DEGREE = 5
-"""Degree of the spline of the influence over places."""
 
 
 @sums

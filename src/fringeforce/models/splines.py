@@ -14,6 +14,7 @@ from fringeforce.base.linear_map import LinearMap
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 DEGREE = 5
+"""Degree of the splines through places, along which the influence of a load is smooth."""
 
 
 def coefficients(samples: Array) -> Array:

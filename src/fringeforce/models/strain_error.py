@@ -23,7 +23,7 @@ PATTERNS = 64
 """Load patterns whose mean square is taken, which is then known to a tenth."""
 SLOPE = 0.3
 """Largest tangential over normal force of a pattern, as of contacts that stick."""
-ORDER = 3
+ELEMENT_ORDER = 3
 """Order of the elements: one more changes the result by a hundredth of it."""
 PLACES = 400
 """Places along the section at which the light is looked at."""
@@ -50,7 +50,9 @@ def strain_error(sensor: Sensor | Pad) -> Array:
 def _error(stated: str, pitch: float, width: float, some: int) -> Array:
     centres = pitch * np.arange(-some, some + 1)
     transducer = Transducer.model_validate_json(stated).model_copy(update={"strain": "linear"})
-    found = finite_strip(transducer, centres, np.full(len(centres), width), order=ORDER).expansion
+    found = finite_strip(
+        transducer, centres, np.full(len(centres), width), order=ELEMENT_ORDER
+    ).expansion
     x = transducer.length * (np.arange(PLACES) + 0.5 - PLACES / 2) / PLACES
     first, second = (
         CubicSpline(found.strip.mesh.stations, stress)(x) for stress in (found.first, found.second)

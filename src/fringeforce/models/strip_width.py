@@ -26,7 +26,7 @@ from fringeforce.optics.polariscope import pictures
 
 Array = NDArray[np.float64]
 
-POINTS = 16
+GAUSS_POINTS = 16
 """Gauss points over a line that is not narrow."""
 
 
@@ -176,7 +176,7 @@ def light_line(
     return LightLine(*camera_line(camera), like, mesh) if transducer.plane == "3d" else None
 
 
-def camera_line(camera: Camera, points: int = POINTS) -> tuple[Array, Array]:
+def camera_line(camera: Camera, points: int = GAUSS_POINTS) -> tuple[Array, Array]:
     """Gauss points over what the camera's line covers [m], and their weights, which sum up to one.
 
     A narrow line has a single one.

@@ -50,14 +50,14 @@ Array = NDArray[np.float64]
 NODES = 5
 """Nodes in the thickness of the cover, which smooths everything that passes through it: cubic
 splines on them are good to 1e-4 of the peak of a line load."""
-SAMPLES, SMOOTH = 8, 2
+SPLINE_SAMPLES, FIELD_SAMPLES = 8, 2
 """Samples between neighbouring nodes by which splines are fitted, and of random fields."""
-ORDER = 14
+MOMENTS = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
-NEGLIGIBLE = 1e-4
+NEGLIGIBLE_MIXTURE = 1e-4
 """Share of the phase, over all likely contacts, below which a mixture of moments is left out."""
-FAR = 3.5
+FOLLOWED_STDS = 3.5
 """Standard deviations of place and width up to which contacts are followed."""
 SMALLEST = 5e-4
 """Variance of a mode of a random field, relative to the largest, below which it is left out."""
@@ -77,7 +77,7 @@ RATIO = "relaxation of one layer"
 """Name of the mode of layers that relax unlike."""
 DRIFTS = ("camera.drift", "offset drift", RATIO)
 """Names of the modes that are new in every frame."""
-LARGEST = 4.0
+CLIPPING_STDS = 4.0
 """Standard deviations of the light at which pixels are looked at for clipping."""
 
 
@@ -187,7 +187,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     first, weights, positions = _nodes(model)
     pixel = model.pixel_positions
     x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
-    nodes, half = (len(x) - 1) // SAMPLES + 3, sensor.transducer.length / 2
+    nodes, half = (len(x) - 1) // SPLINE_SAMPLES + 3, sensor.transducer.length / 2
     shown = _inside(x, half)
     if imaging is not None:
         nearest = np.clip(np.rint(positions), 0, len(pixel) - 1).astype(np.int64)
@@ -246,7 +246,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     at = Layout(loads, *begins[1:])
     bright = max(float(np.linalg.norm([_size(m.brightness) for m in modes])), 0.0) if modes else 0.0
     reach_noise = camera.noise * (1 if camera.noise_model == "uniform" else 4)
-    brightest = float(np.max(offset + amplitude)) * (1 + LARGEST * bright) + reach_noise
+    brightest = float(np.max(offset + amplitude)) * (1 + CLIPPING_STDS * bright) + reach_noise
     darkest = float(np.min(offset)) - reach_noise
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
@@ -325,13 +325,17 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     steps = min(steps, max(pixels, 4))
     count = steps + 3
     first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
-    return first, weights, np.arange(SAMPLES * steps + 1) / SAMPLES * pixels / steps - 0.5
+    return (
+        first,
+        weights,
+        np.arange(SPLINE_SAMPLES * steps + 1) / SPLINE_SAMPLES * pixels / steps - 0.5,
+    )
 
 
 def at_nodes(model: SensorModel, values: Array) -> Array:
     """Coefficients at the nodes of values at the pixels of one row, shape (..., P) to (..., m)."""
     _, _, positions = _nodes(model)
-    nodes = (len(positions) - 1) // SAMPLES + 3
+    nodes = (len(positions) - 1) // SPLINE_SAMPLES + 3
     places = np.clip(positions, 0, values.shape[-1] - 1)
     left = np.minimum(places.astype(np.int64), values.shape[-1] - 2)
     share = places - left
@@ -395,8 +399,8 @@ def _contact_moments(
     if PLACEMENT not in std and WIDTH not in std:
         return np.ascontiguousarray(np.moveaxis(psi, 0, 2)[:, :, None]), 1.0
     tactels = sensor.tactels
-    width = tactels.contact_width + FAR * std.get(WIDTH, 0.0)
-    reach = FAR * std.get(PLACEMENT, 0.0) + width / 2
+    width = tactels.contact_width + FOLLOWED_STDS * std.get(WIDTH, 0.0)
+    reach = FOLLOWED_STDS * std.get(PLACEMENT, 0.0) + width / 2
     centres = tactels.positions + tactels.placement
     end = sensor.transducer.length / 2
     reach = float(min(reach, end - np.abs(centres).max()))
@@ -409,10 +413,10 @@ def _contact_moments(
     )
     constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
     lines = phase_lead(line_moments(surface, centres, reach), constant)
-    table = moment_table(ORDER)
+    table = moment_table(MOMENTS)
     half = tactels.contact_width / 2 / reach
-    even = np.arange(0, ORDER, 2)
-    nominal = np.zeros(ORDER)
+    even = np.arange(0, MOMENTS, 2)
+    nominal = np.zeros(MOMENTS)
     nominal[even] = table[even, even // 2] * half**even
     out = np.asarray(lines * shown)
     out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
@@ -434,16 +438,16 @@ def line_moments(surface: SurfaceInfluence, centres: Array, reach: float) -> Arr
     reach : float
         Unit of length of the moments [m].
     """
-    t = np.polynomial.chebyshev.chebpts1(4 * ORDER)
-    basis = np.linalg.pinv(np.polynomial.chebyshev.chebvander(t, ORDER - 1))
+    t = np.polynomial.chebyshev.chebpts1(4 * MOMENTS)
+    basis = np.linalg.pinv(np.polynomial.chebyshev.chebvander(t, MOMENTS - 1))
     powers = np.array(
         [
-            np.pad(np.polynomial.chebyshev.cheb2poly(row), (0, ORDER - 1 - k))
-            for k, row in enumerate(np.eye(ORDER))
+            np.pad(np.polynomial.chebyshev.cheb2poly(row), (0, MOMENTS - 1 - k))
+            for k, row in enumerate(np.eye(MOMENTS))
         ]
     )
     to_moments = powers.T @ basis
-    found = np.empty((len(centres), 2, ORDER, len(surface.stress)))
+    found = np.empty((len(centres), 2, MOMENTS, len(surface.stress)))
     for own, centre in zip(found, centres, strict=True):
         shares = to_moments @ surface.shares(centre + reach * t, np.zeros(len(t)))
         own[:] = np.einsum("ks,mst->tkm", shares, surface.stress, optimize=True)
@@ -475,7 +479,7 @@ def mixtures(
     """Mixtures of moments that are all that likely contacts need, and moments from them.
 
     Principal components of the phase of a unit force over places and widths of contacts; what is
-    left out is below `NEGLIGIBLE` of it.
+    left out is below `NEGLIGIBLE_MIXTURE` of it.
 
     Returns
     -------
@@ -484,7 +488,7 @@ def mixtures(
     order = moments.shape[2]
     if order == 1:
         return np.eye(1), np.eye(1)
-    table, steps = moment_table(order), np.linspace(-FAR, FAR, 15)
+    table, steps = moment_table(order), np.linspace(-FOLLOWED_STDS, FOLLOWED_STDS, 15)
     d, h = (
         grid.ravel() / reach
         for grid in np.meshgrid(place * steps, np.maximum(width[0] + width[1] * steps, 0.0) / 2)
@@ -497,7 +501,7 @@ def mixtures(
     values, vectors = np.linalg.eigh(gram)
     root = (vectors * np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T * size
     _, share, rows = np.linalg.svd(means @ root.T, full_matrices=False)
-    kept = rows[share > NEGLIGIBLE * share[0]]
+    kept = rows[share > NEGLIGIBLE_MIXTURE * share[0]]
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
@@ -577,7 +581,7 @@ def random_field(x: Array, length: float, nodes: int) -> Array:
     nodes : int
         Number of nodes m.
     """
-    return coefficients(karhunen_loeve(x[:: SAMPLES // SMOOTH], length), nodes)
+    return coefficients(karhunen_loeve(x[:: SPLINE_SAMPLES // FIELD_SAMPLES], length), nodes)
 
 
 def karhunen_loeve(x: Array, length: float, smallest: float = SMALLEST) -> Array:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.frame_exposure import NARROWEST, expose, positive
+from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, expose, positive
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.estimation.linearised_frame import (
@@ -134,10 +134,10 @@ class CalibrationUncertainty:
         wide = Layout(at.loads, *accumulate(sizes.tolist(), initial=at.loads))
         scale = np.array([model.blur_std or 1.0, model.gamma_std or 1.0])
         start = 0.0
-        blur, slope = model.blur or NARROWEST / 2, 1.0
+        blur, slope = model.blur or NARROWEST_BLUR / 2, 1.0
         if at.gamma == at.blur:  # the unknown starts where it makes the blur what it is
-            start = blur - NARROWEST**2 / (4 * blur)
-            slope = positive(start, NARROWEST)[1]
+            start = blur - NARROWEST_BLUR**2 / (4 * blur)
+            slope = positive(start, NARROWEST_BLUR)[1]
             start = (start - model.blur) / scale[0]
         lens = self.lens / (scale * [slope, 1.0])
         found = np.zeros(len(self.brightness)) if modes is None else modes

@@ -29,14 +29,14 @@ from fringeforce.reading.reading import Reading, Status
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-STEP = 0.1
-"""Deviations by which terms are changed for slopes."""
+STD_STEP = 0.1
+"""Step of numerical derivatives, in standard deviations of a term."""
 CLEAR = 30.0
 """Deviations from none of loads that a frame has to show to tell of terms: weaker ones, whose light
 is of second order, are read too large, by 0.3 deviations at 15."""
 EDGE = 1
 """Frames next to a contact that do not count as free of it: it may just begin or end there."""
-STEPS = 3
+GAUSS_NEWTON_STEPS = 3
 """Gauss-Newton steps of the terms between choices of the frames in which nothing acts; terms that
 are 20 % off converge to 1e-3 of their deviations."""
 FADING = (
@@ -196,7 +196,7 @@ class CreepFilter:
         values, steps = np.zeros(len(self._uncertain) + size), 0
         while fading.any():
             values[-size:], steps = 0.0, steps + 1
-            ways = self._ways_at(values[:-size], STEP)
+            ways = self._ways_at(values[:-size], STD_STEP)
             left, share, modes = self._unrolled(ways, when, shown, seen & ~fading)
             noise = share[:, None, None] ** 2 * spread
             missed = ways[0].ripple * (share[:, None] * shown - left)
@@ -210,7 +210,7 @@ class CreepFilter:
             values = -covariance @ pull
             left += modes @ values
             noise += modes @ covariance @ modes.transpose(0, 2, 1)
-            if steps % STEPS:
+            if steps % GAUSS_NEWTON_STEPS:
                 continue
             plain = np.array(
                 [_nothing(*one, chance=PLAIN) for one in zip(left, noise, strict=True)]
@@ -238,7 +238,7 @@ class CreepFilter:
         Parameters
         ----------
         ways : list of Creep
-            As of `_ways_at`, by `STEP`.
+            As of `_ways_at`, by `STD_STEP`.
         times : ndarray, shape (F,)
             [s].
         shown : ndarray, shape (F, 2n)
@@ -249,7 +249,7 @@ class CreepFilter:
         drawn, *others = (_without(way, times, shown, acts, 0.0)[0] for way in ways)
         _, share = _without(ways[0], times, shown[:, :0], acts, 0.0)
         before, _ = _without(ways[0], times, np.zeros((len(times), 1)), acts, self._history)
-        terms = np.array([(other - drawn) / STEP for other in others]).reshape(
+        terms = np.array([(other - drawn) / STD_STEP for other in others]).reshape(
             len(others), *drawn.shape
         )
         history = before[:, :, None] * np.eye(shown.shape[1])

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.frame_climb import climb
+from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
     expose,
     node_columns,
@@ -29,24 +29,24 @@ from fringeforce.models.departures import Departure, plain_moments
 
 Array = NDArray[np.float64]
 
-DIFFERENCE = 0.02
+STD_STEP = 0.02
 """Step of numerical derivatives, in standard deviations of a departure."""
 PHASE_ERROR = 0.05
 """Standard deviation of the phase from which loads are found [rad]."""
-SAMPLES = 512
+PHASE_SAMPLES = 512
 """Pixels at which phases are compared."""
-PHASE_ROUNDS, ROUNDS = 6, 10
+PHASE_STEPS, SIZE_STEPS = 6, 10
 """Steps of loads and size from a phase, and of the size in the frame; it takes four."""
 FARTHEST_STEP = 2.0
 """Longest step of a size from a phase, in its standard deviations."""
-FAINT = 1e-2
+LEAST_INFORMATION = 1e-2
 """Information about a size that a step from a phase has at least."""
 HEAT = 30.0
 """Factor on the noise at which the climb from a phase begins."""
-REACH, FARTHEST_REACH = 2.0, 0.3
+INFORMATION_REACH, FARTHEST_INFORMATION = 2.0, 0.3
 """Standard deviations about a size in which its information is measured: of it, and before a
 frame."""
-SETTLED = 0.1
+SIZE_ERROR = 0.1
 """Share of its standard deviation to which a size is found."""
 WORTH = 1e-3
 """Fall of the loss that is worth a step."""
@@ -140,7 +140,7 @@ class _One:
         self.model = self._model(self.size)
         prior, frame = posterior.prior, posterior.frame
         unknowns = climb(self.model, prior, frame, unknowns, HEAT, 4, 0.5)[0]
-        self.top = Top(*climb(self.model, prior, frame, unknowns, 1.0, 8, 0.1))
+        self.top = Top(*climb(self.model, prior, frame, unknowns, 1.0, 8, CONVERGED))
         self._improve(1)
 
     @property
@@ -150,7 +150,7 @@ class _One:
 
     def finish(self) -> Fit:
         """Climb to the top."""
-        self._improve(ROUNDS)
+        self._improve(SIZE_STEPS)
         own, information = self.departure.deviation, self._information()
         posterior = Posterior(self.model, self.posterior.prior, self.posterior.frame)
         mass = posterior.evidence(self.top, posterior.linearised(self.top))
@@ -175,7 +175,7 @@ class _One:
 
     def _around(self, size: float) -> tuple[FrameModel, FrameModel, float]:
         """Models a little below and above, and how far apart they are."""
-        low, high = self._clipped(size - DIFFERENCE), self._clipped(size + DIFFERENCE)
+        low, high = self._clipped(size - STD_STEP), self._clipped(size + STD_STEP)
         return self._model(low), self._model(high), high - low
 
     def _from_phase(self, phase: Array, size: float) -> tuple[Array, float]:
@@ -184,8 +184,8 @@ class _One:
         samples = _samples(base)
         wanted, unknowns = _seen(base, phase, samples), np.zeros(base.at.size)
         # a phase says nothing about the light: the size of that stays where it begins
-        known = np.append(prior.precision, FAINT)
-        for round_ in range(PHASE_ROUNDS):
+        known = np.append(prior.precision, LEAST_INFORMATION)
+        for round_ in range(PHASE_STEPS):
             model, (low, high, step) = self._model(size), self._around(size)
             ends = [_seen(end, node_phase(end, unknowns), samples) for end in (low, high)]
             loads = _columns(model, unknowns, samples)
@@ -201,18 +201,17 @@ class _One:
 
     def _improve(self, rounds: int) -> None:
         """Newton steps of the size, each shortened until the loss falls."""
+        prior, frame = self.posterior.prior, self.posterior.frame
         for _ in range(rounds):
             step = self._step()
             length = step.length
-            if abs(length) < SETTLED / np.sqrt(step.information):
+            if abs(length) < SIZE_ERROR / np.sqrt(step.information):
                 return
             for _ in range(5):
                 size = self._clipped(self.size + length)
                 model = self._model(size)
                 start = self.top.unknowns - step.follow * (size - self.size)
-                top = Top(
-                    *climb(model, self.posterior.prior, self.posterior.frame, start, 1.0, 6, 0.1)
-                )
+                top = Top(*climb(model, prior, frame, start, 1.0, 6, CONVERGED))
                 if top.loss + size**2 < self.loss - WORTH:
                     break
                 length /= 3
@@ -222,7 +221,7 @@ class _One:
 
     def _information(self) -> float:
         """About the size, with the loads following, from the loss on both sides of it."""
-        reach = min(REACH / np.sqrt(self._step().information), FARTHEST_REACH)
+        reach = min(INFORMATION_REACH / np.sqrt(self._step().information), FARTHEST_INFORMATION)
         sides = np.array([self._clipped(self.size + side * reach) for side in (-1, 1)]) - self.size
         prior, frame = self.posterior.prior, self.posterior.frame
         rise = 0.0
@@ -299,7 +298,7 @@ class _Many:
         model, prior = posterior.model, posterior.prior
         samples, unknowns = _samples(model), np.zeros(model.at.size)
         wanted = _seen(model, phase, samples)
-        for _ in range(PHASE_ROUNDS):
+        for _ in range(PHASE_STEPS):
             rows = _columns(model, unknowns, samples)
             left = wanted - _seen(model, node_phase(model, unknowns), samples)
             change = _step_to(rows, left, prior.precision, unknowns - prior.mean)
@@ -312,7 +311,7 @@ class _Many:
 def _samples(model: FrameModel) -> NDArray[np.intp]:
     """Pixels of one channel, evenly spaced."""
     count = len(model.amplitude) // len(model.bias)
-    return np.unique(np.linspace(0, count - 1, min(count, SAMPLES)).astype(np.intp))
+    return np.unique(np.linspace(0, count - 1, min(count, PHASE_SAMPLES)).astype(np.intp))
 
 
 def _seen(model: FrameModel, nodes: Array, pixels: NDArray[np.intp]) -> Array:

@@ -17,9 +17,10 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
-from fringeforce.estimation.frame_exposure import NARROWEST, positive
+from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.information_filter import DRIFT_FRAMES
 from fringeforce.estimation.linearised_frame import (
     Linearised,
     banded,
@@ -53,11 +54,9 @@ most: errors grow by an eighth."""
 STRONGER = 2.0
 """Square of the phase over that of the last test from which a frame that follows is tested: what is
 pressed harder shows what was hidden."""
-RETESTED = 4096
-"""Frames after which one that follows is tested for departures again: lamps drift in seconds."""
-APART = 16
+LOOK_INTERVAL = 16
 """Frames between looks at the phase of those that follow."""
-STEP = 0.01
+RELATIVE_STEP = 0.01
 """Share of a size by which its derivative is taken: meshes differ by a hundredth of the change."""
 SHARPEST = 0.04
 """Blur at which its derivative is taken if there is none: its square is a thousandth of that of the
@@ -78,12 +77,12 @@ class Retests:
     def due(self, frames: int, phase: Callable[[], Array]) -> bool:
         """Whether the last of some more frames is to be tested, as its phase at the nodes says."""
         self._since += frames
-        if self._since < self._looked + APART:
+        if self._since < self._looked + LOOK_INTERVAL:
             return False
         self._looked = self._since
         nodes = phase()
         strength = float(nodes @ nodes)
-        if self._since < RETESTED and strength < STRONGER * self._strength:
+        if self._since < DRIFT_FRAMES and strength < STRONGER * self._strength:
             return False
         self.begin(strength)
         return True
@@ -189,8 +188,10 @@ class StripDepartureTest:
         drawn, found = self.model.influence(places), np.zeros((0, uncertain.frame.at.loads, nodes))
         for one in self.tested:
             if one.path in SIZES:
-                other = with_values(plain, {one.path: self._unit(one) * (1 + STEP)})
-                change = (self.model.of(other).influence(places) - drawn) * one.deviation / STEP
+                other = with_values(plain, {one.path: self._unit(one) * (1 + RELATIVE_STEP)})
+                change = (
+                    (self.model.of(other).influence(places) - drawn) * one.deviation / RELATIVE_STEP
+                )
                 change = np.moveaxis(change * uncertain.shown[:, None, None], 0, 2)
                 own = coefficients(change, nodes).reshape(1, -1, nodes)
                 found = np.concatenate([found, own])
@@ -327,8 +328,8 @@ def _sharp(frame: FrameModel) -> FrameModel:
     Where there is none the derivative by the blur itself would be zero.
     """
     drawn = max(frame.blur, SHARPEST)
-    value = drawn - NARROWEST**2 / (4 * drawn)  # of which `positive` makes what is drawn
-    slope = positive(value, NARROWEST)[1]
+    value = drawn - NARROWEST_BLUR**2 / (4 * drawn)  # of which `positive` makes what is drawn
+    slope = positive(value, NARROWEST_BLUR)[1]
     return frame._replace(blur=value, blur_std=frame.blur_std**2 / (2 * drawn * slope))
 
 

@@ -18,12 +18,14 @@ from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import (
     expose,
 )
+from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
-from fringeforce.models.departures import Departure, Departures
+from fringeforce.models.departures import BLUR, SCATTER, Departure, Departures
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
 from fringeforce.reading.findings import (
+    FOLLOWED,
     HOPELESS,
     PARTLY,
     RIVAL,
@@ -31,27 +33,26 @@ from fringeforce.reading.findings import (
     sentence,
     together,
 )
-from fringeforce.reading.strip_frames import FITS, SAME
+from fringeforce.reading.strip_frames import FITS
 from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
 
 WIDER = {"camera.amplitude": 0.05, "polariscope.visibility": 0.05, RESIDUAL: 0.1}
 """Deviations of a reading that allows for everything; the first is relative."""
-BLUR, BESIDE, WIDTHS = 6.0, 0.1, 0.3
-"""The same of point spread [pixels], and of places and widths of contacts over their spacing."""
+ALLOWED_WIDTH = 0.3
+"""The same of widths of contacts over their spacing; point spread and places are as departures."""
 ATTEMPTS = 2
 """Efforts of a search of that reading."""
 PHASES = 3
 """Explanations of it that are tried."""
 ACCURACY = 2e-4
 """Relative accuracy of the phase; departures of one number that differ less look the same."""
-CLOSE = 1.2
+NEARLY_EXPLAINED = 1.2
 """Reduced chi-square below which a phase is tried at once, and mirror images of it are not."""
-MOST, FOLLOWED, SWEEPS = 4, 6, 2
-"""Departures that are named together at most, candidates for each that are followed to their best,
-and rounds in which sizes are corrected."""
-FAR = 2.0
+MOST_NAMED, SWEEPS = 4, 2
+"""Departures that are named together at most, and rounds in which sizes are corrected."""
+UNMENDABLE = 2.0
 """Reduced chi-square beyond which mirror images do not mend a phase."""
 
 
@@ -136,7 +137,7 @@ class Diagnosis:
         close = [] if close is None else close
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
-        for phase in distinct(self._phases(frame, best, close), SAME):
+        for phase in distinct(self._phases(frame, best, close), SAME_PHASE):
             started = [
                 (number, begin(posterior, departure, phase))
                 for number, departure in enumerate(self.departures.all)
@@ -168,7 +169,7 @@ class Diagnosis:
     def _selected(self, frame: Array, phase: Array, among: list[Departure]) -> list[Fit]:
         """Departures of which the likeliest is added each time, with the sizes corrected after."""
         posterior, chosen = self.reader.own_posterior(frame), list[Fit]()
-        for _ in range(MOST):
+        for _ in range(MOST_NAMED):
             known = [fit.departure for fit in chosen]
             left = [departure for departure in among if departure not in known]
             started = sorted(
@@ -205,19 +206,19 @@ class Diagnosis:
                 continue
             posterior, tops = self._allowing(allowance).explanations(frame, ATTEMPTS, mend=False)
             for top in tops[:PHASES]:
-                if top.square < CLOSE * top.count:
+                if top.square < NEARLY_EXPLAINED * top.count:
                     close.append(posterior.phase(top))
                     yield close[-1]
             if tops:
                 missed.append((tops[0], allowance))
-        if not missed or (best and _likeliest(best).near(CLOSE)):
+        if not missed or (best and _likeliest(best).near(NEARLY_EXPLAINED)):
             return
         nearest, least = min(missed, key=lambda one: one[0].loss)
-        if nearest.square > FAR * nearest.count:
+        if nearest.square > UNMENDABLE * nearest.count:
             return
         posterior, tops = self._allowing(least).explanations(frame, ATTEMPTS, mend=True)
         for top in tops[:PHASES]:
-            if top.square < CLOSE * top.count:
+            if top.square < NEARLY_EXPLAINED * top.count:
                 close.append(posterior.phase(top))
             yield posterior.phase(top)
 
@@ -237,7 +238,7 @@ class Diagnosis:
                 wide |= WIDER
                 wide["camera.amplitude"] *= sensor.camera.amplitude
             if sensor.transducer.solved_in_a_plane and allowance.contacts:
-                wide |= {PLACEMENT: BESIDE * pitch, WIDTH: WIDTHS * pitch}
+                wide |= {PLACEMENT: SCATTER * pitch, WIDTH: ALLOWED_WIDTH * pitch}
             for path, std in sensor.tolerances.items():
                 wide[path] = max(std, wide.get(path, 0.0))
             if allowance.offset:

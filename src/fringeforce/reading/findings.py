@@ -22,6 +22,8 @@ RIVAL = np.log(20.0)
 "strong" evidence (Kass and Raftery, J. Am. Stat. Assoc. 90, 773, 1995)."""
 HOPELESS = 1.5
 """Loss over the smallest from which a departure is not followed further."""
+FOLLOWED = 6
+"""Departures that are followed to their best, of those that explain most after a few steps."""
 PARTLY = 1.5
 """Reduced chi-square below which a departure is named that does not explain all of the frame."""
 

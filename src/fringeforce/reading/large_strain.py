@@ -19,6 +19,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.linearised_frame import Linearised, shared_information, spread_profiles
 from fringeforce.models.finite_strain import beyond_second_order
+from fringeforce.models.strain_error import SLOPE
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, coefficients
 
@@ -27,8 +28,6 @@ PATTERNS = 8
 SQUASHED = 0.1
 """Strain of the cover under the largest force of a pattern, its pressure over the modulus: half as
 much leaves too little to be told from rounding, twice as much folds the surface at some widths."""
-SLOPE = 0.3
-"""Largest tangential over normal force of a pattern, as of contacts that stick."""
 MESH = 0.02
 """Share that the elements of the second order leave of what is beyond it, against finer ones."""
 

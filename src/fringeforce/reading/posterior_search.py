@@ -29,19 +29,16 @@ from fringeforce.estimation.posterior import Posterior, Top
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-TOUCH = 1.0
-"""How near a multiple of pi the phase must come for a stretch to be mirrored there [rad]: more than
-for a known model, for place and width bend it by that much."""
 GATE = 5.0
 """Standard deviations within which a phase counts as predicted."""
-SHEAR = 0.6
+SHEAR_RATIO = 0.6
 """Tangential force over normal force of a contact, standard deviation: a dry contact's friction."""
 CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
 FASTEST = 0.4
 """Pace beyond which blur is not followed further [rad per pixel]."""
-DENSEST = 1.3
-"""Pace up to which single loads are tried [rad per pixel]; pixels do not follow faster fringes."""
+DENSE = 1.3
+"""Pace of the phase beyond which pixels no longer follow fringes [rad per pixel]."""
 STRIDE = 0.5
 """Largest change of the phase from one single load that is tried to the next [rad]."""
 LEVEL_ERROR = 0.01
@@ -50,23 +47,22 @@ LARGE = 0.02
 """Change of a load's phase over the phase of all loads together from which a mode is large."""
 UNPUSHED = 1.8
 """Standard deviation of normal forces over their size where no push is supposed."""
-FAINT = 0.03
+TELLING_SHARE = 0.03
 """Share of the size of the loads below which a force does not tell its contact's place."""
-FARTHEST = 3.0
-"""Standard deviations within which a search starts."""
-NARROWEST = 0.1
-"""Share of the drawn width from which a search starts at least: at none it changes nothing."""
-LINEAR_GROWTH, GROWTH = 2500.0, 400.0
-"""Expected growth of the loss up to which mirror images are of interest: in the linear state where
-the phase is not linear in the unknowns, and fitted.  Of contacts beside tactels one image in three
-below 40 is an explanation of weight, from 40 to 100 one in ten, to 400 one in twenty, and beyond
-one in two hundred: the quadratic loss is too high for small bends beside a multiple of pi."""
-IMAGES, STEPS = 16, 8
+FARTHEST_START = 3.0
+"""Standard deviations of places, widths and large modes within which a search starts."""
+GROWTH = 600.0
+"""Expected growth of the loss, in the linear state, up to which mirror images are fitted.  Once they
+are, one in three below 40 is an explanation of weight, one in twenty from 100 to 400, and some are
+beyond 10,000: the quadratic loss is too high for small bends beside a multiple of pi."""
+IMAGES_FITTED, IMAGE_STEPS = 16, 8
 """Images that are fitted, and steps of each fit: contacts three deviations beside their tactels are
 hardly approached in four."""
+CANDIDATES = 24
+"""Starts of one attempt that are climbed."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
-LEAST = 0.3
+LEAST_PHASE = 0.3
 """Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
 
 
@@ -270,9 +266,9 @@ class PosteriorSearch:
         load = self._columns["load"]
         unit = np.diff(load, axis=0)
         even = np.square(unit[:, ::2].sum(axis=1)).sum()
-        loose = np.square(unit * np.tile([1 / 1.5, SHEAR], unit.shape[1] // 2)).sum()
+        loose = np.square(unit * np.tile([1 / 1.5, SHEAR_RATIO], unit.shape[1] // 2)).sum()
         size = float(np.sqrt(np.square(load[:, ::2].sum(axis=1)).mean()))
-        return float(even + loose), LEAST / max(size, 1e-12)
+        return float(even + loose), LEAST_PHASE / max(size, 1e-12)
 
     def true_pace(self, lines: Lines, light: Light) -> tuple[Array, Array]:
         """Pace of the phase before the blur, in the strip's own, and the contrast it leaves."""
@@ -339,7 +335,7 @@ class PosteriorSearch:
         """Starts over the whole range of the one load that changes the phase, as `starts`."""
         model, columns = self.model, self._columns
         unit, fixed = columns["load"][:, load], columns["fixed"][:, 0]
-        most = DENSEST / np.abs(np.diff(unit)).max()
+        most = DENSE / np.abs(np.diff(unit)).max()
         forces = np.linspace(0.0, most, 2 + int(most * np.abs(unit).max() / STRIDE))
         lights = dict.fromkeys((lines.light, self._drawn))
         found, scores = np.zeros((len(lights), len(forces), model.at.size)), list[Array]()
@@ -374,7 +370,7 @@ class PosteriorSearch:
     @cached_property
     def _units(self) -> dict[str, Array]:
         """The same for loads of a newton, whose normal part `_scale` fills in."""
-        moved = np.tile([1.0, SHEAR], len(self.model.moments))
+        moved = np.tile([1.0, SHEAR_RATIO], len(self.model.moments))
         sizes = {name: moved for name in ("load", "shifted", "widened") if name in self._at_nodes}
         if "apart" in self._at_nodes:
             sizes["apart"] = np.tile(moved, np.count_nonzero(self._large))
@@ -441,12 +437,12 @@ class PosteriorSearch:
         before = about[: at.loads].reshape(-1, 2)
         forces = before + parts["load"].reshape(len(changes), len(before), 2) + [push, 0.0]
         found[:, : at.loads] = forces.reshape(len(changes), at.loads)
-        weight = np.square(forces).sum(axis=2) + (FAINT * scale["load"].max()) ** 2
+        weight = np.square(forces).sum(axis=2) + (TELLING_SHARE * scale["load"].max()) ** 2
         places = np.zeros(forces.shape[:2])
         if "shifted" in parts:
             moved = before * about[at.place : at.width, None]
             moved = moved + parts["shifted"].reshape(forces.shape)
-            places = np.clip((forces * moved).sum(axis=2) / weight, -FARTHEST, FARTHEST)
+            places = np.clip((forces * moved).sum(axis=2) / weight, -FARTHEST_START, FARTHEST_START)
             found[:, at.place : at.width] = places
         if at.fields > at.width:
             mean, spread = self._squares
@@ -459,13 +455,12 @@ class PosteriorSearch:
             square = (forces * moved).sum(axis=2) / weight * spread + mean
             square = square - np.square(model.place * places / model.reach)
             wide = model.reach * np.sqrt(12 * np.maximum(square, 0.0))
-            wide = np.maximum(wide, NARROWEST * model.width)
             e = (wide - model.width) / model.width_std
-            found[:, at.width : at.fields] = np.clip(e, -FARTHEST, FARTHEST)
+            found[:, at.width : at.fields] = np.clip(e, -FARTHEST_START, FARTHEST_START)
         for k, mode in enumerate(np.flatnonzero(self._large)):
             moved = parts["apart"][:, k * at.loads : (k + 1) * at.loads].reshape(forces.shape)
             e = (forces * moved).sum(axis=(1, 2)) / weight.sum(axis=1)
-            found[:, at.modes + mode] += np.clip(e, -FARTHEST, FARTHEST)
+            found[:, at.modes + mode] += np.clip(e, -FARTHEST_START, FARTHEST_START)
         small = np.flatnonzero(~self._large)
         found[:, at.modes + small] += split["turned"][:, small]
         found[:, at.fields : at.modes] += parts["fields"]
@@ -492,15 +487,11 @@ class PosteriorSearch:
         ndarray, shape (k, size)
             Unknowns to climb from.
         """
-        at = posterior.model.at
-        bent = at.fields > at.place or len(posterior.model.influence) > 0
-        growth = LINEAR_GROWTH if bent else GROWTH
-        changes, _, turned = self.mirrored(posterior.phase(top), push, growth)
+        changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH)
         scale = self._scale(push, 0.0)
-        starts = self._unknowns(changes[:IMAGES], scale, top.unknowns, 0.0)
-        found, growths = posterior.changed(top, turned[:IMAGES], starts, BINS, STEPS)
-        order = np.argsort(growths, kind="stable")
-        return found[order[growths[order] < GROWTH]]
+        starts = self._unknowns(changes[:IMAGES_FITTED], scale, top.unknowns, 0.0)
+        found, growths = posterior.changed(top, turned[:IMAGES_FITTED], starts, BINS, IMAGE_STEPS)
+        return found[np.argsort(growths, kind="stable")]
 
     def mirrored(self, phase: Array, push: float, growth: float) -> tuple[Array, Array, Array]:
         """Changes of the state that mirror a stretch of a phase, the likeliest first.
@@ -528,7 +519,7 @@ class PosteriorSearch:
             np.concatenate([self._at_nodes[name] * size for name, size in scale.items()], axis=1)
         )
         seen, known = phase_information(self.model, phase), np.ones(columns.shape[1])
-        changes, _, turned = mirror_images(phase, columns, seen, known, TOUCH, growth)
+        changes, _, turned = mirror_images(phase, columns, seen, known, growth=growth)
         return changes, columns, turned
 
     def lit(self, starts: Array, light: Light) -> None:

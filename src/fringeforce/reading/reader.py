@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
+from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.models.creep import checked_times
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -35,12 +36,10 @@ Array = NDArray[np.float64]
 Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
 """Sentences about a frame from its grey levels and the pixels that count."""
 
-CONFIDENCE = 0.999
-"""Probability from which a reading is OK: one in a thousand may be wrong."""
 TRIALS = 1.0, 1.0, 0.02, 0.0, 0.0
 """Shares of the trial loads in frames that are read to compile all loops: found, followed, hardly
 seen, and gone for two frames; one of mere noise, which no load explains, comes after them."""
-SHORTEST = 512
+SHORTEST_PART = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
 
 
@@ -396,7 +395,7 @@ class Reader:
         own, creep = self._times(times, len(batch)), self._single.creep_filter(self._history)
         scales = checked_scales(self.model, temperatures, len(batch))
         used = self._single.usable(mask)
-        count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST))
+        count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST_PART))
         ends = np.linspace(0, len(levels), count + 1).astype(int)
         parts = [slice(*ends[i : i + 2]) for i in range(count)]
         with ThreadPoolExecutor(count) as pool:

@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 from fringeforce.base.arrays import Mask
 from fringeforce.design.tolerances import Tolerances, number_at
 from fringeforce.models.as_built import RESIDUAL
-from fringeforce.models.departures import BLUR, GAMMA, LAMP, LAYERS, RETARDANCE, SCALE, VISIBILITY
+from fringeforce.models.departures import (
+    BLUR,
+    CAMERA_SCALE,
+    GAMMA,
+    LAMP,
+    LAYERS,
+    RETARDANCE,
+    VISIBILITY,
+)
 from fringeforce.reading.findings import RIVAL, UNEXPLAINED, sentence
 from fringeforce.reading.skin_fit import Explanation
 from fringeforce.reading.skin_reader import SkinReader
@@ -83,7 +91,7 @@ class SkinDiagnosis:
         # what contacts cannot imitate first: an explanation helps to find the others
         stds = {"polariscope.visibility": (VISIBILITY, False), "camera.gamma": (GAMMA, False)}
         stds |= {"camera.blur": (BLUR * pixel, False), "camera.amplitude": (BRIGHTNESS, True)}
-        stds |= {RESIDUAL: (RETARDANCE, False), "camera.scale": (SCALE, False)}
+        stds |= {RESIDUAL: (RETARDANCE, False), "camera.scale": (CAMERA_SCALE, False)}
         stds |= {path: (share, True) for path, share in LAYERS.items()}
         found = list[tuple[SkinDeparture, float, SkinReader]]()
         for path, (std, relative) in stds.items():

@@ -11,25 +11,24 @@ from scipy.special import pdtrc
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.estimation.frame_climb import CONVERGED
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
 from fringeforce.reading.strip_frames import FITS
 
-STEP = 0.5
+LONGEST_STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
 FOLDING, EASED = 0.6, 0.25
 """Squashes of the cover (`SkinStrain.squash`) beyond which its surface folds under contacts of any
 width up to eight covers, and to which contacts are widened where it does: a single one folds it at
 0.32 to 0.6."""
 WIDER = 3
-"""Widths, each larger by `STEP`, at which large strain is tried from there on."""
-ROUNDS = 12
+"""Widths, each larger by `LONGEST_STEP`, at which large strain is tried from there on."""
+LINEARISATIONS = 12
 """Linearisations of a climb."""
 LEFT = 4.0
 """Falls of the last round that a climb may still have before it."""
-SETTLED = 0.1
-"""Fall of the loss below which a climb is at its top."""
 
 
 class Seen(NamedTuple):
@@ -168,7 +167,7 @@ def climbed(
     count, skin = len(contacts.forces), seen.skin
     best: Explanation | None = None
     rest = others
-    for number in range(ROUNDS):
+    for number in range(LINEARISATIONS):
         try:
             posterior, start = seen.posterior(contacts, beyond)
         except InputError:  # the surface folds under them
@@ -181,13 +180,13 @@ def climbed(
         if rest is not None:
             start[first:] = rest
         here = posterior.climbed(start, heats=(), steps=(0, 0))
-        if best is not None and rest is not None and here.loss > best.top.loss + SETTLED / 10:
+        if best is not None and rest is not None and here.loss > best.top.loss + CONVERGED / 10:
             # too far: half way back
             contacts = _between(skin, best.contacts, contacts)
             rest = (best.top.unknowns[first:] + rest) / 2
             continue
         fall = np.inf if best is None else best.top.loss - here.loss
-        done = number > 1 and (fall < SETTLED or here.loss - LEFT * fall > bound)
+        done = number > 1 and (fall < CONVERGED or here.loss - LEFT * fall > bound)
         best = Explanation(posterior, here, contacts, contacts)
         if done:
             break
@@ -207,7 +206,7 @@ def renewed(seen: Seen, one: Explanation) -> Explanation:
     except InputError:  # the surface folds under them
         return replace(one, solved=False, folded=True)
     start[len(start) - len(one.others) :] = one.others
-    top = posterior.climbed(start, heats=(), steps=(0, 2), tolerance=SETTLED)
+    top = posterior.climbed(start, heats=(), steps=(0, 2))
     contacts = seen.skin.contacts(posterior.model, top.unknowns)
     return Explanation(posterior, top, contacts, one.contacts)
 
@@ -240,7 +239,7 @@ def strained(skin: SkinModel, contacts: Contacts) -> Array | None:
 def _wider(skin: SkinModel, one: Contacts) -> Contacts:
     """Contacts that press less."""
     geometry = one.geometry.copy()
-    geometry[:, WIDTH] *= 1 + STEP
+    geometry[:, WIDTH] *= 1 + LONGEST_STEP
     return Contacts(one.forces, skin.limited(geometry))
 
 
@@ -253,7 +252,7 @@ def _between(skin: SkinModel, one: Contacts, other: Contacts) -> Contacts:
 def _limited(skin: SkinModel, before: Contacts, after: Contacts) -> Contacts:
     """The step from some contacts to others, as far as a linearisation holds."""
     geometry = after.geometry.copy()
-    reach = STEP * np.maximum(before.geometry[:, WIDTH], skin.drawn[WIDTH])
+    reach = LONGEST_STEP * np.maximum(before.geometry[:, WIDTH], skin.drawn[WIDTH])
     for which in (PLACE, WIDTH):
         moved = geometry[:, which] - before.geometry[:, which]
         geometry[:, which] = before.geometry[:, which] + np.clip(moved, -reach, reach)

@@ -18,11 +18,11 @@ from fringeforce.reading.departure_test import Retests
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, Seen, renewed
-from fringeforce.reading.skin_reader import FAINT, SkinReader, goes_on
+from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, goes_on
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.strip_frames import FITS
 
-MOVED = np.array([0.1, 0.3])
+LINEAR_MOVE = np.array([0.1, 0.3])
 """Change of place and half width, in half widths, up to which a linearisation holds: what is left
 out is of second order, and less for widths, whose own effect is of second order."""
 GROWN = 1.3
@@ -30,11 +30,9 @@ GROWN = 1.3
 SHEARED = 0.05
 """Change of a tangential force over the normal one up to which a linearisation holds: shapes of the
 shear, whose effect is in proportion to it, are uncertain by as much as the shear itself."""
-STEPS = 4
+FOLLOWING_STEPS = 4
 """Steps in which a followed frame must be reached."""
-TOLERANCE = 0.1
-"""Fall of the loss below which it is: a tenth of what noise leaves to one unknown."""
-OLDEST = 64
+WAVES_INTERVAL = 64
 """Frames after which smooth waves of what is left are looked for."""
 
 
@@ -135,7 +133,7 @@ class SkinFollower(Follower):
         if not self._single.complete(used):
             frame[~used] = np.nan
         posterior = replace(last.posterior, frame=self._means(frame))
-        top = posterior.climbed(last.top.unknowns, heats=(), steps=(0, STEPS), tolerance=TOLERANCE)
+        top = posterior.climbed(last.top.unknowns, heats=(), steps=(0, FOLLOWING_STEPS))
         if top.chance < FITS:
             return None
         self._age += 1
@@ -143,7 +141,7 @@ class SkinFollower(Follower):
         found = Explanation(posterior, top, contacts, last.centre)
         if found.spoilt(self._broken) or motion(found.phase, last.phase) > JUMP:
             return None
-        if self._age >= OLDEST:
+        if self._age >= WAVES_INTERVAL:
             if found.chance < FITS:
                 return None
             self._age = 0
@@ -157,7 +155,10 @@ class SkinFollower(Follower):
             if not goes_on(found, last):
                 return None
             like = self._begin(found)
-            if fallen.any() and (found.contacts.forces[:, 0] <= FAINT * like.deviations).any():
+            if (
+                fallen.any()
+                and (found.contacts.forces[:, 0] <= FAINT_FORCE * like.deviations).any()
+            ):
                 found = self._single.without_faint(seen, found, like.deviations)
                 if found is None:
                     self._last = None
@@ -169,7 +170,7 @@ class SkinFollower(Follower):
     def _moved(self, found: Explanation) -> bool:
         """Whether contacts are no longer where they were linearised, or much stronger or weaker."""
         here, there = found.contacts.geometry, found.centre.geometry
-        far = np.abs(here - there)[:, [PLACE, WIDTH]] > MOVED * there[:, WIDTH, None]
+        far = np.abs(here - there)[:, [PLACE, WIDTH]] > LINEAR_MOVE * there[:, WIDTH, None]
         now, before = found.contacts.forces, found.centre.forces
         size = np.abs(now[:, 0] / np.where(before[:, 0] == 0, 1e-12, before[:, 0]))
         sheared = np.abs(now[:, 1] - before[:, 1]) > SHEARED * np.abs(before[:, 0])

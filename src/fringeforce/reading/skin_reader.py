@@ -17,7 +17,7 @@ from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.binning import seen_means, slow_size
 from fringeforce.estimation.followed_frames import JUMP, motion
 from fringeforce.estimation.frame_exposure import expose, node_phase
-from fringeforce.estimation.hypotheses import posterior_weights
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
     FALSE_CONTACT,
@@ -31,12 +31,11 @@ from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_departure_test import SkinDepartureTest
 from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
 from fringeforce.reading.skin_result import SkinResult
-from fringeforce.reading.skin_search import MOST, SkinSearch
+from fringeforce.reading.skin_search import MOST_CONTACTS, SkinSearch
 from fringeforce.reading.strip_frames import (
-    CLOSE,
     FITS,
-    HOPELESS,
-    SAME,
+    HOPELESS_LOSS,
+    MISSED,
     StripFrames,
     doubted,
 )
@@ -44,21 +43,21 @@ from fringeforce.reading.strip_frames import (
 SPAN = 1.5
 """Phase that bins of pixels may span while explanations are looked for, which takes a tenth of the
 fringes' contrast [rad]."""
-PLAIN, UNSURE = 0.02, 2e-3
-"""Chances of noise below which the search goes on, and below which the best that it finds may not
-be all: contacts have so few unknowns that wrong ones leave much more."""
-IMAGES, NEAR, WIDE = 8, 250.0, 2500.0
+INCOMPLETE = 2e-3
+"""Chance of noise below which the best that a search finds may not be all: contacts have so few
+unknowns that wrong ones leave much more."""
+IMAGES, RIVAL_GROWTH, MENDING_GROWTH = 8, 250.0, 2500.0
 """Mirror images that are tried of an explanation, and the expected growth of the loss up to which
 they are: of what explains the frame, of what does not."""
 MISFIT = 1000.0
 """Weighted squares that pressures leave of the phase of a rival, beyond which no contacts cause it:
 starts that led to explanations left up to 440."""
-WEAK = 20.0
+CERTAIN_FORCE = 20.0
 """Deviations of a contact's force from which it is not tried to do without: what only seemed to
 press, after others were found too wide or too narrow, had up to 13."""
-FAINT = 3.0
+FAINT_FORCE = 3.0
 """Deviations of a contact's force below which a frame is explained without it."""
-BESIDE = 1.5
+APART_WIDTHS = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
 SOLUTIONS = 4
 """Most times that large strain is solved for one start; each leaves a tenth to a third."""
@@ -69,7 +68,7 @@ JUMPED = 2.0
 at hundreds of frames a second nothing presses twice as hard in one of them."""
 PAUSE = 3
 """Candidates after which mirror images of the best so far are tried."""
-ALIKE = 0.1
+SAME_CONTACT = 0.1
 """Distance between contacts, in half widths, below which they are the same one."""
 Before = tuple[Explanation, float]
 """What explained the last frame, and its probability."""
@@ -196,7 +195,7 @@ class SkinReader(StripFrames):
 
         None is returned where all are, or where what is left does not explain the frame as likely.
         """
-        kept = found.contacts.forces[:, 0] > FAINT * deviations
+        kept = found.contacts.forces[:, 0] > FAINT_FORCE * deviations
         if not kept.any():
             return None
         rest = Contacts(*(part[kept] for part in found.contacts))
@@ -227,7 +226,7 @@ class SkinReader(StripFrames):
         precision[:2] *= 1e8
         alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
         top = alone.climbed(start, heats=(), steps=(0, 2))
-        if top.square > HOPELESS * top.count:
+        if top.square > HOPELESS_LOSS * top.count:
             return None
         top = alone.climbed(top.unknowns, heats=(), steps=(0, 15))
         return Explanation(alone, top, nothing, nothing) if top.chance > FALSE_ALARM else None
@@ -242,7 +241,7 @@ class SkinReader(StripFrames):
         rough = self._silent(coarse) if silent is not None else None
         found = [
             silent if silent is not None and one is rough else renewed(seen, one)
-            for one in _distinct(self._explained(coarse, lines, rough), CLOSE / 2)
+            for one in _distinct(self._explained(coarse, lines, rough), NEGLIGIBLE_LOSS / 2)
         ]
         met = _ordered(found)
         if (met and met[0].chance > FITS) or len(coarse.frame) == len(seen.frame):
@@ -255,19 +254,19 @@ class SkinReader(StripFrames):
         for number, phase in enumerate(self._search.phases(lines)):
             tried.append(phase)
             met = _ordered(met + self._pressed(seen, phase, met))
-            if met and met[0].chance > PLAIN:
+            if met and met[0].chance > MISSED:
                 break
             if met and number % PAUSE == PAUSE - 1 and met[0].top.square < 2 * met[0].top.count:
-                met = _ordered(met + self._mirrored(seen, met[0], met, tried, WIDE))
-                if met[0].chance > PLAIN:
+                met = _ordered(met + self._mirrored(seen, met[0], met, tried, MENDING_GROWTH))
+                if met[0].chance > MISSED:
                     break
         if silent is not None:
             met = _ordered([*met, silent])
         if met and met[0].chance > FITS:
-            met = _ordered(met + self._mirrored(seen, met[0], met, tried, NEAR))
+            met = _ordered(met + self._mirrored(seen, met[0], met, tried, RIVAL_GROWTH))
             met = _ordered(met + self._simplified(seen, met[0]))
             if self.skin.strain is not None:
-                solved = [self._solved(seen, one) for one in _distinct(met, CLOSE)]
+                solved = [self._solved(seen, one) for one in _distinct(met, NEGLIGIBLE_LOSS)]
                 met = _ordered([one for one in solved if not one.folded])
         return met
 
@@ -280,14 +279,18 @@ class SkinReader(StripFrames):
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
         bound = met[0].top.loss + OFF if explained else np.inf
-        for count in range(self._search.fewest(loads), MOST + 1):
+        for count in range(self._search.fewest(loads), MOST_CONTACTS + 1):
             contacts = self._search.divided(loads, count)
             if contacts is None:
                 break
             one = self._climbed(seen, contacts, best, bound=bound)
-            better = not found or one.top.loss < found[-1].top.loss - CLOSE
+            better = not found or one.top.loss < found[-1].top.loss - NEGLIGIBLE_LOSS
             found.append(one)
-            if one.chance > PLAIN or not better or one.top.loss > bound + HOPELESS * one.top.count:
+            if (
+                one.chance > MISSED
+                or not better
+                or one.top.loss > bound + HOPELESS_LOSS * one.top.count
+            ):
                 break
         return found
 
@@ -362,7 +365,7 @@ class SkinReader(StripFrames):
         for count, phase in enumerate(self._search.images(best.phase, seen.push, growth)):
             if count >= IMAGES:
                 break
-            if any(np.abs(phase - known).max() < SAME / 2 for known in tried):
+            if any(np.abs(phase - known).max() < SAME_PHASE / 2 for known in tried):
                 continue
             tried.append(phase)
             found += self._pressed(seen, phase, met)
@@ -387,11 +390,11 @@ class SkinReader(StripFrames):
         """Contacts without one, or with two neighbours as one, and what that changes [N]."""
         forces, geometry = best.contacts
         variance = np.diag(np.linalg.inv(best.about.hessian))[: forces.size : 2]
-        for k in np.flatnonzero(forces[:, 0] < WEAK * np.sqrt(variance)):
+        for k in np.flatnonzero(forces[:, 0] < CERTAIN_FORCE * np.sqrt(variance)):
             rest = np.arange(len(forces)) != k
             yield abs(float(forces[k, 0])), Contacts(forces[rest], geometry[rest])
         forces, geometry = best.contacts.sorted()
-        reach = BESIDE * (geometry[:-1, WIDTH] + geometry[1:, WIDTH])
+        reach = APART_WIDTHS * (geometry[:-1, WIDTH] + geometry[1:, WIDTH])
         for k in np.flatnonzero(np.diff(geometry[:, PLACE]) < reach):
             pair = slice(k, k + 2)
             share = np.maximum(forces[pair, 0], 0) + 1e-9
@@ -412,13 +415,13 @@ class SkinReader(StripFrames):
         self, met: list[Explanation], silent: Explanation | None
     ) -> tuple[Reading, Explanation]:
         """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
-        distinct = _distinct(met, CLOSE / 2)
+        distinct = _distinct(met, NEGLIGIBLE_LOSS / 2)
         best = distinct[0]
         weights = posterior_weights(np.array([one.evidence for one in distinct]))
-        mine = np.array([np.abs(one.phase - best.phase).max() < SAME for one in distinct])
+        mine = np.array([np.abs(one.phase - best.phase).max() < SAME_PHASE for one in distinct])
         others = [one for one, own in zip(distinct, mine, strict=True) if not own]
         probability = float(weights[mine].sum())
-        if best.chance < UNSURE:
+        if best.chance < INCOMPLETE:
             probability = doubted(probability, best.chance)
         none = best is silent and probability >= self.confidence
         status = Status.NO_CONTACT if none else None
@@ -535,4 +538,4 @@ def _same(one: Explanation, other: Explanation) -> bool:
         return False
     a, b = one.contacts.sorted(), other.contacts.sorted()
     apart = np.abs(a.geometry[:, PLACE] - b.geometry[:, PLACE])
-    return bool((apart < ALIKE * a.geometry[:, WIDTH]).all())
+    return bool((apart < SAME_CONTACT * a.geometry[:, WIDTH]).all())

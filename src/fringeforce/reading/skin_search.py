@@ -17,8 +17,15 @@ from scipy.optimize import nnls
 from fringeforce.base.arrays import Array, Index
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.models.skin import FIRST_SHAPE, GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
-from fringeforce.reading.posterior_search import Effort, Lines, PosteriorSearch, phase_information
+from fringeforce.reading.posterior_search import (
+    CANDIDATES,
+    Effort,
+    Lines,
+    PosteriorSearch,
+    phase_information,
+)
 
 PATCH = 1.0
 """Width of the patches of the beam search, in thicknesses of the cover."""
@@ -35,19 +42,15 @@ EFFORTS = (
     Effort(),
 )
 """Attempts in the order in which they are made: few patches are pressed, those much."""
-CANDIDATES = 24
-"""Phases of one attempt that are looked at."""
-APART = 0.3
-"""Difference from which phases are different candidates [rad]."""
 PULL = 0.3
 """Share of the push by which a patch may pull at one standard deviation, for its neighbours are no
 better known."""
-MOST = 6
+MOST_CONTACTS = 6
 """Contacts that are looked for at most."""
-WEAK = 0.05
+WEAK_SHARE = 0.05
 """Share of the strongest contact's force below which a contact is noise of the candidate, at first.
 """
-WIDE = 2.0
+WIDE_PRESSURE = 2.0
 """Standard deviation of the pressure of a contact, in thicknesses of the cover, beyond which it is
 looked for as two at first."""
 
@@ -110,7 +113,7 @@ class SkinSearch:
             order = np.argsort(scores + np.square(pulls / (PULL * push)).sum(axis=1), kind="stable")
             for k in order[:CANDIDATES]:
                 phase = sides[k] * node_phase(self.patches, starts[k])
-                if all(np.abs(phase - known).max() > APART for known in given):
+                if all(np.abs(phase - known).max() > SAME_PHASE for known in given):
                     given.append(phase)
                     yield phase
 
@@ -146,11 +149,13 @@ class SkinSearch:
         """Contacts that line loads are at least, each no wider than contacts are."""
         places, normal = self._places, loads[:, 0]
         kept = np.flatnonzero(normal > SMALL * normal.sum())
-        for count in range(1, MOST):
+        for count in range(1, MOST_CONTACTS):
             parts = np.split(kept, _groups(places[kept], normal[kept], count))
-            if all(_spread(places[own], normal[own]) < WIDE * self.skin.cover for own in parts):
+            if all(
+                _spread(places[own], normal[own]) < WIDE_PRESSURE * self.skin.cover for own in parts
+            ):
                 return count
-        return MOST
+        return MOST_CONTACTS
 
     def divided(self, loads: Array, count: int) -> Contacts | None:
         """Line loads as so many contacts, apart where that leaves the narrowest ones."""
@@ -167,7 +172,7 @@ class SkinSearch:
             forces[k] = force
             geometry[k] = self.skin.drawn
             geometry[k, :FIRST_SHAPE] = place, max(2 * spread, self.skin.drawn[WIDTH])
-        strong = forces[:, 0] > WEAK * forces[:, 0].max()
+        strong = forces[:, 0] > WEAK_SHARE * forces[:, 0].max()
         return Contacts(forces[strong], self.skin.limited(geometry[strong]))
 
 

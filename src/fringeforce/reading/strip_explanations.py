@@ -9,19 +9,20 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import node_phase
-from fringeforce.estimation.hypotheses import posterior_weights
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.reading.posterior_search import BINS
-from fringeforce.reading.strip_frames import CLOSE, FITS, SAME, UNSURE
+from fringeforce.reading.strip_frames import FITS, MISSED
 
 Array = NDArray[np.float64]
 
-EQUAL = 0.3
-"""Unknowns that differ by less, in their own standard deviations, are of one explanation."""
-ALIKE = 0.1
-"""Share of the largest phase below which two phases are alike, where that is less than `SAME`: the
-light of a faint touch hardly tells a phase from its mirror image, which is near."""
+SAME_SOLUTION = 0.3
+"""Unknowns that differ by less, in their own standard deviations, are of one solution."""
+FAINT_SHARE = 0.1
+"""Share of the largest phase below which two phases are alike, where that is less than
+`SAME_PHASE`: the light of a faint touch hardly tells a phase from its mirror image, which is near.
+"""
 MOST_KNOWN = 0.9999
 """Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
 reasons that no frame shows."""
@@ -95,7 +96,7 @@ class Explanations:
         self.keep(rough)
         if rough is not self.rough[0] or rough.loss > (1 + BINS) * rough.count:
             return False
-        return self.explains(self._settle(rough), UNSURE)
+        return self.explains(self._settle(rough), MISSED)
 
     def _settle(self, rough: Top) -> Top:
         self._settled.append(rough)
@@ -106,12 +107,12 @@ class Explanations:
     def settle(self) -> None:
         """Add all explanations that may have weight."""
         for rough in self.rough:
-            if rough.loss > self.rough[0].loss + CLOSE:
+            if rough.loss > self.rough[0].loss + NEGLIGIBLE_LOSS:
                 break
             if not self.tops:
                 self._settle(rough)
                 continue
-            apart = EQUAL * self.near(self.tops[0])
+            apart = SAME_SOLUTION * self.near(self.tops[0])
             if not any(
                 (np.abs(rough.unknowns - known.unknowns) < apart).all() for known in self._settled
             ):
@@ -145,9 +146,9 @@ class Explanations:
         found = list[tuple[Top, Linearised]]()
         posterior, loads = self.posterior, self.posterior.model.at.loads
         for top in self.tops:
-            if top.loss > self.tops[0].loss + CLOSE:
+            if top.loss > self.tops[0].loss + NEGLIGIBLE_LOSS:
                 break
-            about, near = self.about(top), EQUAL * self.near(top)[:loads]
+            about, near = self.about(top), SAME_SOLUTION * self.near(top)[:loads]
             known = (
                 (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < near).all()
                 for other, _ in found
@@ -187,7 +188,7 @@ def same_phase(phase: Array, other: Array) -> bool:
 
 def alike_within(phase: Array) -> float:
     """Distance from a phase below which others are of the same explanation [rad]."""
-    return min(SAME, ALIKE * float(np.abs(phase).max()))
+    return min(SAME_PHASE, FAINT_SHARE * float(np.abs(phase).max()))
 
 
 def one_reading(one: Weighed, best: Weighed, hidden: float) -> bool:

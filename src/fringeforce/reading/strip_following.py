@@ -20,7 +20,7 @@ from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_reader import (
-    FAINT,
+    FAINT_PHASE,
     TOLERATED,
     Before,
     Located,
@@ -34,7 +34,7 @@ BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
 INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
-ALIKE = 16
+ALIKE_FRAMES = 16
 """Frames in a row to which the model's own errors do the same."""
 MORE = 4
 """Frames whose mean is searched first, and how many times as many each time after: errors of the
@@ -225,7 +225,7 @@ class StripFollower(Follower):
             posterior.prior,
             self._single.uncertain.lasting,
             self._used,
-            FAINT,
+            FAINT_PHASE,
             self._single.hidden if posterior.even else np.inf,
             top.unknowns.copy(),
         )
@@ -273,7 +273,7 @@ class StripFollower(Follower):
         if self._left > 0:
             levels = levels[: self._left]
         if self._single.higher_orders is not None:
-            levels = levels[:ALIKE]
+            levels = levels[:ALIKE_FRAMES]
         done = self._explained(own, levels, room)
         self._seen_with_it += done
         bent = self._single.higher_orders is not None and self._bent(own)
@@ -329,8 +329,8 @@ class StripFollower(Follower):
 
     def _widen(self, followed: Followed) -> None:
         """Add what calibration and large strain leave uncertain."""
-        for first in range(0, len(followed.loads), ALIKE):
-            rows = slice(first, first + ALIKE)
+        for first in range(0, len(followed.loads), ALIKE_FRAMES):
+            rows = slice(first, first + ALIKE_FRAMES)
             own = followed.covariances[rows]
             own += self._single.calibration_covariance(followed.loads[first], self._used)
             if self._shift is not None:

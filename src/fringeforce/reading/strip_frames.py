@@ -18,23 +18,18 @@ from fringeforce.estimation.frame_information import information
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.frame_reader import FrameReader
-from fringeforce.reading.posterior_search import Lines
+from fringeforce.reading.posterior_search import DENSE, Lines
 from fringeforce.reading.reading import Reading, Status
 
-UNSURE, FITS = 0.02, 1e-5
-"""Chances of noise below which an explanation is not taken at once, and not at all."""
-HOPELESS = 4.0
+FITS = 1e-5
+"""Chance of noise below which an explanation is refused: one frame in 100,000 is for nothing."""
+HOPELESS_LOSS = 4.0
 """Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
 MISSED = 0.02
-"""Share of frames whose best explanation the search misses, measured under many tolerances."""
-CLOSE = 16.0
-"""Loss beyond the best at which an explanation has no weight, exp(-8) = 0.0003."""
-SAME = 0.3
-"""Phases nowhere farther apart are one explanation of a frame [rad]."""
+"""Share of frames whose best explanation the search misses, measured under many tolerances: it goes
+on where the chance that noise leaves as much is smaller."""
 SATURATION = 0.1
 """Share of pixels at full scale that tells of saturation."""
-DENSE = 1.3
-"""Pace of the phase beyond which pixels no longer follow [rad per pixel]."""
 
 
 def doubted(probability: float, chance: float) -> float:

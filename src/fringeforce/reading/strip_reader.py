@@ -19,16 +19,22 @@ from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.followed_frames import JUMP, motion
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
-from fringeforce.estimation.hypotheses import MetPhases, mixture
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
 from fringeforce.estimation.linearised_frame import Linearised, linearise
-from fringeforce.estimation.posterior import CAREFUL, HEATS, TEMPERED, Bins, Posterior, Top
+from fringeforce.estimation.posterior import HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import DepartureTest
 from fringeforce.reading.large_strain import HigherOrders, StrainShift
-from fringeforce.reading.posterior_search import BINS, SHEAR, Lines, PosteriorSearch
+from fringeforce.reading.posterior_search import (
+    BINS,
+    CANDIDATES,
+    SHEAR_RATIO,
+    Lines,
+    PosteriorSearch,
+)
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_explanations import (
     Before,
@@ -38,10 +44,9 @@ from fringeforce.reading.strip_explanations import (
     same_phase,
 )
 from fringeforce.reading.strip_frames import (
-    CLOSE,
     FITS,
-    HOPELESS,
-    UNSURE,
+    HOPELESS_LOSS,
+    MISSED,
     StripFrames,
     doubted,
 )
@@ -60,19 +65,13 @@ FRICTION = 2.0
 """Largest tangential over normal force where places or widths are uncertain, if none is stated.
 Without any, shear where hardly anything presses stands for contacts beside their tactels; dry soft
 skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
-CANDIDATES = 24
-"""Starts of one search that are climbed."""
-IMAGES, RIVALS = 12, 6
-"""Mirror images that are tried in a round: to mend what does not fit, to find what rivals it."""
-MENDED, RIVALLED = 6, 3
-"""Rounds of mirror images, each from the best explanation so far, for the one and for the other."""
-LIST = 7.0
-"""Squared deviations of the search behind its best at which what fits is not looked for further."""
-SEARCHES = 4
-"""Searches after which an explanation that fits, though not plainly, is taken."""
-FOLLOWED = 12
+IMAGES = 6
+"""Mirror images that are tried in a round, to mend what does not fit or to find what rivals it."""
+IMAGE_ROUNDS = 3
+"""Rounds of mirror images without a better explanation, each from the best one so far."""
+FOLLOWING_STEPS = 12
 """Steps in which a followed frame must be reached; slow motion takes three."""
-FAINT = 1.5
+FAINT_PHASE = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
 WIDENED = 0.05
 """Share of a standard deviation within which stated ones hold."""
@@ -80,7 +79,7 @@ TOLERATED = 0.5
 """What the model leaves of large strain, over the deviations of forces by the noise, root mean
 square over them, up to which it is a part of the deviations, which grow by an eighth; beyond it the
 strip is solved anew."""
-CONVERGED = 0.1
+TOLERATED_SOLVED = 0.1
 """The same once it was solved, when the next solution leaves a tenth: half a percent."""
 SOLUTIONS = 8
 """Most times that the strip is solved for one frame; three are usual at four newtons."""
@@ -187,11 +186,11 @@ class StripFrameReader(StripFrames):
         """Posterior of a frame whose contacts push with about this force, or these loads [N]."""
         at = self.uncertain.frame.at
         if loads is None:
-            loads = np.tile([push, SHEAR * push], at.loads // 2)
+            loads = np.tile([push, SHEAR_RATIO * push], at.loads // 2)
         model = self.uncertain.under(loads)
         precision = np.ones(at.size)
         precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
-        precision[1 : at.loads : 2] = 1 / (SHEAR * LOADS * push) ** 2
+        precision[1 : at.loads : 2] = 1 / (SHEAR_RATIO * LOADS * push) ** 2
         absent = ~self.uncertain.frame.moments.any(axis=(2, 3)).ravel()
         precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
         friction = self.friction or (FRICTION if at.fields > at.place else -1.0)
@@ -238,7 +237,7 @@ class StripFrameReader(StripFrames):
         posterior = self._own(frame, lines, sound)
         if last is not None:
             posterior = self._centred(posterior, last)
-            top = posterior.climbed(last, heats=(), steps=(0, FOLLOWED))
+            top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
             if (met := self._onward(posterior, top, last)) is not None:
                 return self._stated(met, tracked=True, before=(last, 1.0))
         silent = self._silent(posterior)
@@ -280,7 +279,7 @@ class StripFrameReader(StripFrames):
             return None
         if posterior.even and motion(phase, before) > self.hidden:
             met.keep(posterior.settled(top.unknowns, BINS))
-            self._improved(met, met.rough[0], RIVALS, stop=False)
+            self._improved(met, met.rough[0], stop=False)
             met.settle()
         return met if same_phase(posterior.phase(met.tops[0]), phase) else None
 
@@ -308,7 +307,7 @@ class StripFrameReader(StripFrames):
         posterior = self._centred(
             self.own_posterior(np.where(used, levels.astype(float), np.nan)), unknowns
         )
-        top = posterior.climbed(unknowns, heats=(), steps=(0, FOLLOWED))
+        top = posterior.climbed(unknowns, heats=(), steps=(0, FOLLOWING_STEPS))
         return self._departing(posterior, top)
 
     @cached_property
@@ -333,7 +332,7 @@ class StripFrameReader(StripFrames):
 
     def faint(self, posterior: Posterior, top: Top) -> bool:
         """Whether the phase stays so small that loads are hardly told from others, or none."""
-        return bool(np.abs(posterior.phase(top)).max() < FAINT)
+        return bool(np.abs(posterior.phase(top)).max() < FAINT_PHASE)
 
     def _own(self, frame: Array, lines: Lines, sound: Array | None = None) -> Posterior:
         pace, _ = self._search.true_pace(lines, lines.light)
@@ -349,7 +348,7 @@ class StripFrameReader(StripFrames):
         precision[: at.loads] *= 1e8
         alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
         rough = alone.settled(np.zeros(at.size), BINS, rounds=1)
-        if rough.loss > HOPELESS * len(posterior.frame) / BINS:
+        if rough.loss > HOPELESS_LOSS * len(posterior.frame) / BINS:
             return None
         top = alone.climbed(rough.unknowns, heats=(), steps=(0, 15))
         return top if top.chance > FALSE_ALARM else None
@@ -364,7 +363,7 @@ class StripFrameReader(StripFrames):
             return posterior
         loads = unknowns[: posterior.model.at.loads]
         left = self.higher_orders.left(loads, posterior.centre)
-        share = TOLERATED if posterior.centre is None else CONVERGED
+        share = TOLERATED if posterior.centre is None else TOLERATED_SOLVED
         if np.abs(left).max() > MOST_LEFT or self._tolerated(posterior, unknowns, share):
             return posterior
         try:
@@ -396,7 +395,7 @@ class StripFrameReader(StripFrames):
             return met
         met.explained = True
         if met.rough:
-            self._improved(met, met.rough[0], RIVALS, stop=False)
+            self._improved(met, met.rough[0], stop=False)
         met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and self._may_push(posterior, turned):
@@ -406,7 +405,7 @@ class StripFrameReader(StripFrames):
     def _may_push(self, posterior: Posterior, unknowns: Array) -> bool:
         """Whether loads do not pull so much that no contact does."""
         normal = np.minimum(unknowns[: posterior.model.at.loads : 2], 0)
-        return bool(np.square(normal / posterior.prior.yielding).sum() < 10 * CLOSE)
+        return bool(np.square(normal / posterior.prior.yielding).sum() < 10 * NEGLIGIBLE_LOSS)
 
     def _searched(
         self,
@@ -420,11 +419,11 @@ class StripFrameReader(StripFrames):
         """Search until something explains the frame plainly, or so often; mend by mirror images."""
         at = posterior.model.at
         efforts = islice(self._search.attempts(lines, met.tops), attempts)
-        for number, (starts, scores, _) in enumerate(efforts):
+        for starts, scores, _ in efforts:
             fits = list[Top]()
             done = False
             for start, score in zip(starts[:CANDIDATES], scores, strict=False):
-                if done and score > scores[0] + LIST:
+                if done and score > scores[0] + NEGLIGIBLE_LOSS:
                     break
                 phase = node_phase(posterior.model, start)
                 if tried.holds(phase):
@@ -433,7 +432,7 @@ class StripFrameReader(StripFrames):
                 if posterior.even and start[: at.loads : 2].sum() < 0:
                     start = posterior.mirrored(start)
                 if done:
-                    bound = met.rough[0].loss + CLOSE
+                    bound = met.rough[0].loss + NEGLIGIBLE_LOSS
                     rough = posterior.settled(start, BINS, HEATS[1:], bound=bound)
                     met.keep(rough)
                 else:
@@ -446,14 +445,12 @@ class StripFrameReader(StripFrames):
                 return True
             for rough in sorted(fits, key=lambda top: top.loss)[:3]:
                 if mend and rough.loss < (1 + BINS) * rough.count:
-                    self._improved(met, rough, IMAGES, stop=True)
-                    if met.tops and met.explains(met.tops[0], UNSURE):
+                    self._improved(met, rough, stop=True)
+                    if met.tops and met.explains(met.tops[0], MISSED):
                         return True
-            if number + 1 >= SEARCHES and met.tops and met.explains(met.tops[0], FITS):
-                return True
         return False
 
-    def _improved(self, met: Explanations, top: Top, tries: int, stop: bool) -> None:
+    def _improved(self, met: Explanations, top: Top, stop: bool) -> None:
         """Look among mirror images of stretches of the phase, those of the best ones first.
 
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
@@ -462,12 +459,12 @@ class StripFrameReader(StripFrames):
         seen.add(posterior.phase(top), self.hidden)
         at, found = posterior.model.at, met.tried if stop else met.keep
         if at.fields > at.place:
-            heats = CAREFUL if stop else HEATS[1:]
+            heats = HEATS if stop else HEATS[1:]
             again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             found(again)
             top = min(top, again, key=lambda one: one.loss)
         rivals, known = [top], MetPhases()
-        rounds = MENDED if stop else RIVALLED
+        rounds = IMAGE_ROUNDS
         while rivals and rounds:
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             here, count, better = posterior.phase(top), 0, False
@@ -478,12 +475,12 @@ class StripFrameReader(StripFrames):
                     continue
                 seen.add(phase, self.hidden)
                 count += not same_phase(phase, here)
-                if count > tries:
+                if count > IMAGES:
                     break
-                bound = met.rough[0].loss + CLOSE + 8
+                bound = met.rough[0].loss + NEGLIGIBLE_LOSS + 8
                 reached = posterior.settled(start, BINS, TEMPERED, bound=bound)
                 if stop and reached.loss >= top.loss - 1:
-                    careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL)
+                    careful = posterior.settled(posterior.drawn_in(start), BINS, HEATS)
                     reached = min(reached, careful, key=lambda one: one.loss)
                 best = met.rough[0].loss
                 found(reached)
@@ -491,10 +488,10 @@ class StripFrameReader(StripFrames):
                 better = reached.loss < best - 1
                 if better and not known.holds(posterior.phase(reached)):
                     break
-            if stop and met.explains(met.tops[0], UNSURE):
+            if stop and met.explains(met.tops[0], MISSED):
                 break
             rounds -= not better
-            rivals = [one for one in rivals if one.loss < met.rough[0].loss + CLOSE]
+            rivals = [one for one in rivals if one.loss < met.rough[0].loss + NEGLIGIBLE_LOSS]
             rivals = sorted(rivals, key=lambda one: one.loss)
             while rivals and known.holds(posterior.phase(rivals[0])):
                 rivals.pop(0)
@@ -540,7 +537,7 @@ class StripFrameReader(StripFrames):
         ]
         if status is None and not tracked and posterior.model.at.size > count:
             chance = met.chance(near[0])
-            if chance < UNSURE:
+            if chance < MISSED:
                 probability = doubted(probability, chance)
         if status is None:
             sure = probability >= self.confidence and not detail

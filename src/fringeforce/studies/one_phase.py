@@ -14,7 +14,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.strip_width import POINTS, StripWidth, strip_width
+from fringeforce.models.strip_width import GAUSS_POINTS, StripWidth, strip_width
 from fringeforce.reading.reader import Reader
 
 LINES = (0.1, 0.25, 0.5, 1.0)
@@ -102,13 +102,13 @@ def _lines(
     sensor: Sensor, shares: tuple[float, ...], mesh: Grading
 ) -> Iterator[tuple[float, StripWidth]]:
     """What lines of several widths see, from one solution."""
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     widths = np.array(shares) * sensor.transducer.width
     solid = sensor.replace(transducer={"plane": "3d"}, camera=NARROW)
     y = np.concatenate([width / 2 * nodes for width in widths])
     every = strip_width(solid, mesh, places=(y, np.ones_like(y)))
     for i, width in enumerate(widths):
-        part = slice(i * POINTS, (i + 1) * POINTS)
+        part = slice(i * GAUSS_POINTS, (i + 1) * GAUSS_POINTS)
         yield (
             float(width),
             replace(

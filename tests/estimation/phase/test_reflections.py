@@ -5,15 +5,22 @@ import itertools
 import numpy as np
 import pytest
 
-from fringeforce.estimation.phase.reflections import EQUAL, LOSS, SHIFT, TOUCH, mirror_images
+from fringeforce.estimation.phase.reflections import (
+    DIFFERENT_IMAGE,
+    EQUAL_LOSS,
+    TOUCH,
+    mirror_images,
+)
 
 STEPS, PIXELS = 7, 24
 END = STEPS * PIXELS
+GROWTH = 250.0
+"""Expected growth of the loss up to which images are asked for."""
 
 
 def found_images(phase: np.ndarray, influence: np.ndarray, information: np.ndarray) -> np.ndarray:
     """Changes of the loads, the likeliest first."""
-    return mirror_images(phase, influence, information)[0]
+    return mirror_images(phase, influence, information, growth=GROWTH)[0]
 
 
 def staircase() -> np.ndarray:
@@ -96,13 +103,13 @@ def test_images_at_turns_near_a_multiple_are_those_of_numpys_least_squares(
         wanted[first:last] = -2 * phase[first:last]
         change, *_ = np.linalg.lstsq(root[:, None] * influence, root * wanted, rcond=None)
         loss = weight @ (influence @ change - wanted) ** 2
-        if loss < LOSS and weight @ (influence @ change) ** 2 > SHIFT:
+        if loss < GROWTH and weight @ (influence @ change) ** 2 > DIFFERENT_IMAGE:
             losses.append(loss)
             fits.append(change)
     order, kept = np.argsort(losses), list[int]()
     for i in order:
         apart = [weight @ (influence @ (fits[i] - fits[j])) ** 2 for j in kept]
-        if min(apart, default=np.inf) > SHIFT:
+        if min(apart, default=np.inf) > DIFFERENT_IMAGE:
             kept.append(int(i))
     fits, losses = [fits[i] for i in kept], [losses[i] for i in kept]
     found = found_images(phase, influence, weight)
@@ -114,7 +121,7 @@ def test_images_at_turns_near_a_multiple_are_those_of_numpys_least_squares(
     assert all(min(row) < 1e-3 for row in apart)
     # the likeliest first; two that are as likely in either order
     ranked = np.array(losses)[nearest]
-    assert (np.diff(ranked) > -EQUAL).all()  # what differs by less keeps the order of places
+    assert (np.diff(ranked) > -EQUAL_LOSS).all()  # what differs by less keeps the order of places
 
 
 @pytest.mark.parametrize(("height", "images"), [(0.9 * TOUCH, True), (1.1 * TOUCH, False)])
@@ -130,7 +137,7 @@ def test_an_image_within_the_noise_of_what_it_mirrors_is_no_other_explanation() 
     # squared deviations that mirroring everything but the first step moves the frame by
     most = information(phase)[PIXELS:] @ (2 * phase[PIXELS:]) ** 2
     for size, some in ((1.5, True), (0.6, False)):
-        found = found_images(phase, influence, size * SHIFT / most * information(phase))
+        found = found_images(phase, influence, size * DIFFERENT_IMAGE / most * information(phase))
         assert bool(len(found)) is some
 
 

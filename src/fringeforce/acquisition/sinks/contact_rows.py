@@ -13,9 +13,9 @@ from fringeforce.contacts.resultant import wrenches
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.io.tables import COMPONENTS, contact_cells, contact_columns
-from fringeforce.reading.skin_search import MOST
+from fringeforce.reading.skin_search import MOST_CONTACTS
 
-ROWS = MOST + 1
+ROWS = MOST_CONTACTS + 1
 """Contacts of a line at most, after all of them together."""
 
 

@@ -31,7 +31,7 @@ from fringeforce.models.pad_uncertainty import (
     BLUR,
     EFFECTS,
     LAYERS,
-    SHARPEST,
+    SHARPEST_LENS,
     Group,
     PadUncertainty,
 )
@@ -245,7 +245,7 @@ class BenchUncertainty(PadUncertainty):
                 self._lenses.clear()
             first, unit = self._drawn_moment
             moment = first + unit * unknown
-            blur = self._pixel * max(_of_moment(abs(moment)), SHARPEST)
+            blur = self._pixel * max(_of_moment(abs(moment)), SHARPEST_LENS)
             lens = Lens.of(with_values(self.model.sensor, {BLUR: float(blur)}))
             assert lens is not None
             if moment < 0:
@@ -289,7 +289,7 @@ def _moment(blur: float) -> float:
 
     Of its values k at the pixels, with the shares of the Gaussian from k - 1/2 to k + 1/2.
     """
-    if blur < SHARPEST:
+    if blur < SHARPEST_LENS:
         return 0.0
     k = np.arange(int(FARTHEST * blur) + 2)
     return float(2 * ((2 * k + 1) * ndtr(-(k + 0.5) / blur)).sum())

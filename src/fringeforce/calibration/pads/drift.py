@@ -31,11 +31,9 @@ from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.pads.fit import Fit, Place, Prior
 from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
+from fringeforce.reading.pads.single_frame import FOLLOWED_SIDE, Earlier, PadFrameReader
 from fringeforce.reading.reading import Reading
 
-SIDE = 32
-"""Rows and columns of pixels of the matrix of a frame, as of followed frames."""
 STEPS = 12
 """Most steps towards what the frames say together."""
 CLOSE, NEAR = 0.1, 1.0
@@ -139,7 +137,7 @@ class _Bench:
 
     @cached_property
     def _sampling(self) -> Sampling:
-        return lattice(self.unsure.model, SIDE, self.unsure)
+        return lattice(self.unsure.model, FOLLOWED_SIDE, self.unsure)
 
     @cached_property
     def used(self) -> Mask:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
+"""Phase of one fringe [rad]."""
 LOOK_AHEAD = 8
 """Blocks ahead at which two hypotheses must agree to be one."""
 AGREEMENT = 0.05

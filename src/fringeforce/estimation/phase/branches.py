@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.phase.beam import AGREEMENT, LOOK_AHEAD, continuations
 
 Array = NDArray[np.float64]
@@ -20,8 +21,6 @@ MERGES = 64
 """Merges that are remembered for each block; in the mean there are fewer than ten."""
 GAP = 30.0
 """Squared deviations behind the best at which a departure is not worth a replay."""
-APART = 0.3
-"""Phases that nowhere differ by more are one path [rad]."""
 ROOTS = 3
 """Hypotheses from which departures are replayed."""
 
@@ -135,7 +134,7 @@ def _branched(means, scores, parent, phase, skipped, gains, merges, bias, column
             for c in range(count):
                 far = False
                 for i in range(blocks):
-                    if abs(other[i] - paths[c, i]) >= APART:
+                    if abs(other[i] - paths[c, i]) >= SAME_PHASE:
                         far = True
                         break
                 if not far:

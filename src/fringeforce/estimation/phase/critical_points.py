@@ -24,7 +24,7 @@ LOST = 1e-7
 """Distance from a multiple of pi below which rounding of the intensity hides the phase [rad]."""
 ROUNDING = 4e-16
 """Rounding of an intensity, as the product of a distance and its error [rad^2]."""
-ORDER = 6
+DIFFERENCE_ORDER = 6
 """Order of the difference that measures how smooth a phase is."""
 FLAT_ORDER = 10
 """The same where it meets a multiple of pi so flatly that rounding hides several samples."""
@@ -173,7 +173,7 @@ def _approaches(intensity: Array) -> list[_Approach]:
 
 def _reach(stride: int) -> int:
     """Samples on either side that tell how smooth a phase is."""
-    return stride * (ORDER if stride == 1 else FLAT_ORDER)
+    return stride * (DIFFERENCE_ORDER if stride == 1 else FLAT_ORDER)
 
 
 def _clusters(approaches: list[_Approach]) -> list[list[_Approach]]:

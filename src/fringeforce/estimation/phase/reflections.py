@@ -16,11 +16,9 @@ TOUCH = 0.6
 """How near a multiple of pi the phase must come for a crossing to be mistaken for a turn [rad]."""
 KNEE = (0.05, 0.3)
 """And where it only runs along one: nearer, it meets it [rad]."""
-LOSS = 250.0
-"""Expected growth of the loss beyond which a mirror image is not worth trying."""
-SHIFT = 30.0
+DIFFERENT_IMAGE = 30.0
 """Squared standard deviations by which a mirror image must differ to be another explanation."""
-EQUAL = 0.01
+EQUAL_LOSS = 0.01
 """Difference of two losses below which they are equal: it says nothing, and rounding may cause it.
 
 Both sides of one place at zero, for one, leave loads that differ in their sign alone."""
@@ -31,8 +29,7 @@ def mirror_images(
     columns: Array,
     information: Array,
     precision: Array | None = None,
-    touch: float = TOUCH,
-    growth: float = LOSS,
+    growth: float = np.inf,
 ) -> tuple[Array, Array, Array]:
     """Changes of any unknowns that mirror a stretch of the phase, and what the loss grows by.
 
@@ -42,8 +39,6 @@ def mirror_images(
         As of `reflections`; the columns are of m unknowns.
     precision : ndarray, shape (m,), optional
         Of the unknowns before the frame; none if not given.
-    touch : float
-        How near a multiple of pi the phase must come [rad].
     growth : float
         Expected growth of the loss beyond which an image is left out.
 
@@ -63,7 +58,7 @@ def mirror_images(
     else:
         normal += np.diag(precision)
     root = np.linalg.inv(np.linalg.cholesky(normal))
-    places = _contacts(phase, touch)
+    places = _contacts(phase)
     moments, pulls = _running(phase, np.ascontiguousarray(columns), information, places)
     # what each place pulls at the unknowns, in their deviations
     half, loss, stretch = _mirrored(phase, places, moments, pulls @ root.T)
@@ -78,7 +73,7 @@ def _ordered(loss: Array) -> NDArray[np.intp]:
     """Numbers of losses, the smallest first, equals as they come."""
     order = np.argsort(loss, kind="stable")
     level = np.zeros(len(loss), dtype=np.intp)
-    np.cumsum(loss[order[1:]] > loss[order[:-1]] + EQUAL, out=level[1:])
+    np.cumsum(loss[order[1:]] > loss[order[:-1]] + EQUAL_LOSS, out=level[1:])
     return order[np.lexsort((order, level))]
 
 
@@ -95,7 +90,7 @@ def _distinct(changes, order):
             apart = 0.0
             for k in range(changes.shape[1]):
                 apart += (changes[i, k] - changes[j, k]) ** 2
-            if apart <= SHIFT:
+            if apart <= DIFFERENT_IMAGE:
                 near = True
                 break
         if not near:
@@ -105,14 +100,14 @@ def _distinct(changes, order):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _contacts(phase, touch):
+def _contacts(phase):
     """Pixels where the phase meets a multiple of pi, turns or runs along near it, and both ends."""
     places = np.empty(len(phase) + 1, np.int64)
     places[0], count = 0, 1
     distance = np.abs(phase - np.pi * np.rint(phase / np.pi))
     for k in range(1, len(phase) - 1):
         here = distance[k]
-        if here >= touch:
+        if here >= TOUCH:
             continue
         met = here <= distance[k - 1] and here < distance[k + 1]
         if met or (KNEE[0] < here < KNEE[1] and _runs_along(phase, k)):
@@ -185,7 +180,7 @@ def _mirrored(phase, places, moments, pulls):
                 level, slope = pulls[j, 0, k] - pulls[i, 0, k], pulls[j, 1, k] - pulls[i, 1, k]
                 changes[count, k] = 2 * (mirror * level - slope)
                 shift += changes[count, k] ** 2
-            if shift > SHIFT:
+            if shift > DIFFERENT_IMAGE:
                 loss[count] = wanted - shift
                 stretch[count] = places[i], places[j], multiple[j] if i == 0 else multiple[i]
                 count += 1

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
-from fringeforce.models.pad_as_built import CENTRE, WIDTH, spreads
+from fringeforce.models.pad_as_built import CENTRE_SHARE, WIDTH_SHARE, spreads
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.findings import (
+    FOLLOWED,
     HOPELESS,
     PARTLY,
     RIVAL,
@@ -36,7 +37,7 @@ from fringeforce.reading.pads.departure_test import begun
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import PadFrameReader
+from fringeforce.reading.pads.single_frame import FOLLOWED_SIDE, PadFrameReader
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.pads.verdict import FrameClassifier
@@ -53,15 +54,13 @@ TOGETHER = (
     RESIDUAL,
 )
 """Departures that the reading from which others start allows for at once."""
-SIDE = 32
-"""Rows and columns of pixels of the matrix of a fit."""
-BEGUN = 2
+FIRST_STEPS = 2
 """Steps after which departures are compared."""
-FOLLOWED, STEPS = 6, 20
-"""Departures that are followed to their best, and steps for each."""
+MOST_STEPS = 20
+"""Steps of a departure that is followed to its best, at most."""
 UNSEEN = PLACEMENT, SIZE
 """Departures of which a skin shows nothing."""
-MOST = 3
+MOST_NAMED = 3
 """Departures that are named together at most."""
 
 
@@ -158,7 +157,7 @@ class Candidate:
         first = departure.path == PLACEMENT
         wanted = [std for std in (stds[:2] if first else stds[2:4]) if std]
         chosen = [one for one in known.contacts if one[0] in wanted]
-        share = CENTRE if first else WIDTH
+        share = CENTRE_SHARE if first else WIDTH_SHARE
         moved = [share * side * std * extra[place][self.shown[place]] for std, place, _ in chosen]
         return float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
 
@@ -217,7 +216,7 @@ class PadDiagnosis(ABC):
         def explained(one: Candidate) -> bool:
             return classifier.noise(one.left, one.taken)
 
-        for _ in range(MOST if starts else 0):
+        for _ in range(MOST_NAMED if starts else 0):
             left = tuple(one for one in among if one not in chosen)
             found = self._candidates(grey, classifier, starts, (chosen, left))
             best = found[0]
@@ -257,7 +256,7 @@ class PadDiagnosis(ABC):
         begun.sort(key=lambda one: one.optimum.loss)
         least = begun[0].optimum.loss
         promising = [one for one in begun if one.optimum.loss < HOPELESS * least]
-        found = [one.followed(STEPS) for one in promising[:FOLLOWED]]
+        found = [one.followed(MOST_STEPS) for one in promising[:FOLLOWED]]
         return sorted(found, key=lambda one: -one.evidence)
 
 
@@ -297,7 +296,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
         assert known is not None
         fit = Fit(known.model, self.frames.response, sampling, grey, classifier.used)
         here = fit.at(start, begun(known, departures))
-        return self._candidate(departures, known, fit, fit.climb(here, BEGUN))
+        return self._candidate(departures, known, fit, fit.climb(here, FIRST_STEPS))
 
     def _candidate(
         self,
@@ -330,7 +329,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
         if departures in self._samplings:
             return self._samplings[departures]
         known = PadUncertainty.of(departing(self.frames.model, departures), self._first)
-        found = lattice(known.model, SIDE, known)
+        found = lattice(known.model, FOLLOWED_SIDE, known)
         if len(departures) == 1:
             self._samplings[departures] = found
         return found
@@ -373,7 +372,7 @@ class PadSkinDiagnosis(PadDiagnosis):
         known = self._uncertain(departures)
         fit = replace(self._everything.fit(grey, classifier), model=known.model, uncertain=known)
         here, free = fit.at(start, begun(known, departures)), np.ones(start.shape, dtype=bool)
-        return self._candidate(departures, known, fit, fit.climb(here, free, BEGUN))
+        return self._candidate(departures, known, fit, fit.climb(here, free, FIRST_STEPS))
 
     def _candidate(
         self,

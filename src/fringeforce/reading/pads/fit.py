@@ -27,14 +27,14 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-CLOSE = 0.2
+NEGLIGIBLE_GAIN = 0.2
 """Gain of the loss that a step promises, per load, below which it is not evaluated any more.
 
 Noise itself moves the top by a gain of one for each load."""
-NEAR = 3.0
+LAST_GAIN = 3.0
 """The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
 below which it is the last."""
-SETTLING = 5
+SPREAD_CLIMBS = 5
 """Climbs in which the forces that the spread of tractions is relative to are found."""
 SILENT_STEPS = 10
 """Steps in which the unknowns of a frame without forces are found."""
@@ -234,7 +234,7 @@ class Fit:
         if self.reference is None and self.uncertain is not None and self.uncertain.contacts:
             return self._settled(here, steps)
         loads = len(here.forces)
-        stop = Stop(CLOSE * loads, NEAR * loads)
+        stop = Stop(NEGLIGIBLE_GAIN * loads, LAST_GAIN * loads)
         found = minimise(
             (here, self.misfit(here)),
             self._expanded,
@@ -258,7 +258,7 @@ class Fit:
     def _settled(self, here: Place, steps: int) -> Optimum:
         """Climb with tractions whose spread is relative to forces that are found then."""
         forces, found = here.forces, None
-        for _ in range(SETTLING):
+        for _ in range(SPREAD_CLIMBS):
             fit = replace(self, reference=forces)
             extra = here.extra if found is None else found.extra
             found = fit.climb(fit.at(forces, extra), steps)
@@ -288,7 +288,9 @@ class Fit:
         start = here, self.misfit(here)
         if not len(here.extra):
             return start[1].loss
-        found = minimise(start, expanded, SILENT_STEPS, Stop(CLOSE, NEAR), damping=0.0)
+        found = minimise(
+            start, expanded, SILENT_STEPS, Stop(NEGLIGIBLE_GAIN, LAST_GAIN), damping=0.0
+        )
         return found.place[1].loss - found.gain
 
     def _expanded(self, here: tuple[Place, Misfit]) -> Expansion[tuple[Place, Misfit]]:

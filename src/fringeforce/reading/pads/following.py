@@ -16,7 +16,7 @@ from fringeforce.reading.pads.pad_frames import PadFramesFollower
 from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.reading import Reading
 
-KEPT = 0.8
+TREND = 0.8
 """Share of the last change of the forces that the next is expected to have."""
 RETESTED = 128
 """Frames after which one that follows is tested for departures again: lamps drift in seconds."""
@@ -65,7 +65,7 @@ class PadFollower(PadFramesFollower):
         self._here = self._ahead = here
         if here is not None and before is not None and reading.tracked:
             # a steady motion goes on; noise, which a difference doubles, counts less
-            self._ahead = here.onward(KEPT, before)
+            self._ahead = here.onward(TREND, before)
         return reading
 
     def _is_due(self, reading: Reading, optimum: Optimum) -> bool:

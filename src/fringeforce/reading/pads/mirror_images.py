@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import label
 
 from fringeforce.estimation.covariance import covariance_of
-from fringeforce.estimation.hypotheses import mixture, posterior_weights
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, mixture, posterior_weights
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.sampling import Sampling
 
@@ -25,16 +25,13 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-NEAR = (0.0, 0.15, 0.4)
+FOLD_DISTANCES = (0.0, 0.15, 0.4)
 """Distances below a fold from which retardance is taken to its other side [rad]."""
 TRIED = 6
 """Regions beyond folds that are tried, the smallest ones."""
-RIVAL = 16.0
-"""Twice the log-likelihood by which an explanation must beat another to rule it out: the other is
-then exp(-8) = 0.0003 times as likely."""
 SPREAD = 3.0
 """Factor in a deviation up to which rivals that widen it are one explanation, less sure."""
-SAME = 1.0
+SAME_LOADS = 1.0
 """Squared distance in deviations, per load, below which two explanations are one."""
 RIDGE = 1e-6
 """Share of the mean of the normal equations that keeps unseen loads small."""
@@ -75,7 +72,8 @@ def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
     spread = covariance_of(information)
     deviations = np.sqrt(np.diag(spread))
     masses = np.array([optimum.mass - _pull(optimum.forces, deviations) / 2 for optimum in optima])
-    order = [i for i in np.argsort(-masses, kind="stable") if masses[i] > masses.max() - RIVAL / 2]
+    least = masses.max() - NEGLIGIBLE_LOSS / 2
+    order = [i for i in np.argsort(-masses, kind="stable") if masses[i] > least]
     loads = [optima[i].forces for i in order]
     distinct = [
         k
@@ -97,7 +95,7 @@ def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
 def are_apart(one: Array, other: Array, information: Array) -> bool:
     """Whether two explanations, shape (3 n,), are more than noise around one."""
     difference = one - other
-    return bool(difference @ information @ difference > SAME * len(one))
+    return bool(difference @ information @ difference > SAME_LOADS * len(one))
 
 
 def _pull(forces: Array, deviations: Array) -> float:
@@ -137,7 +135,7 @@ class Mirror:
         shape = len(self.places.rows), len(self.places.columns)
         found = []
         for fold in self._folds(size.max()):
-            for near in NEAR:
+            for near in FOLD_DISTANCES:
                 beyond = (size > fold - near).reshape(shape)
                 regions, count = label(beyond)
                 for number in range(1, count + 1):
@@ -153,7 +151,7 @@ class Mirror:
 
     def _folds(self, largest: float) -> list[float]:
         """Retardances of the polariscope's own wavelength up to which one wavelength folds."""
-        reach = largest + max(NEAR)
+        reach = largest + max(FOLD_DISTANCES)
         folds = {
             (k + 0.5) * np.pi / dispersion
             for dispersion in self.dispersions

@@ -29,17 +29,17 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-ATTEMPTS = ((7.2, True), (4.2, True), (2.4, True), (7.2, False))
+PRIOR_RETARDANCES = ((7.2, True), (4.2, True), (2.4, True), (7.2, False))
 """Retardance that the prior's deviation of a normal force causes beside its tactel [rad], in steps
 of the root of three, and whether forces are those of a contact."""
-SIDE = 40
+SEARCH_SIDE = 40
 """Rows and columns of places."""
 START = 0.4
 """Sine of the retardance below which, within a distance, a place is believed at first."""
 REACHES = 2.4, 1.2, 0.6
 """These distances in turn until there is such a place, in thicknesses of the cover: where contacts
 fill a small pad, all is near them."""
-SHOWN = 0.5
+SHOWN_SHARE = 0.5
 """Share of the pixels there that must count."""
 CALM = 0.06
 """Noise of a sine of the retardance that averages over one more pixel on either side keep small."""
@@ -51,8 +51,9 @@ WRONG = 0.12
 """Root mean square by which the sines of neighbours may differ from what is believed of them."""
 WHOLE = 0.95
 """Share of the places that shows which must come to be believed, but for noise all of them."""
-ROUNDS = 60
-SETTLED = 0.02
+SEARCH_STEPS = 60
+"""Most steps of a search; most searches end sooner, where nothing new is believed."""
+SMALL_STEP = 0.02
 """Share of the prior's deviation below which a last step is not worth another."""
 QUIET = 0.05
 """Share of the prior's deviation by which a normal force may pull in a contact."""
@@ -103,18 +104,18 @@ class Search:
             low = np.zeros(0, dtype=bool)
             for reach in REACHES:
                 around = [2 * int(reach * cover / pitch) + 1 for pitch in self._pitch]
-                shown = uniform_filter(known, around) > SHOWN
+                shown = uniform_filter(known, around) > SHOWN_SHARE
                 low = self._few((maximum_filter(sines, around) < START) & shown)
                 if low.any():
                     break
             seen.append((vectors.at(self.places.rows, self.places.columns), low))
-        for plausible, contact in ATTEMPTS:
+        for plausible, contact in PRIOR_RETARDANCES:
             yield self._grown(seen, plausible / self.strongest, contact)
 
     @cached_property
     def places(self) -> Sampling:
         """Where retardance is looked at."""
-        return lattice(self.model, SIDE)
+        return lattice(self.model, SEARCH_SIDE)
 
     @cached_property
     def _still(self) -> Single:
@@ -157,7 +158,7 @@ class Search:
         forces = np.zeros(self._whole.shape[2])
         spread, deviation = np.full(len(forces), np.inf), np.full(self._whole.shape[1], np.inf)
         before = None
-        for turn_ in range(ROUNDS):
+        for turn_ in range(SEARCH_STEPS):
             prior = _prior(forces, spread, normal, contact)
             matrix, pull, believed = np.diag(prior), -prior * forces, []
             for vectors, start in seen:
@@ -175,7 +176,7 @@ class Search:
             step = cho_solve((factor, True), pull, check_finite=False)
             forces = forces + step
             same = before is not None and all(map(np.array_equal, before, believed))
-            if same and np.abs(step).max() < SETTLED * normal:
+            if same and np.abs(step).max() < SMALL_STEP * normal:
                 break
             before = believed
             (inverse,) = get_lapack_funcs(("trtri",), (factor,))

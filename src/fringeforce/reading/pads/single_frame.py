@@ -25,11 +25,11 @@ from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
 
-FOLLOWED, STEPPED, STATED = 32, 48, 64
+FOLLOWED_SIDE, STEPPED_SIDE, STATED_SIDE = 32, 48, 64
 """Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
 DEPTH = 4
 """Times that mirror images are tried, each time of what is likelier than all before."""
-PROMISING = 0.5
+IMAGE_EXCESS = 0.5
 """Mean square by which a mirror image may be worse than what it is an image of, to be tried."""
 
 
@@ -81,15 +81,15 @@ class PadFrameReader(PadFrames):
 
     @cached_property
     def _following(self) -> Sampling:
-        return lattice(self._fitted, FOLLOWED, self.uncertain)
+        return lattice(self._fitted, FOLLOWED_SIDE, self.uncertain)
 
     @cached_property
     def _stepping(self) -> Sampling:
-        return lattice(self._fitted, STEPPED, self.uncertain)
+        return lattice(self._fitted, STEPPED_SIDE, self.uncertain)
 
     @cached_property
     def _stating(self) -> Sampling:
-        return lattice(self._fitted, STATED, self.uncertain)
+        return lattice(self._fitted, STATED_SIDE, self.uncertain)
 
     @cached_property
     def _search(self) -> Search:
@@ -244,7 +244,7 @@ class PadFrameReader(PadFrames):
             likeliest = optima[0]
             for forces in self._mirror.images(likeliest.forces, shown):
                 start = fit.at(forces, likeliest.extra)
-                if fit.misfit(start).loss < likeliest.misfit.loss + PROMISING * self.pixels:
+                if fit.misfit(start).loss < likeliest.misfit.loss + IMAGE_EXCESS * self.pixels:
                     optima.append(fit.climb(start))
             optima.sort(key=lambda optimum: optimum.misfit.loss)
             # what returned to where it was an image of has the same images again

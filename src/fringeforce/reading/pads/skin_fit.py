@@ -18,32 +18,32 @@ from fringeforce.estimation.levenberg_marquardt import SLOW, Curvature, Expansio
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, PadSkinModel, matrix_of
+from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.reading.pads.lattice import Lattice
 from fringeforce.reading.pads.light import FrameLight, Prior, Shone
 
-CLOSE = 8.0
+NEGLIGIBLE_GAIN = 8.0
 """Gain of the loss that a step promises, below which it is taken without evaluating it any more:
 what it leaves is a tenth of that, a third of a standard deviation in sixty unknowns together."""
-FARTHEST = 5.0
+MOST_DEVIATIONS = 5.0
 """Standard deviations that an unknown of a tolerance is off at most: one in two million is.  Where
 contacts are still wrong, a residual of many more would take over what they must explain."""
-LINEAR = 0.1
+LINEAR_CHANGE = 0.1
 """Change of contacts, over their force and size, above which a last step is evaluated all the same:
 light is not linear in it.  Two contacts at one place exchange much for little."""
-DENSE, SPARSE = 2, 7
+DENSE_PITCH, SPARSE_PITCH = 2, 7
 """Pixels between those of the matrix, beside contacts and elsewhere."""
 MOST_DENSE = 64
 """Dense rows or columns at most: contacts that need more are large, and what they do is smooth."""
-BESIDE = 3.0
+DENSE_REACH = 3.0
 """How far beside a contact they are dense, in thicknesses of the cover."""
 MIXTURES = 3
 """Mixtures of depth profiles of which the matrix is made: with all, deviations change by 0.3 %."""
 WEAKEST = 1e-3
 """Normal force below which a contact is none [N]."""
-SMALLEST, LARGEST = 0.1, 12.0
+SMALLEST_AXIS, LARGEST_AXIS = 0.1, 12.0
 """Limits of half axes, in thicknesses of the cover."""
 
 
@@ -88,7 +88,7 @@ class SkinOptimum:
     free : ndarray of bool, shape (k, SIZE_OF)
         Those that were fitted.
     converged : bool
-        Whether no step promises to gain more than `CLOSE`, or than was asked for.
+        Whether no step promises to gain more than `NEGLIGIBLE_GAIN`, or than was asked for.
     """
 
     contacts: Array
@@ -294,18 +294,18 @@ class SkinFit:
 
     def _lattice(self, contacts: Array) -> list[tuple[NDArray[np.intp], Array]]:
         """Rows and columns of the matrix, and how many each stands for."""
-        found, margin = [], BESIDE * self.model.sensor.transducer.compliant.thickness
-        matrices = np.array([matrix_of(one[SHAPE:FIRST]) for one in contacts])
+        found, margin = [], DENSE_REACH * self.model.sensor.transducer.compliant.thickness
+        matrices = np.array([matrix_of(one[SHAPE:FIRST_SHAPE]) for one in contacts])
         reach = np.linalg.norm(matrices.reshape(-1, 2, 2), axis=2)
         for axis, places in zip((1, 0), self.model.pixel_positions[::-1], strict=True):
             middle = contacts[:, PLACE + axis]
             half = reach[:, axis] + margin
             distances = np.abs(places[:, None] - middle) - half
             near = (distances < 0).any(axis=1)
-            dense = max(DENSE, int(near.sum()) // MOST_DENSE)
-            kept, last = [], -SPARSE
+            dense = max(DENSE_PITCH, int(near.sum()) // MOST_DENSE)
+            kept, last = [], -SPARSE_PITCH
             for i, close in enumerate(near.tolist()):
-                if i - last >= min(dense if close else SPARSE, SPARSE):
+                if i - last >= min(dense if close else SPARSE_PITCH, SPARSE_PITCH):
                     kept.append(i)
                     last = i
             index = np.array(kept)
@@ -318,7 +318,7 @@ class SkinFit:
         start: Array | SkinPlace,
         free: Mask,
         steps: int = 20,
-        close: float = CLOSE,
+        close: float = NEGLIGIBLE_GAIN,
         curvature: Curvature | None = None,
     ) -> SkinOptimum:
         """Climb from contacts that are nearly right.
@@ -342,7 +342,7 @@ class SkinFit:
         def moved(place: SkinPlace, step: Array) -> tuple[Array, Array]:
             found = place.contacts.copy().ravel()
             found[own] += step[: len(own)]
-            extra = np.clip(place.extra + step[len(own) :], -FARTHEST, FARTHEST)
+            extra = np.clip(place.extra + step[len(own) :], -MOST_DEVIATIONS, MOST_DEVIATIONS)
             return self.limited(found.reshape(free.shape)), extra
 
         def expanded(place: SkinPlace) -> Expansion[SkinPlace]:
@@ -370,7 +370,7 @@ class SkinFit:
         place, matrix = found.place, found.curvature
         assert matrix is not None
         loss, (contacts, extra) = place.left.loss - found.gain, moved(place, found.step)
-        if _changed(place.contacts, contacts) > LINEAR:
+        if _changed(place.contacts, contacts) > LINEAR_CHANGE:
             there = self.at(contacts, extra)
             if there.left.loss < place.left.loss:
                 place = there
@@ -387,12 +387,12 @@ class SkinFit:
         pad = self.model.sensor.transducer
         ends = np.array([pad.length, pad.width]) / 2
         found[:, PLACE:SHAPE] = np.clip(found[:, PLACE:SHAPE], -ends, ends)
-        low, high = np.log(SMALLEST * cover), np.log(LARGEST * cover)
+        low, high = np.log(SMALLEST_AXIS * cover), np.log(LARGEST_AXIS * cover)
         stretch = np.hypot(found[:, SHAPE + 1], found[:, SHAPE + 2])
         most = (high - low) / 2
-        found[:, SHAPE + 1 : FIRST] *= (np.minimum(stretch, most) / np.maximum(stretch, 1e-12))[
-            :, None
-        ]
+        found[:, SHAPE + 1 : FIRST_SHAPE] *= (
+            np.minimum(stretch, most) / np.maximum(stretch, 1e-12)
+        )[:, None]
         found[:, SHAPE] = np.clip(found[:, SHAPE], low, high)
         return found
 

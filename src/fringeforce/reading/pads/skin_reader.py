@@ -16,24 +16,24 @@ from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
+from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
 from fringeforce.reading.pads.departure_test import SkinDepartureTest
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
-from fringeforce.reading.pads.skin_fit import BESIDE, SkinFit, SkinOptimum, SkinPlace
+from fringeforce.reading.pads.skin_fit import DENSE_REACH, SkinFit, SkinOptimum, SkinPlace
 from fringeforce.reading.pads.skin_result import PadSkinResult
 from fringeforce.reading.pads.skin_search import Patches
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.skin_search import MOST
+from fringeforce.reading.skin_search import MOST_CONTACTS
 
-COARSE = 1e-3
+COARSE_GAIN = 1e-3
 """Gain of the loss for a pixel that a step of contacts without shapes promises, below which shapes
 join in."""
-PROMISING = 4.0
+PROMISING_SQUARE = 4.0
 """Mean square that contacts without shapes leave, below which it is worth while to add these: those
 of flat punches leave up to 2.6, and a long edge under 6 N 3.1."""
 LIMITS = (0.7, 2.0), (0.9, 0.8), (1.4, 0.4), (2.2, 0.0), (3.5, 0.0), (6.0, 0.0)
@@ -44,18 +44,18 @@ NEARER = 4
 """Steps with each."""
 SMALLER = 0.0, 0.4, 0.8
 """By which the logarithm of the sizes of contacts is lessened until what is far is explained."""
-FAR = 1.2
+EXPLAINED_SQUARE = 1.2
 """Mean square of what is left there, below which it is: shapes do not show far away."""
-STEPS = 25
+MOST_STEPS = 25
 """Steps of a climb at most."""
-BEGUN = 2
+TOLERANCE_STEPS = 2
 """Steps without contacts after which tolerances explain most of what they can."""
 VAIN = 2
 """Divisions in a row that gain no more than noise makes, after which no more are tried: one alone
 may end beside the contacts, as of a long edge."""
-FOLLOWED = 6
+FOLLOWING_STEPS = 6
 """Steps of a climb from the last frame at most."""
-SAME = 5.0
+SAME_TOTAL = 5.0
 """Standard deviations of total force and centre up to which two explanations are one."""
 
 
@@ -152,10 +152,12 @@ class PadSkinReader(PadFrames):
         if expected is not None:
             following = replace(fit, prior=expected.prior)
             start_at = following.at(following.limited(expected.contacts), expected.extra)
-            one = following.climb(start_at, expected.free, FOLLOWED, curvature=expected.curvature)
+            one = following.climb(
+                start_at, expected.free, FOLLOWING_STEPS, curvature=expected.curvature
+            )
             one = self._touching(following, one)
             if one is not None and not one.converged and self.explains(fit, classifier, one):
-                one = following.climb(one.place, one.free, STEPS)
+                one = following.climb(one.place, one.free, MOST_STEPS)
             if one is not None and one.converged and self.explains(fit, classifier, one):
                 return self._stated(fit, one, expected.probability, tracked=True), one
         nothing = self._silence(fit)
@@ -223,9 +225,9 @@ class PadSkinReader(PadFrames):
         if self.uncertain is None:
             return fit.at(none)
         free = none.astype(bool)
-        found = fit.climb(none, free, BEGUN)
-        if found.loss < PROMISING * len(fit.frame):
-            found = fit.climb(fit.at(none, found.extra), free, STEPS)
+        found = fit.climb(none, free, TOLERANCE_STEPS)
+        if found.loss < PROMISING_SQUARE * len(fit.frame):
+            found = fit.climb(fit.at(none, found.extra), free, MOST_STEPS)
         return fit.at(none, found.extra)
 
     def _touching(self, fit: SkinFit, one: SkinOptimum) -> SkinOptimum | None:
@@ -233,7 +235,7 @@ class PadSkinReader(PadFrames):
         gone = self._faint(one)
         if not gone.any() or gone.all():
             return None if gone.all() else one
-        fewer = fit.climb(fit.at(one.contacts[~gone], one.extra), one.free[~gone], FOLLOWED)
+        fewer = fit.climb(fit.at(one.contacts[~gone], one.extra), one.free[~gone], FOLLOWING_STEPS)
         return fewer if fewer.loss - one.loss < _noise_makes(one.free[gone]) else one
 
     def _faint(self, one: SkinOptimum) -> Mask:
@@ -271,7 +273,7 @@ class PadSkinReader(PadFrames):
         if any(self._again(met[0], end) for end in ends):
             return met
         vain = 0
-        while not self._plain(fit, classifier, met[-1]) and len(patches.members) < MOST:
+        while not self._plain(fit, classifier, met[-1]) and len(patches.members) < MOST_CONTACTS:
             divided = patches.divided(self._worst(fit, met[-1]))
             if divided is None:
                 break
@@ -309,12 +311,12 @@ class PadSkinReader(PadFrames):
         if not len(rest):
             return None
         apart = np.linalg.norm(rest[:, PLACE:SHAPE] - one.contacts[weak, PLACE:SHAPE], axis=1)
-        reach = [np.linalg.norm(matrix_of(c[SHAPE:FIRST]), 2) for c in one.contacts]
-        near = BESIDE * self._cover + reach[weak] + np.delete(reach, weak)
+        reach = [np.linalg.norm(matrix_of(c[SHAPE:FIRST_SHAPE]), 2) for c in one.contacts]
+        near = DENSE_REACH * self._cover + reach[weak] + np.delete(reach, weak)
         if (apart > near).all() and not self._faint(one)[weak]:
             return None
         rest[int((apart - near).argmin()), :PLACE] += one.contacts[weak, :PLACE]
-        return fit.climb(fit.at(rest, one.extra), np.ones(rest.shape, dtype=bool), FOLLOWED)
+        return fit.climb(fit.at(rest, one.extra), np.ones(rest.shape, dtype=bool), FOLLOWING_STEPS)
 
     @cached_property
     def _least(self) -> float:
@@ -329,7 +331,7 @@ class PadSkinReader(PadFrames):
         left -= left.mean()
         sums = []
         for contact in one.contacts:
-            matrix = matrix_of(contact[SHAPE:FIRST]) + BESIDE * self._cover * np.eye(2)
+            matrix = matrix_of(contact[SHAPE:FIRST_SHAPE]) + DENSE_REACH * self._cover * np.eye(2)
             t = np.stack(np.meshgrid(x - contact[PLACE], y - contact[PLACE + 1]), axis=-1)
             inside = np.square(t @ np.linalg.inv(matrix)).sum(axis=-1) < 1
             sums.append(float(left[inside].sum()))
@@ -346,16 +348,16 @@ class PadSkinReader(PadFrames):
     def _climbed(self, fit: SkinFit, contacts: Array, shapes: bool = True) -> SkinOptimum:
         """Contacts without shapes first, then, if that is promising and wanted, with them."""
         free = np.zeros(contacts.shape, dtype=bool)
-        free[:, :FIRST] = True
+        free[:, :FIRST_SHAPE] = True
         pixels, (here, left) = len(fit.frame), self._far(fit, contacts, free)
         for limit in LIMITS[1:]:
-            if left > PROMISING:
+            if left > PROMISING_SQUARE:
                 return fit.climb(here, free, 1)
             here, left = self._below(fit, here, free, limit)
-        one = fit.climb(here, free, STEPS, close=COARSE * pixels)
-        if not shapes or one.loss > PROMISING * pixels:
+        one = fit.climb(here, free, MOST_STEPS, close=COARSE_GAIN * pixels)
+        if not shapes or one.loss > PROMISING_SQUARE * pixels:
             return one
-        return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), STEPS)
+        return fit.climb(one.place, np.ones(contacts.shape, dtype=bool), MOST_STEPS)
 
     def _far(self, fit: SkinFit, contacts: Array, free: Mask) -> tuple[SkinPlace, float]:
         """Contacts that explain what is far from them, where nothing is ambiguous, and how well.
@@ -367,7 +369,7 @@ class PadSkinReader(PadFrames):
             start = contacts.copy()
             start[:, SHAPE] -= smaller
             tried.append(self._below(fit, fit.at(fit.limited(start)), free, LIMITS[0]))
-            if tried[-1][1] < FAR:
+            if tried[-1][1] < EXPLAINED_SQUARE:
                 break
         return min(tried, key=lambda one: one[1])
 
@@ -377,7 +379,7 @@ class PadSkinReader(PadFrames):
         """Contacts after some steps by the pixels below a retardance, and what they leave there."""
         far = fit.below(here, limit[0], limit[1] * self._cover)
         few, count = replace(fit, used=far), max(int(far.sum()), 1)
-        one = few.climb(few.at(here.contacts, here.extra), free, NEARER, close=COARSE * count)
+        one = few.climb(few.at(here.contacts, here.extra), free, NEARER, close=COARSE_GAIN * count)
         return fit.at(one.contacts, one.extra), one.loss / count
 
     def explains(self, fit: SkinFit, classifier: FrameClassifier, one: SkinOptimum) -> bool:
@@ -395,7 +397,7 @@ class PadSkinReader(PadFrames):
         totals = [self._result(each).total() for each in (one, other)]
         std = np.maximum(totals[0].std, totals[1].std)[[0, 1, 2, 6, 7]]
         first, second = (np.concatenate([total.force, total.centre]) for total in totals)
-        return bool((np.abs(first - second) < SAME * std).all())
+        return bool((np.abs(first - second) < SAME_TOTAL * std).all())
 
     def _result(self, one: SkinOptimum) -> PadSkinResult:
         def joint() -> Array:

@@ -12,7 +12,7 @@ from fringeforce.base.arrays import Array, Index
 from fringeforce.contacts.resultant import Resultant
 from fringeforce.design.pad import Pad
 from fringeforce.models.pad_skin import (
-    FIRST,
+    FIRST_SHAPE,
     PLACE,
     PRESSURES,
     SHAPE,
@@ -23,18 +23,18 @@ from fringeforce.models.pad_skin import (
 )
 from fringeforce.reading.reading import Traction
 
-WIDTHS = 2 * np.sqrt(5.0)
+HERTZ_WIDTH = 2 * np.sqrt(5.0)
 """Whole width of a Hertz contact over the standard deviation of its pressure along an axis."""
 RINGS, SPOKES = 24, 48
 """Small forces that stand for a contact where it is divided among squares."""
-STEP = 1e-2
-"""Change of an unknown by which what depends on it is differentiated, in its standard deviations;
-what squares share among them needs a step that is not lost between small forces, of `SHIFT`."""
-SHIFT = 0.05
+STD_STEP = 1e-2
+"""Step of numerical derivatives, in standard deviations; what squares share among them needs a step
+that is not lost between small forces, of `SQUARE_STEP`."""
+SQUARE_STEP = 0.05
 """Step of a place and of the logarithm of a size for forces on squares, in sides of a square."""
-POINTS = 2.5
+TRACTION_POINTS = 2.5
 """Places at which tractions are stated, in a thickness of the cover."""
-SAMPLES = 48
+DRAWS = 48
 """Draws of the unknowns that tell how uncertain tractions are."""
 
 
@@ -75,7 +75,7 @@ class PadSkinResult:
         for one in self.found:
             for k in range(SIZE_OF):
                 step = np.zeros(SIZE_OF)
-                step[k] = SHIFT * (side if PLACE <= k < SHAPE else 1.0)
+                step[k] = SQUARE_STEP * (side if PLACE <= k < SHAPE else 1.0)
                 ahead, behind = (_on_squares(self.pad, one + s * step) for s in (1, -1))
                 rows.append(((ahead - behind) / (2 * step[k])).ravel())
         return np.array(rows).reshape(-1, 3 * self.pad.tactels.total).T
@@ -107,7 +107,7 @@ class PadSkinResult:
         rows = np.empty((len(middle), len(own)))
         for k in range(len(own)):
             step = np.zeros(len(own))
-            step[k] = STEP * std[k]
+            step[k] = STD_STEP * std[k]
             ahead, behind = (amounts((own + s * step).reshape(len(which), -1)) for s in (1, -1))
             change = ahead - behind
             # an axis has no sense
@@ -134,7 +134,7 @@ class PadSkinResult:
         assert skin is not None
         x, y = (
             (np.arange(n) + 0.5) / n * length - length / 2
-            for length, n in ((e, max(round(POINTS * e / cover), 1)) for e in skin.extent)
+            for length, n in ((e, max(round(TRACTION_POINTS * e / cover), 1)) for e in skin.extent)
         )
         places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         values = tractions_at(self.found, places)
@@ -142,10 +142,10 @@ class PadSkinResult:
         size, vectors = np.linalg.eigh(self._covariance)
         root = vectors * np.sqrt(np.maximum(size, 0))
         square = np.zeros_like(values)
-        for draw in generator.standard_normal((SAMPLES, len(size))):
+        for draw in generator.standard_normal((DRAWS, len(size))):
             moved = self.found + (root @ draw).reshape(self.found.shape)
             square += np.square(tractions_at(moved, places) - values)
-        return Traction(places, values, np.sqrt(square / SAMPLES))
+        return Traction(places, values, np.sqrt(square / DRAWS))
 
 
 def amounts(contacts: Array) -> Array:
@@ -170,13 +170,13 @@ def amounts(contacts: Array) -> Array:
         return np.concatenate([force, moment, np.full(5, np.nan)])
     share = forces[:, 0] / force[0]
     centre = share @ places
-    matrices = [matrix_of(one[SHAPE:FIRST]) for one in contacts]
+    matrices = [matrix_of(one[SHAPE:FIRST_SHAPE]) for one in contacts]
     spread = sum(
         part * (a @ a / 5 + np.outer(place - centre, place - centre))
         for part, a, place in zip(share, matrices, places, strict=True)
     )
     size, vectors = np.linalg.eigh(spread)
-    axes = WIDTHS * np.sqrt(np.maximum(size[::-1], 0))
+    axes = HERTZ_WIDTH * np.sqrt(np.maximum(size[::-1], 0))
     turn = np.arctan2(vectors[1, 1], vectors[0, 1])
     turn = (turn + np.pi / 2) % np.pi - np.pi / 2
     return np.concatenate([force, moment, centre, axes, [turn]])
@@ -184,8 +184,8 @@ def amounts(contacts: Array) -> Array:
 
 def spin(contact: Array) -> float:
     """Moment of a contact's shear about z through its centre [N m]."""
-    (xx, xy), (_, yy) = matrix_of(contact[SHAPE:FIRST])
-    shears = contact[FIRST + len(PRESSURES) :].reshape(2, -1)
+    (xx, xy), (_, yy) = matrix_of(contact[SHAPE:FIRST_SHAPE])
+    shears = contact[FIRST_SHAPE + len(PRESSURES) :].reshape(2, -1)
     first = [SHEARS.index(i) for i, term in enumerate(TERMS) if term.degree == 1]
     # the polynomials of the first degree are sqrt(5) times the place on the disc
     (x_c, x_s), (y_c, y_s) = shears[:, first] / np.sqrt(5)
@@ -196,7 +196,7 @@ def tractions_at(contacts: Array, places: Array) -> Array:
     """Pressure and shear of contacts at places, shape (n, 2), as (n, 3) [Pa]."""
     total = np.zeros((len(places), 3))
     for one in contacts:
-        matrix = matrix_of(one[SHAPE:FIRST])
+        matrix = matrix_of(one[SHAPE:FIRST_SHAPE])
         t = (places - one[PLACE:SHAPE]) @ np.linalg.inv(matrix)
         inside = np.square(t).sum(axis=1) < 1
         r = np.hypot(*t[inside].T)
@@ -212,9 +212,9 @@ def _mixed_at(one: Array, r: Array, turn: Array) -> Array:
 
 def _mixed(one: Array, terms: Array) -> Array:
     """The same from values of the polynomials, shape (terms, q)."""
-    first = FIRST + len(PRESSURES)
+    first = FIRST_SHAPE + len(PRESSURES)
     shears = one[first:].reshape(2, -1) @ terms[list(SHEARS)]
-    pressure = one[0] * (1 + one[FIRST:first] @ terms[list(PRESSURES)])
+    pressure = one[0] * (1 + one[FIRST_SHAPE:first] @ terms[list(PRESSURES)])
     return np.column_stack([pressure, one[1] + one[0] * shears[0], one[2] + one[0] * shears[1]])
 
 
@@ -234,7 +234,7 @@ def _disc() -> tuple[Array, Array, Array]:
 def _on_squares(pad: Pad, one: Array) -> Array:
     """Forces of a contact on the squares of a skin, the nearest one for each place, (n, 3)."""
     unit, shares, terms = _disc()
-    places = one[PLACE:SHAPE] + unit @ matrix_of(one[SHAPE:FIRST])
+    places = one[PLACE:SHAPE] + unit @ matrix_of(one[SHAPE:FIRST_SHAPE])
     (nx, ny), pitch = pad.tactels.count, pad.tactels.pitch
     ix, iy = (
         np.clip(np.round(place / pitch + (n - 1) / 2).astype(int), 0, n - 1)

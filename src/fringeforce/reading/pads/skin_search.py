@@ -10,14 +10,14 @@ from scipy.ndimage import label
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.design.pad import Pad
-from fringeforce.models.pad_skin import FIRST, PLACE, SHAPE, SIZE_OF
+from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF
 
-SHOWN = 0.05
+TOUCHED_SHARE = 0.05
 """Share of the largest normal force on a square above which a square is touched: what a contact
 finer than the squares leaves beside it is less."""
-WEAK = 0.01
+WEAK_SHARE = 0.01
 """Share of all normal forces below which touched squares are none of a contact."""
-SIZES = 0.8, 2.4
+FIRST_AXES = 0.8, 2.4
 """Half axes of a contact that is looked for at first, in thicknesses of the cover: small ones, for
 contacts that are too small leave more out."""
 
@@ -46,10 +46,10 @@ class Patches:
         count = pad.tactels.count
         normal = forces[:, 0].reshape(count)
         labels = np.empty(count, dtype=int)
-        label(normal > SHOWN * normal.max(), structure=np.ones((3, 3)), output=labels)
+        label(normal > TOUCHED_SHARE * normal.max(), structure=np.ones((3, 3)), output=labels)
         flat = labels.ravel()
         groups = [np.flatnonzero(flat == k) for k in range(1, flat.max() + 1)]
-        least = max(WEAK * float(normal.sum()), least)
+        least = max(WEAK_SHARE * float(normal.sum()), least)
         return cls(pad, forces, tuple(g for g in groups if forces[g, 0].sum() > least))
 
     @property
@@ -91,7 +91,9 @@ class Patches:
             spread = (weights[:, None] * apart).T @ apart / one[0]
             # squares spread what is finer; contacts that are too small leave more out at first
             size, vectors = np.linalg.eigh(5 * (spread - np.eye(2) * tactels.side**2 / 12))
-            half = np.sqrt(np.clip(size, (SIZES[0] * cover) ** 2, (SIZES[1] * cover) ** 2))
+            half = np.sqrt(
+                np.clip(size, (FIRST_AXES[0] * cover) ** 2, (FIRST_AXES[1] * cover) ** 2)
+            )
             log = vectors @ np.diag(np.log(half)) @ vectors.T
-            one[SHAPE:FIRST] = np.trace(log) / 2, (log[0, 0] - log[1, 1]) / 2, log[0, 1]
+            one[SHAPE:FIRST_SHAPE] = np.trace(log) / 2, (log[0, 0] - log[1, 1]) / 2, log[0, 1]
         return found

@@ -16,7 +16,7 @@ from fringeforce.optics.area_camera import Picture
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-WINDOW = 3
+AVERAGED_SIDE = 3
 """Rows and columns of pixels that are averaged, which all kinds of a mosaic are among."""
 
 
@@ -79,10 +79,10 @@ def stress_vectors(
         if not seen.any():
             continue
         solve = left[:, seen].T / sizes[seen, None]
-        shares[shares < 0.5 / WINDOW**2] = 0
+        shares[shares < 0.5 / AVERAGED_SIDE**2] = 0
         known = np.asarray((shares > 0).all(axis=0), dtype=bool)
         noise = np.sqrt(response.variance) / np.max(response.amplitude)
-        pixels = np.median(shares, axis=(1, 2)) * WINDOW**2
+        pixels = np.median(shares, axis=(1, 2)) * AVERAGED_SIDE**2
         deviation = float(noise * np.sqrt((solve**2 / np.maximum(pixels, 1)).sum(axis=1).max()))
         averages = np.divide(values, shares, out=np.zeros_like(values), where=shares > 0)
         found.append(
@@ -103,6 +103,6 @@ def _kinds(
         mine = counts & (kinds == kind)
         # the vector is twice c (a, b) of the light
         slopes.append(form[:2, 2])
-        values.append(uniform_filter(np.where(mine, light - form[2, 2], 0.0), WINDOW))
-        shares.append(uniform_filter(mine.astype(float), WINDOW))
+        values.append(uniform_filter(np.where(mine, light - form[2, 2], 0.0), AVERAGED_SIDE))
+        shares.append(uniform_filter(mine.astype(float), AVERAGED_SIDE))
     return slopes, values, shares

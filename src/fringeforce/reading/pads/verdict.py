@@ -28,7 +28,7 @@ from fringeforce.reading.reading import Reading, Status
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-BLOCK = 4
+BLOCK_SIDE = 4
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
 HALF = 0.5
 """Probability of an explanation where too little shows to rule out others: even odds."""
@@ -36,7 +36,7 @@ MISTAKEN = 0.01
 """Share of a load's trace in a frame that a mistaken explanation leaves at least."""
 CLIPPED = 0.02
 """Share of pixels at the converter's limit above which a frame that nothing explains is clipped."""
-DENSE = 0.35
+DENSE_DIFFERENCE = 0.35
 """Difference of like pixels side by side, root mean square, beyond which fringes are too dense."""
 
 
@@ -179,7 +179,7 @@ class FrameClassifier:
                 -1, rows // side, side, columns // side, side
             )
             noise = 2 * self.response.variance / camera.amplitude**2
-            if squares.mean(axis=(2, 4)).max() > DENSE**2 + noise:
+            if squares.mean(axis=(2, 4)).max() > DENSE_DIFFERENCE**2 + noise:
                 return Status.FRINGES_TOO_DENSE
         return Status.MODEL_MISMATCH
 
@@ -191,7 +191,7 @@ class FrameClassifier:
 
 def _squares(images: NDArray[np.intp]) -> NDArray[np.intp]:
     """Pixels of images, shape (k, rows, columns), square by square; the last odd ones left out."""
-    rows, columns = (length // BLOCK for length in images.shape[1:])
-    whole = images[:, : rows * BLOCK, : columns * BLOCK]
-    squares = whole.reshape(len(images), rows, BLOCK, columns, BLOCK)
+    rows, columns = (length // BLOCK_SIDE for length in images.shape[1:])
+    whole = images[:, : rows * BLOCK_SIDE, : columns * BLOCK_SIDE]
+    squares = whole.reshape(len(images), rows, BLOCK_SIDE, columns, BLOCK_SIDE)
     return squares.swapaxes(2, 3).ravel()
