@@ -52,9 +52,9 @@ TELLING_SHARE = 0.03
 FARTHEST_START = 3.0
 """Standard deviations of places, widths and large modes within which a search starts."""
 GROWTH = 600.0
-"""Expected growth of the loss, in the linear state, up to which mirror images are fitted.  Once they
-are, one in three below 40 is an explanation of weight, one in twenty from 100 to 400, and some are
-beyond 10,000: the quadratic loss is too high for small bends beside a multiple of pi."""
+"""Expected growth of the loss, in the linear state, up to which mirror images are fitted.  Once
+they are, one in three below 40 is an explanation of weight, one in twenty from 100 to 400, and some
+are beyond 10,000: the quadratic loss is too high for small bends beside a multiple of pi."""
 IMAGES_FITTED, IMAGE_STEPS = 16, 8
 """Images that are fitted, and steps of each fit: contacts three deviations beside their tactels are
 hardly approached in four."""
