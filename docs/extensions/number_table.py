@@ -14,8 +14,6 @@ import fringeforce
 
 ROOMS = ("reading", "estimation", "models")
 """Rooms whose numbers steer readings, from the frame down to the model."""
-
-
 DECIDING = {
     "estimation.hypotheses": ("CONFIDENCE", "NEGLIGIBLE_LOSS", "SAME_PHASE"),
     "estimation.residual_test": ("FALSE_ALARM", "FALSE_CONTACT"),
@@ -68,12 +66,9 @@ def table(room: str) -> str:
 
 def deciding() -> str:
     """Rows of those that decide whether a reading is OK, each with all that is said of it."""
-    rows = [
-        f"| `{one.name}` | `{one.value}` | {_cell(one.said)} |"
-        for module, names in DECIDING.items()
-        for one in numbers(module.split(".")[0])
-        if one.module == module and one.name in names
-    ]
+    known = {(one.module, one.name): one for room in ROOMS for one in numbers(room)}
+    found = [known[module, name] for module, names in DECIDING.items() for name in names]
+    rows = [f"| `{one.name}` | `{one.value}` | {_cell(one.said)} |" for one in found]
     return "| name | value | what it is, and why |\n|---|---|---|\n" + "\n".join(rows) + "\n"
 
 
