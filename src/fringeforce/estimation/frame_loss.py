@@ -163,3 +163,19 @@ def loss_at(model, prior, frame, unknowns):
     loss = frame_loss(model, prior, frame, unknowns, work[4], np.sqrt(model.variance), 1.0)
     square, count = weighed_squares(model, frame, work[4])
     return loss, square, count
+
+
+@sums_entry
+def pulls_at(model, frame, unknowns):
+    """Half the derivative of the loss by each grey level, shape (P,), in deviations of the noise.
+
+    That is the residual of a sound pixel, and zero where a pixel is not used; parameters as of
+    `linearise`.
+    """
+    work, sigma = workspace(model), np.sqrt(model.variance)
+    fill_exposure(model, unknowns, work)
+    pulls = np.zeros(len(frame))
+    for p in range(len(frame)):
+        if np.isfinite(frame[p]):
+            pulls[p] = pixel_loss(model, frame[p], work[4][p], sigma)[1]
+    return pulls

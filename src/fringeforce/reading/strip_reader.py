@@ -16,9 +16,10 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
+from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP, motion
 from fringeforce.estimation.frame_exposure import node_phase
-from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
 from fringeforce.estimation.linearised_frame import Linearised, linearise
 from fringeforce.estimation.posterior import HEATS, TEMPERED, Bins, Posterior, Top
@@ -241,6 +242,8 @@ class StripFrameReader(StripFrames):
             if (met := self._onward(posterior, top, last)) is not None:
                 return self._stated(met, tracked=True, before=(last, 1.0))
         silent = self._silent(posterior)
+        if silent is not None and self._plainly_nothing(posterior, silent):
+            return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._explained(posterior, lines, silent)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
             exact = self._centred(posterior, *met.best)
@@ -353,9 +356,27 @@ class StripFrameReader(StripFrames):
         top = alone.climbed(rough.unknowns, heats=(), steps=(0, 15))
         return top if top.chance > FALSE_ALARM else None
 
+    @cached_property
+    def _least_contact(self) -> float:
+        """How much better than no contact loads must explain a frame to be one."""
+        return square_limit(self.uncertain.frame.at.loads, FALSE_CONTACT)
+
     def _nothing(self, silent: Top, best: Top) -> bool:
-        at = self.uncertain.frame.at
-        return silent.loss - best.loss < square_limit(at.loads, FALSE_CONTACT)
+        return silent.loss - best.loss < self._least_contact
+
+    def _plainly_nothing(self, posterior: Posterior, silent: Top) -> bool:
+        """Whether no loads can explain a frame so much better than no contact, whatever they are.
+
+        Loads so large that they are not faint would leave far more than noise of no contact.
+        """
+        if np.abs(posterior.phase(silent) - posterior.model.fixed).max() > self.hidden:
+            return False
+        left = self._faint_light @ pulls_at(posterior.model, posterior.frame, silent.unknowns)
+        return float(left @ left) < self._least_contact
+
+    @cached_property
+    def _faint_light(self) -> Array:
+        return faint_light(self.uncertain.frame, self.hidden)
 
     def _centred(self, posterior: Posterior, unknowns: Array | None = None) -> Posterior:
         """The posterior of a model that is exact at loads, where it is not as good as that."""
