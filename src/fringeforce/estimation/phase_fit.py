@@ -320,7 +320,8 @@ def _reduced(contacts, prior, known):
             for k in range(rank):
                 line[k] -= factor * row[k]
     wave, order = np.empty((rank, rank)), np.empty(rank, np.int64)
-    count = _rooted(square, LEAST_GROWTH * prior.precision[0], wave, order)
+    least = LEAST_GROWTH * np.min(prior.precision[: at.loads])
+    count = _rooted(square, least, wave, order)
     shape = contacts.profiles.shape
     profiles = np.empty((shape[0] * shape[1] * shape[2], count))
     _turned(contacts.profiles.reshape(len(profiles), rank), wave[:count], order, profiles)

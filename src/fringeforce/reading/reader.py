@@ -101,8 +101,8 @@ class Reader:
     model : SensorModel or PadModel
         The characterised sensor.
     friction : float, optional
-        If given, forces are limited to N >= 0 and |T| <= friction N; strips only.  Strips whose
-        contacts have uncertain places or widths allow for 2, softly, if it is not given.
+        If given, forces are limited to N >= 0 and |T| <= friction N; strips only.  Searches allow
+        for 2, softly, or for it where contacts have uncertain places or widths.
     confidence : float
         Probability of the likeliest explanation from which a reading is OK.
     history : float

@@ -18,7 +18,7 @@ from fringeforce.reading.strip_frames import FITS, MISSED
 Array = NDArray[np.float64]
 
 SAME_SOLUTION = 0.3
-"""Unknowns that differ by less, in their own standard deviations, are of one solution."""
+"""Unknowns that differ by less, in standard deviations root mean square, are of one solution."""
 FAINT_SHARE = 0.1
 """Share of the largest phase below which two phases are alike, where that is less than
 `SAME_PHASE`: the light of a faint touch hardly tells a phase from its mirror image, which is near.
@@ -112,10 +112,8 @@ class Explanations:
             if not self.tops:
                 self._settle(rough)
                 continue
-            apart = SAME_SOLUTION * self.near(self.tops[0])
-            if not any(
-                (np.abs(rough.unknowns - known.unknowns) < apart).all() for known in self._settled
-            ):
+            best = self.about(self.tops[0])
+            if not any(_same(rough, known, best) for known in self._settled):
                 self._settle(rough)
 
     def near(self, top: Top) -> Array:
@@ -144,18 +142,16 @@ class Explanations:
             Unknowns of an explanation that was followed to the last frame, and its probability.
         """
         found = list[tuple[Top, Linearised]]()
-        posterior, loads = self.posterior, self.posterior.model.at.loads
+        posterior = self.posterior
         for top in self.tops:
             if top.loss > self.tops[0].loss + NEGLIGIBLE_LOSS:
                 break
-            about, near = self.about(top), SAME_SOLUTION * self.near(top)[:loads]
-            known = (
-                (np.abs(top.unknowns[:loads] - other.unknowns[:loads]) < near).all()
-                for other, _ in found
-            )
-            if not any(known):
+            about = self.about(top)
+            if not any(_same(top, other, about) for other, _ in found):
                 found.append((top, about))
-        masses = np.array([posterior.evidence(top, about) for top, about in found])
+        masses = np.zeros(1)
+        if len(found) > 1:
+            masses = np.array([posterior.mass(top) for top, _ in found])
         weighed = [
             Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
             for (top, about), share in zip(found, posterior_weights(masses), strict=True)
@@ -179,6 +175,12 @@ class Explanations:
             replace(one, weight=float(share))
             for one, share in zip(weighed, shares / shares.sum(), strict=True)
         ]
+
+
+def _same(top: Top, other: Top, about: Linearised) -> bool:
+    """Whether two tops are one solution, by the curvature of the loss about either."""
+    apart = top.unknowns - other.unknowns
+    return float(apart @ about.hessian @ apart) < SAME_SOLUTION**2 * len(apart)
 
 
 def same_phase(phase: Array, other: Array) -> bool:

@@ -26,6 +26,7 @@ from fringeforce.estimation.posterior import HEATS, TEMPERED, Bins, Posterior, T
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
+from fringeforce.reading.contact_prior import FRICTION, contact_prior, push_of, slipping
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import DepartureTest
 from fringeforce.reading.large_strain import HigherOrders, StrainShift
@@ -55,17 +56,13 @@ from fringeforce.reading.strip_frames import (
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-LOADS = 2.0
-"""Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
-contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
-ABSENT = 1e-6
-"""Standard deviation of a force that moves no phase, which is known to be none, over the push."""
-YIELDING = 0.1
-"""Share of that mean by which a contact may pull, or slip, at one standard deviation."""
-FRICTION = 2.0
-"""Largest tangential over normal force where places or widths are uncertain, if none is stated.
-Without any, shear where hardly anything presses stands for contacts beside their tactels; dry soft
-skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
+NARROWER = 1.3
+"""How far the push of a prior is beyond the loads that were found where it is drawn up anew: wider
+ones make forces uncertain that are small, and narrower ones hold them down."""
+NARROWED = 3
+"""Most times that it is: loads that the frame hardly tells shrink with their prior."""
+RETRIED = 2
+"""Attempts at loads that no dry contact exerts, where none that one exerts explain a frame."""
 IMAGES = 6
 """Mirror images that are tried in a round, to mend what does not fit or to find what rivals it."""
 IMAGE_ROUNDS = 3
@@ -185,20 +182,22 @@ class StripFrameReader(StripFrames):
         self, frame: Array, push: float, loads: Array | None = None, sound: Array | None = None
     ) -> Posterior:
         """Posterior of a frame whose contacts push with about this force, or these loads [N]."""
-        at = self.uncertain.frame.at
         if loads is None:
-            loads = np.tile([push, SHEAR_RATIO * push], at.loads // 2)
-        model = self.uncertain.under(loads)
-        precision = np.ones(at.size)
-        precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
-        precision[1 : at.loads : 2] = 1 / (SHEAR_RATIO * LOADS * push) ** 2
-        absent = ~self.uncertain.frame.moments.any(axis=(2, 3)).ravel()
-        precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
-        friction = self.friction or (FRICTION if at.fields > at.place else -1.0)
-        if at.size == at.loads:  # a cone that is too narrow would leave no explanation
-            friction = -1.0
-        prior = Prior(np.zeros(at.size), precision, friction, YIELDING * push)
-        return Posterior(model, prior, frame, self._bins, sound)
+            loads = np.tile([push, SHEAR_RATIO * push], self.uncertain.frame.at.loads // 2)
+        prior = contact_prior(self.uncertain.frame, push, self._friction)
+        return Posterior(self.uncertain.under(loads), prior, frame, self._bins, sound)
+
+    @property
+    def _friction(self) -> float:
+        """Friction of the prior; a stated one that is too narrow would leave no explanation."""
+        stated = self.friction if self.beside else None
+        return stated or FRICTION
+
+    @property
+    def beside(self) -> bool:
+        """Whether places or widths of contacts are uncertain."""
+        at = self.uncertain.frame.at
+        return at.fields > at.place
 
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame that was checked, without any earlier state."""
@@ -253,16 +252,21 @@ class StripFrameReader(StripFrames):
             met = self._explained(posterior, lines, silent)
             if not met.explained and met.loss >= before_it.loss:
                 break
+        if not self.beside and not (met.explained and self._dry(met)):
+            any_loads = replace(posterior, prior=posterior.prior._replace(friction=-1.0))
+            other = self._explained(any_loads, lines, silent, RETRIED)
+            met = other if other.explained else met
         if not met.explained:
             return self._refused(posterior, lines), None
+        met = self._narrowed(met)
         if silent is not None and self._nothing(silent, met.tops[0]):
             met = Explanations(posterior, [silent])
             return self._stated(met, Status.NO_CONTACT)
         if self.uncertain.shapes:
+            posterior = met.posterior
             loads = met.tops[0].unknowns[: posterior.model.at.loads]
-            shaped = self.posterior(frame, self._push(posterior), loads, sound)
-            model = shaped.model._replace(fixed=posterior.model.fixed)
-            posterior = replace(shaped, model=model, centre=posterior.centre)
+            model = self.uncertain.under(loads)._replace(fixed=posterior.model.fixed)
+            posterior = replace(posterior, model=model)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
         reading, located = self._stated(met, before=before)
         if reading.ok and (said := self._departing(located.posterior, located.top)):
@@ -341,15 +345,10 @@ class StripFrameReader(StripFrames):
         pace, _ = self._search.true_pace(lines, lines.light)
         return self.posterior(frame, self._search.pushing(pace), sound=sound)
 
-    def _push(self, posterior: Posterior) -> float:
-        return posterior.prior.yielding / YIELDING
-
     def _silent(self, posterior: Posterior) -> Top | None:
         """No contact, if that explains the frame."""
         at = posterior.model.at
-        precision = posterior.prior.precision.copy()
-        precision[: at.loads] *= 1e8
-        alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
+        alone = posterior.without()
         rough = alone.settled(np.zeros(at.size), BINS, rounds=1)
         if rough.loss > HOPELESS_LOSS * len(posterior.frame) / BINS:
             return None
@@ -406,10 +405,32 @@ class StripFrameReader(StripFrames):
         shift = self.strain_shift(posterior, unknowns)
         return shift is None or shift.share(unknowns[: posterior.model.at.loads]) < share
 
-    def _explained(self, posterior: Posterior, lines: Lines, silent: Top | None) -> Explanations:
+    def _narrowed(self, met: Explanations) -> Explanations:
+        """Explanations under a prior that is no wider than the loads of the best one.
+
+        The pace of the fringes is that of noise where loads are faint.  What the frame tells of the
+        size of the loads is the expectation of their square (Dempster, Laird and Rubin, J. Roy.
+        Stat. Soc. B 39, 1, 1977).
+        """
+        for _ in range(NARROWED):
+            posterior, top = met.posterior, met.tops[0]
+            loads = slice(posterior.model.at.loads)
+            square = np.square(top.unknowns[loads]) + np.square(met.near(top)[loads])
+            normal, shear = np.sqrt(square.reshape(-1, 2).mean(axis=0))
+            push = max(float(normal), float(shear) / SHEAR_RATIO)
+            if push * NARROWER > push_of(posterior.prior):
+                break
+            prior = contact_prior(posterior.model, push, posterior.prior.friction)
+            posterior = replace(posterior, prior=prior)
+            met = Explanations(posterior, [posterior.settled(one.unknowns) for one in met.tops])
+        return met
+
+    def _explained(
+        self, posterior: Posterior, lines: Lines, silent: Top | None, attempts: int | None = None
+    ) -> Explanations:
         """Explanations of a frame, the best first."""
         met, tried = Explanations(posterior), MetPhases(posterior.even)
-        done = self._searched(posterior, lines, met, tried)
+        done = self._searched(posterior, lines, met, tried, attempts)
         if silent is not None:
             met.add(silent)
         if not done and not (met.tops and met.explains(met.tops[0], FITS)):
@@ -417,11 +438,26 @@ class StripFrameReader(StripFrames):
         met.explained = True
         if met.rough:
             self._improved(met, met.rough[0], stop=False)
+            self._unburden(met)
         met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and self._may_push(posterior, turned):
             met.add(posterior.climbed(turned, heats=(), steps=(0, 15)))
         return met
+
+    def _unburden(self, met: Explanations) -> None:
+        """Look for an explanation near the best one from the contacts that the frame asks for.
+
+        Noise gives the others loads that bend a phase beside a multiple of pi to the wrong side.
+        """
+        posterior = met.posterior
+        _, bare = posterior.relevant(met.rough[0], BINS)
+        met.keep(posterior.settled(bare.unknowns, BINS))
+
+    def _dry(self, met: Explanations) -> bool:
+        """Whether friction does not hold down the loads of the best explanation."""
+        posterior, loads = met.posterior, met.tops[0].unknowns[: met.posterior.model.at.loads]
+        return slipping(posterior.prior, loads) < NEGLIGIBLE_LOSS
 
     def _may_push(self, posterior: Posterior, unknowns: Array) -> bool:
         """Whether loads do not pull so much that no contact does."""
@@ -490,7 +526,7 @@ class StripFrameReader(StripFrames):
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             here, count, better = posterior.phase(top), 0, False
             known.add(here, self.hidden)
-            for start in self._search.images(posterior, top, self._push(posterior)):
+            for start in self._search.images(posterior, top, push_of(posterior.prior)):
                 phase = node_phase(posterior.model, start)
                 if seen.holds(phase):
                     continue

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from exact_frames import Bench, drawing
 from scipy.ndimage import gaussian_filter1d
-from tests.reading.exact_frames import Bench, drawing
 
 import fringeforce as ff
 from fringeforce.estimation.faint_light import faint_light

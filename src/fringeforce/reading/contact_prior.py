@@ -1,0 +1,57 @@
+"""What is known of a strip's contacts before a frame: how hard they push, and that they are dry."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.reading.posterior_search import SHEAR_RATIO
+
+Array = NDArray[np.float64]
+
+LOADS = 2.0
+"""Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
+contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
+ABSENT = 1e-6
+"""Standard deviation of a force that moves no phase, which is known to be none, over the push."""
+YIELDING = 0.1
+"""Share of that mean by which a contact may pull, or slip, at one standard deviation."""
+FRICTION = 2.0
+"""Largest tangential over normal force, if none is stated.  Without any, shear where hardly
+anything presses stands for contacts beside their tactels, or for a mirror image of the light; dry
+soft skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
+
+
+def contact_prior(model: FrameModel, push: float, friction: float) -> Prior:
+    """What is known of the unknowns where contacts push with about this force [N].
+
+    Parameters
+    ----------
+    model : FrameModel
+        What makes frames.
+    push : float
+        Mean normal force [N].
+    friction : float
+        Largest tangential over normal force; negative if any.
+    """
+    at = model.at
+    precision = np.ones(at.size)
+    precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
+    precision[1 : at.loads : 2] = 1 / (SHEAR_RATIO * LOADS * push) ** 2
+    absent = ~model.moments.any(axis=(2, 3)).ravel()
+    precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
+    return Prior(np.zeros(at.size), precision, friction, YIELDING * push)
+
+
+def push_of(prior: Prior) -> float:
+    """The push of such a prior [N]."""
+    return prior.yielding / YIELDING
+
+
+def slipping(prior: Prior, loads: Array) -> float:
+    """What loads, shape (2n,) [N], that lie outside the friction cone add to the loss."""
+    force = loads.reshape(-1, 2)
+    beyond = prior.friction * force[:, :1] + force[:, 1:] * (-1.0, 1.0)
+    return float(np.square(np.minimum(beyond, 0) / prior.yielding).sum())
