@@ -257,6 +257,12 @@ class Posterior:
         """The loss about a top."""
         return Linearised(*linearise(self.model, self.prior, self.frame, top.unknowns))
 
+    def under(self, prior: Prior) -> Posterior:
+        """The posterior of the same frame under another prior."""
+        other = replace(self, prior=prior)
+        other._frames.update(self._frames)
+        return other
+
     def waves_chance(self, top: Top, about: Linearised) -> float:
         """Chance that noise leaves as large waves of phase as there are: a score test.
 
@@ -373,40 +379,33 @@ class Posterior:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""
         return float(-top.loss / 2 - np.linalg.slogdet(about.hessian)[1] / 2)
 
-    def relevant(self, top: Top, size: int = 1) -> tuple[Posterior, Top]:
-        """The posterior and its top if each contact's prior is as wide as its own force.
+    def mass(self, top: Top) -> float:
+        """Logarithm of the mass around a top if each contact's prior is as wide as its own force.
 
         That is relevance determination (MacKay, ASHRAE Trans. 100, 1053, 1994; Tipping, J. Mach.
         Learn. Res. 1, 211, 2001): widths have the largest evidence, by expectation and
-        maximisation, and a contact that the frame does not ask for ends with none.
+        maximisation, and a contact that the frame does not ask for ends with none.  A top that
+        needs a single contact is so likelier than one that leaves as much of the frame with ten,
+        and small forces cost less than large ones.  It is less the same constant as others.
         """
         loads, widest = self.model.at.loads, self.prior.precision
-        posterior = self
+        posterior, about, own = self, self.linearised(top), widest[:0]
         for _ in range(RELEVANCE):
-            near = np.linalg.inv(posterior.linearised(top).hessian).diagonal()[:loads]
+            near = np.linalg.inv(about.hessian).diagonal()[:loads]
             square = (np.square(top.unknowns[:loads]) + near) * widest[:loads]
             share = np.clip(square.reshape(-1, 2).mean(axis=1), 1 / HELD, 1.0)
-            precision = widest.copy()
-            precision[:loads] /= np.repeat(share, 2)
-            posterior = replace(self, prior=self.prior._replace(precision=precision))
-            top = posterior.settled(top.unknowns, size)
-        return posterior, top
-
-    def mass(self, top: Top) -> float:
-        """Logarithm of the mass around a top under the widths that suit it, less a constant.
-
-        One that needs a single contact is so likelier than one that leaves as much of the frame
-        with ten, and small forces cost less than large ones.
-        """
-        posterior, best = self.relevant(top)
-        own = posterior.prior.precision[: self.model.at.loads]
-        return posterior.evidence(best, posterior.linearised(best)) + float(np.log(own).sum() / 2)
+            own = widest[:loads] / np.repeat(share, 2)
+            precision = np.concatenate([own, widest[loads:]])
+            posterior = self.under(self.prior._replace(precision=precision))
+            top = posterior.settled(top.unknowns)
+            about = posterior.linearised(top)
+        return posterior.evidence(top, about) + float(np.log(own).sum() / 2)
 
     def without(self) -> Posterior:
         """The posterior if no contact has a force."""
         precision = self.prior.precision.copy()
         precision[: self.model.at.loads] *= HELD
-        return replace(self, prior=self.prior._replace(precision=precision))
+        return self.under(self.prior._replace(precision=precision))
 
     def drawn_in(self, unknowns: Array) -> Array:
         """A start with places and widths nearer to their means."""

@@ -253,7 +253,7 @@ class StripFrameReader(StripFrames):
             if not met.explained and met.loss >= before_it.loss:
                 break
         if not self.beside and not (met.explained and self._dry(met)):
-            any_loads = replace(posterior, prior=posterior.prior._replace(friction=-1.0))
+            any_loads = posterior.under(posterior.prior._replace(friction=-1.0))
             other = self._explained(any_loads, lines, silent, RETRIED)
             met = other if other.explained else met
         if not met.explained:
@@ -420,8 +420,8 @@ class StripFrameReader(StripFrames):
             push = max(float(normal), float(shear) / SHEAR_RATIO)
             if push * NARROWER > push_of(posterior.prior):
                 break
-            prior = contact_prior(posterior.model, push, posterior.prior.friction)
-            posterior = replace(posterior, prior=prior)
+            friction = posterior.prior.friction
+            posterior = posterior.under(contact_prior(posterior.model, push, friction))
             met = Explanations(posterior, [posterior.settled(one.unknowns) for one in met.tops])
         return met
 
@@ -438,21 +438,11 @@ class StripFrameReader(StripFrames):
         met.explained = True
         if met.rough:
             self._improved(met, met.rough[0], stop=False)
-            self._unburden(met)
         met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and self._may_push(posterior, turned):
             met.add(posterior.climbed(turned, heats=(), steps=(0, 15)))
         return met
-
-    def _unburden(self, met: Explanations) -> None:
-        """Look for an explanation near the best one from the contacts that the frame asks for.
-
-        Noise gives the others loads that bend a phase beside a multiple of pi to the wrong side.
-        """
-        posterior = met.posterior
-        _, bare = posterior.relevant(met.rough[0], BINS)
-        met.keep(posterior.settled(bare.unknowns, BINS))
 
     def _dry(self, met: Explanations) -> bool:
         """Whether friction does not hold down the loads of the best explanation."""
