@@ -20,7 +20,7 @@ from rich.table import Table
 from scipy.sparse.linalg import splu
 
 import fringeforce as ff
-from fringeforce.mechanics import fourier
+from fringeforce.mechanics import fourier, stress
 from fringeforce.mechanics.elements import gauss_interpolation
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
@@ -35,6 +35,7 @@ Solver = Callable[[int], tuple[np.ndarray, int]]
 
 def ours(scale: int) -> tuple[np.ndarray, int]:
     mesh = strip_mesh(STRIP, TACTELS)
+    stress._solved.cache_clear()  # each run solves anew
     model = ff.characterize(SENSOR, mesh.refined(scale))
     return model.pixel_influence, int(model.provenance["unknowns"])
 

@@ -12,7 +12,8 @@ from fringeforce.calibration.bench_posterior import State
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.estimation.bounds import covariance
-from fringeforce.estimation.frame_exposure import expose
+from fringeforce.estimation.frame_exposure import expose, node_columns
+from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.as_built import BuiltSensor
 from fringeforce.models.imaging import camera_response
 
@@ -41,6 +42,21 @@ def scattered(loads: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def shaken(sensor: ff.Sensor) -> BuiltSensor:
     """The sensor on a bench whose contacts and lamp scatter."""
     return ff.characterize(sensor.replace(**SCATTER)).as_built(0)
+
+
+def slopes(model: FrameModel, unknowns: np.ndarray, count: int) -> np.ndarray:
+    """Derivatives of the grey levels by the first unknowns, shape (P, count).
+
+    Of a sharp camera with a linear response: a fringe changes with its phase by half of what lies
+    between those a quarter of a turn ahead and behind.
+    """
+    ahead, behind = (
+        expose(model._replace(bias=model.bias + turn), unknowns)[0]
+        for turn in (np.pi / 2, -np.pi / 2)
+    )
+    nodes = model.first[:, None] + np.arange(4)
+    columns = np.einsum("pk,upk->pu", model.weights, node_columns(model, unknowns)[:count, nodes])
+    return (ahead - behind)[:, None] / 2 * columns
 
 
 class Simulation:
@@ -92,7 +108,12 @@ class Simulation:
                     unknowns[:count] = loads  # noqa: B023
                     return (expose(model, unknowns)[0] - level)[used]  # noqa: B023
 
-                off = least_squares(left, own[:count], method="lm", xtol=1e-6).x - own[:count]
+                def turned(loads: np.ndarray) -> np.ndarray:
+                    unknowns[:count] = loads  # noqa: B023
+                    return slopes(model, unknowns, count)[used]  # noqa: B023
+
+                start = own[:count]
+                off = least_squares(left, start, turned, method="lm", xtol=1e-6).x - start
                 total += float(off @ off)
             return total / len(self.levels) / self.noise
 

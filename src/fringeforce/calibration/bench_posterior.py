@@ -35,7 +35,7 @@ from fringeforce.estimation.linearised_frame import (
     spread_profiles,
 )
 from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
-from fringeforce.models.uncertainty import coefficients
+from fringeforce.models.node_splines import coefficients
 
 SHIFT, SCALE = 1e-3, 1e-2
 """Units of the camera's shift [m] and scale."""

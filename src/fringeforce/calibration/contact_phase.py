@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import CubicSpline
+from scipy.sparse import csr_array
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.design_entries import EFFECTS, POSITIONS, varied
@@ -20,8 +21,9 @@ from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import QUICK, STRIP
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
+from fringeforce.models.node_splines import fitted, sampled
 from fringeforce.models.strip_width import light_line
-from fringeforce.models.uncertainty import coefficients, line_moments, mixtures
+from fringeforce.models.uncertainty import line_moments, mixtures
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 SOLVED = 16
@@ -110,7 +112,7 @@ class ContactPhases:
         nodes : int
             Their number m.
         """
-        return self._evaluated(design, x, nodes)[1]
+        return self._evaluated(design, x, nodes).profiles
 
     def slopes(self, design: Array, x: Array, drawn: Array, nodes: int) -> Array:
         """Changes of the profiles with every entry, with the camera's shift [m] and with its scale.
@@ -126,13 +128,14 @@ class ContactPhases:
         -------
         ndarray, shape (d + 2, C, 2, k, m)
         """
-        t, entries = design - self.centre, range(1, 1 + len(design))
-        near = np.clip(x, -self.half, self.half)
-        along = np.asarray(self._evaluated(design, x, nodes)[0](near, 1))
-        leads = (self.lead[i] + 2 * t[i - 1] * self.lead[len(t) + i] for i in entries)
-        changes = [self._along(self._cubics(lead), x) for lead in leads]
-        changes += [along, along * drawn[:, None, None, None]]
-        return np.array([coefficients(np.moveaxis(change, 0, -1), nodes) for change in changes])
+        here, t = self._evaluated(design, x, nodes), design - self.centre
+        onto = sampled(len(x), nodes)
+        value, slope = onto @ here.values, onto @ here.slopes
+        wide = onto @ (here.slopes * drawn[:, None]).tocsr()
+        leads = (self.lead[1 + i] + 2 * t[i] * self.lead[1 + len(t) + i] for i in range(len(t)))
+        changes = [self._fitted(value, lead, len(x)) for lead in leads]
+        changes += [self._fitted(moved, here.lead, len(x)) for moved in (slope, wide)]
+        return np.array(changes)
 
     def reaches(self, design: Array, effect: Mask, step: float) -> bool:
         """Whether curvatures hold at another design, as well as a search needs them.
@@ -149,39 +152,65 @@ class ContactPhases:
         far = np.abs(design - self.origin)[~effect].max(initial=0.0)
         return bool(self.step <= step and far <= CARRIED)
 
-    def _evaluated(self, design: Array, x: Array, nodes: int) -> tuple[PPoly, Array]:
-        """Cubics of the phase of a design, and its `profiles`."""
+    def _evaluated(self, design: Array, x: Array, nodes: int) -> _Evaluated:
         where = design.tobytes(), x.tobytes(), nodes
         if where not in self._last:
             t = design - self.centre
-            # weighed before it is evaluated, since places are more than intervals
             weights = np.concatenate([[1.0], t, np.square(t)])
-            lead = self._cubics(weights @ self.lead.reshape(len(weights), -1))
-            profiles = coefficients(np.moveaxis(self._along(lead, x), 0, -1), nodes)
+            lead = weights @ self.lead.reshape(len(weights), -1)
+            values, slopes = self._along(x)
+            profiles = self._fitted(sampled(len(x), nodes) @ values, lead, len(x))
             self._last.clear()
-            self._last[where] = lead, profiles
+            self._last[where] = _Evaluated(lead, values, slopes, profiles)
         return self._last[where]
 
     @cached_property
-    def _last(self) -> dict[tuple[bytes, bytes, int], tuple[PPoly, Array]]:
+    def _last(self) -> dict[tuple[bytes, bytes, int], _Evaluated]:
         """What was evaluated last: a step is taken from where the one before it ended."""
         return {}
 
-    def _cubics(self, values: Array) -> PPoly:
-        """Piecewise cubics along the strip."""
-        return PPoly.construct_fast(values.reshape(self.lead.shape[1:]), self.grid)
+    def _fitted(self, sides: csr_array, lead: Array, samples: int) -> Array:
+        """Coefficients at the nodes, shape (C, 2, k, m), from those of cubics along the strip."""
+        shape = self.lead.shape[3:]
+        return fitted(sides @ lead.reshape(-1, np.prod(shape)), samples).reshape(*shape, -1)
 
-    def _along(self, lead: PPoly, x: Array) -> Array:
-        """Values of a spline.
+    def _along(self, x: Array) -> tuple[csr_array, csr_array]:
+        """From coefficients of cubics to their values and slopes at places, shape (s, 4 (G - 1)).
 
         A tangent goes on beyond the ends, where no pixel counts: a step there would ring in the
         splines of the nodes, and make the loss jump where the camera moves.
         """
-        near = np.clip(x, -self.half, self.half)
-        values, out = np.asarray(lead(near)), near != x
-        beyond = (x - near)[out].reshape(-1, *[1] * (values.ndim - 1))
-        values[out] += beyond * np.asarray(lead(near[out], 1))
-        return values
+        count, near = len(self.grid) - 1, np.clip(x, -self.half, self.half)
+        interval = np.clip(np.searchsorted(self.grid, near, side="right") - 1, 0, count - 1)
+        u, one, beyond = near - self.grid[interval], np.ones(len(x)), (x - near)[:, None]
+        slopes = np.stack([3 * u**2, 2 * u, one, 0 * u], axis=1)
+        values = np.stack([u**3, u**2, u, one], axis=1) + beyond * slopes
+        which = interval[:, None] + count * np.arange(4)
+        begins, shape = 4 * np.arange(len(x) + 1), (len(x), 4 * count)
+        return (
+            csr_array((values.ravel(), which.ravel(), begins), shape=shape),
+            csr_array((slopes.ravel(), which.ravel(), begins), shape=shape),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluated:
+    """Phases of a design at places.
+
+    Attributes
+    ----------
+    lead : ndarray
+        Coefficients of its cubics, as a row of `ContactPhases.lead`.
+    values, slopes : sparse array, shape (s, 4 (G - 1))
+        From these to values at the places, and to slopes there.
+    profiles : ndarray, shape (C, 2, k, m)
+        As of `ContactPhases.profiles`.
+    """
+
+    lead: Array
+    values: csr_array
+    slopes: csr_array
+    profiles: Array
 
 
 def contact_phases(

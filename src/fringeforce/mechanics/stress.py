@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
@@ -12,6 +14,10 @@ from fringeforce.mechanics.elasticity import Displacement, unit_solutions
 from fringeforce.mechanics.elements import along, integrals, interpolation
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import plane_moduli
+
+SOLVED = 16
+"""Solved strips that are kept, a megabyte each or less: designs that differ by camera, light or
+optics alone share one, and so do a calibration and the readings with it."""
 
 
 def integrated_stress(displacement: Displacement, x: ArrayLike) -> Array:
@@ -64,8 +70,18 @@ def unit_stress(transducer: Transducer, places: ArrayLike, mesh: Mesh, x: ArrayL
     under a source of that stress; and that is smooth, so that large elements of high order give it
     at any place, though the stress near a load inside one of them is wrong.
     """
-    crossed = unit_solutions(transducer, places, mesh, _crossing(transducer, mesh))
-    return _integrated(transducer, mesh, crossed[:, :, 0], x)
+    wanted = (np.asarray(part, dtype=float).tobytes() for part in (places, x, mesh.x, mesh.z))
+    return _solved(transducer, mesh.order, *wanted).copy()
+
+
+@lru_cache(maxsize=SOLVED)
+def _solved(
+    transducer: Transducer, order: int, places: bytes, x: bytes, columns: bytes, rows: bytes
+) -> Array:
+    """`unit_stress`, with arrays by their bytes, which are hashable."""
+    mesh = Mesh(np.frombuffer(columns), np.frombuffer(rows), order)
+    crossed = unit_solutions(transducer, np.frombuffer(places), mesh, _crossing(transducer, mesh))
+    return _integrated(transducer, mesh, crossed[:, :, 0], np.frombuffer(x))
 
 
 def _crossing(transducer: Transducer, mesh: Mesh) -> Array:

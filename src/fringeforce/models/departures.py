@@ -25,11 +25,11 @@ from fringeforce.estimation.frame_model import (
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.uncertainty import (
     Uncertainty,
-    coefficients,
     mixed,
     random_field,
     uncertainty,

@@ -27,6 +27,7 @@ from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.models.finite_strain import SkinStrain
+from fringeforce.models.node_splines import coefficients
 from fringeforce.models.skin_influence import (
     DEGREE,
     FIRST_SHAPE,
@@ -37,7 +38,7 @@ from fringeforce.models.skin_influence import (
     WIDTH,
     fill_contacts,
 )
-from fringeforce.models.uncertainty import Uncertainty, coefficients
+from fringeforce.models.uncertainty import Uncertainty
 
 SHAPES = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
 """Means of the coefficients c_k, pressure first."""

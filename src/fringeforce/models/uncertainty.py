@@ -9,14 +9,12 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.sparse import csr_array
 
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
@@ -38,6 +36,7 @@ from fringeforce.models.as_built import (
 )
 from fringeforce.models.creep import TERMS, Creep
 from fringeforce.models.finite_strain import second_order_influence
+from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.temperature import COEFFICIENT, REFERENCE
@@ -340,50 +339,6 @@ def at_nodes(model: SensorModel, values: Array) -> Array:
     left = np.minimum(places.astype(np.int64), values.shape[-1] - 2)
     share = places - left
     return coefficients((1 - share) * values[..., left] + share * values[..., left + 1], nodes)
-
-
-def coefficients(values: Array, count: int) -> Array:
-    """Coefficients of cubic B-splines nearest to values at samples, in the least-squares sense.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., s)
-        At evenly spaced places from the second node to the last but one.
-    count : int
-        Number of nodes m.
-
-    Returns
-    -------
-    ndarray, shape (..., m)
-    """
-    samples = values.shape[-1]
-    onto, factor = _normal(samples, count)
-    # a column for each profile; samples come first where a spline was evaluated at them
-    columns = np.moveaxis(values, -1, 0).reshape(samples, -1)
-    found = cho_solve_banded((factor, True), onto @ columns, check_finite=False)
-    return np.ascontiguousarray(found.T).reshape(*values.shape[:-1], count)
-
-
-@cache
-def _normal(samples: int, count: int) -> tuple[csr_array, Array]:
-    """Normal equations of so many samples, which splines of four nodes each make banded.
-
-    Returns
-    -------
-    onto : sparse array, shape (m, s)
-        Right-hand sides of samples.
-    factor : ndarray, shape (4, m)
-        Lower Cholesky factor, as `scipy.linalg.cho_solve_banded` takes it.
-    """
-    first, weights = node_weights(np.linspace(1, count - 2, samples), count)
-    nodes = first[:, None] + np.arange(4)
-    rows = np.repeat(np.arange(samples), 4)
-    splines = csr_array((weights.ravel(), (rows, nodes.ravel())), shape=(samples, count))
-    gram = splines.T @ splines
-    bands = np.zeros((4, count))
-    for k in range(4):
-        bands[k, : count - k] = gram.diagonal(-k)
-    return splines.T.tocsr(), np.asarray(cholesky_banded(bands, lower=True))
 
 
 def _contact_moments(

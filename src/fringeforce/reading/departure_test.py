@@ -33,8 +33,9 @@ from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import LAYERS, UNEVEN_LIGHT, Departures
+from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Uncertainty, coefficients, uncertainty
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.findings import RIVAL, Departing, Sized, sentence
 
 VISIBILITY, BLUR, GAMMA = "polariscope.visibility", "camera.blur", "camera.gamma"

@@ -19,9 +19,10 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.linearised_frame import Linearised, shared_information, spread_profiles
 from fringeforce.models.finite_strain import beyond_second_order
+from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strain_error import SLOPE
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Uncertainty, coefficients
+from fringeforce.models.uncertainty import Uncertainty
 
 PATTERNS = 8
 """Load patterns that tell what the second order leaves: their mean square is known to a half."""

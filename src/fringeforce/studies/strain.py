@@ -27,10 +27,10 @@ from fringeforce.estimation.linearised_frame import (
 )
 from fringeforce.models.creep import without_creep
 from fringeforce.models.finite_strain import second_order_influence
+from fringeforce.models.node_splines import coefficients
 from fringeforce.models.presses import tractions
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts
 from fringeforce.models.strip import SensorModel, characterize
-from fringeforce.models.uncertainty import coefficients
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.studies.study_result import StudyResult
 
