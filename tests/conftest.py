@@ -29,7 +29,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if hasattr(config, "workerinput") or config.getoption("dist", "no") == "no":
         return
     strips = prepared.begin("strips")
-    prepared.begin("pads").wait()
+    prepared.begin("others").wait()
     strips.wait()
 
 
