@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 import fringeforce as ff
 from fringeforce.design.files import parse_sensor, shipped_designs
-from fringeforce.design.units import parse_quantity
+from fringeforce.design.units import USUAL, _quantity, parse_quantity
 
 SAAD = shipped_designs()["saad"].read_text(encoding="utf-8")
 
@@ -50,6 +50,16 @@ def _problems(text: str) -> list[str]:
 )
 def test_every_usual_spelling_of_a_quantity_is_read(spelling: str, unit: str, si: float) -> None:
     assert parse_quantity(spelling, unit) == pytest.approx(si, rel=1e-14)
+
+
+_USUAL = [(name, unit) for unit, names in USUAL.items() for name in names]
+
+
+@given(st.floats(-1e12, 1e12), st.sampled_from(_USUAL))
+def test_usual_units_are_read_as_pint_reads_them(number: float, usual: tuple[str, str]) -> None:
+    name, unit = usual
+    expected = _quantity(f"{number!r} {name}").to(unit).magnitude
+    assert parse_quantity(f"{number!r} {name}", unit) == expected
 
 
 _SCRAPS = ["0.5", "mm", "(", ")", "[", "'", '"', "\\", "%", "e", "1e", "/", "*", "if", "\n", "#"]
