@@ -375,18 +375,19 @@ class BenchPosterior:
 
     def _prior(self, f: int, shared: Array, free: bool) -> Prior:
         """Of the unknowns of a frame's model; the shared ones are free or do not move."""
-        own, at = self._contacts(f), self.bench.at
-        k, mean, precision = len(own), self.mean(f, shared), self.precision(f)
-        fields, light = shared[at.own("residual")], shared[at.bright : at.written]
-        rest = np.zeros if free else (lambda count: np.full(count, PINNED))
-        return Prior(
-            np.concatenate([mean[: 4 * k], fields, mean[4 * k :], light]),
-            np.concatenate(
-                [precision[: 4 * k], rest(len(fields)), precision[4 * k :], rest(len(light))]
-            ),
-            -1.0,
-            1e6,
-        )
+        at, (mine, others) = self.bench.at, self.bench.splits[len(self._contacts(f))]
+        mean = np.empty(len(mine) + len(others))
+        mean[mine], mean[others] = self.mean(f, shared), shared[at.residual : at.written]
+        if (f, free) not in self._prior_precisions:
+            precision = np.full(len(mean), 0.0 if free else PINNED)
+            precision[mine] = self.precision(f)
+            self._prior_precisions[f, free] = precision
+        return Prior(mean, self._prior_precisions[f, free], -1.0, 1e6)
+
+    @cached_property
+    def _prior_precisions(self) -> dict[tuple[int, bool], Array]:
+        """Precisions of the priors of frames so far."""
+        return {}
 
     def settled(
         self,

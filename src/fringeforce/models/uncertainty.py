@@ -9,12 +9,13 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
@@ -36,7 +37,7 @@ from fringeforce.models.as_built import (
 )
 from fringeforce.models.creep import TERMS, Creep
 from fringeforce.models.finite_strain import second_order_influence
-from fringeforce.models.node_splines import coefficients
+from fringeforce.models.node_splines import coefficients, fitted, sampled
 from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.temperature import COEFFICIENT, REFERENCE
@@ -324,21 +325,38 @@ def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
     steps = min(steps, max(pixels, 4))
     count = steps + 3
     first, weights = node_weights(1 + (np.arange(pixels) + 0.5) * steps / pixels, count)
-    return (
-        first,
-        weights,
-        np.arange(SPLINE_SAMPLES * steps + 1) / SPLINE_SAMPLES * pixels / steps - 0.5,
-    )
+    return first, weights, _places_in_pixels(pixels, steps)
 
 
 def at_nodes(model: SensorModel, values: Array) -> Array:
     """Coefficients at the nodes of values at the pixels of one row, shape (..., P) to (..., m)."""
-    _, _, positions = _nodes(model)
-    nodes = (len(positions) - 1) // SPLINE_SAMPLES + 3
-    places = np.clip(positions, 0, values.shape[-1] - 1)
-    left = np.minimum(places.astype(np.int64), values.shape[-1] - 2)
+    samples = len(_nodes(model)[2])
+    sides = _sides_of_pixels(values.shape[-1], samples)
+    rows = values.reshape(-1, values.shape[-1])
+    return fitted(sides @ rows.T, samples).reshape(*values.shape[:-1], -1)
+
+
+@cache
+def _sides_of_pixels(pixels: int, samples: int) -> csr_array:
+    """From values at pixels to what `fitted` takes of the samples between them, shape (m, P)."""
+    steps = (samples - 1) // SPLINE_SAMPLES
+    places = np.clip(_places_in_pixels(pixels, steps), 0, pixels - 1)
+    left = np.minimum(places.astype(np.int64), pixels - 2)
     share = places - left
-    return coefficients((1 - share) * values[..., left] + share * values[..., left + 1], nodes)
+    between = csr_array(
+        (
+            np.stack([1 - share, share], axis=1).ravel(),
+            np.stack([left, left + 1], axis=1).ravel(),
+            2 * np.arange(samples + 1),
+        ),
+        shape=(samples, pixels),
+    )
+    return csr_array(sampled(samples, steps + 3) @ between)
+
+
+def _places_in_pixels(pixels: int, steps: int) -> Array:
+    """Places of the samples in pixels, so many steps between nodes along them."""
+    return np.arange(SPLINE_SAMPLES * steps + 1) / SPLINE_SAMPLES * pixels / steps - 0.5
 
 
 def _contact_moments(
