@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky, get_lapack_funcs
+from scipy.linalg.blas import strmm  # pyrefly: ignore[missing-module-attribute]
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from fringeforce.estimation.likelihood import Response
@@ -182,8 +183,8 @@ class Search:
             (inverse,) = get_lapack_funcs(("trtri",), (factor,))
             root = inverse(factor, lower=1)[0].astype(np.float32)
             spread = (root**2).sum(axis=0).astype(float)
-            predicted = ((root @ part.T) for part in self._whole)
-            deviation = np.sqrt(np.max([(part**2).sum(axis=0) for part in predicted], axis=0))
+            predicted = [strmm(1.0, root, part.T, lower=1) for part in self._whole]
+            deviation = np.sqrt(np.max([np.einsum("ij,ij->j", one, one) for one in predicted], 0))
         shown = [
             start.any() and sure[vectors.known].mean() > WHOLE
             for (vectors, start), sure in zip(seen, before or [], strict=True)
