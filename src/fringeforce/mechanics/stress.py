@@ -16,7 +16,7 @@ from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import plane_moduli
 
 SOLVED = 16
-"""Solved strips that are kept, a megabyte each or less: designs that differ by camera, light or
+"""Solved strips that are kept, 0.05 to 4 MB each: designs that differ by camera, light or
 optics alone share one, and so do a calibration and the readings with it."""
 
 
