@@ -1,5 +1,6 @@
 """Checks of a model on loads by position and by time."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ pytestmark = pytest.mark.slow
 
 WIDTH = 0.8e-3
 PITCH = 1e-3
+NAMES = "m.h5", "f.npy", "l.csv"
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,30 @@ def test_a_good_model_passes_on_loads_by_position(model, bench) -> None:
     assert found.error < 0.03
     assert found.places is not None
     assert found.places[0] < 0.05e-3
+
+
+def test_frames_without_load_are_read_and_not_compared(model, bench) -> None:
+    frames, loads = bench
+    found, alone = verify(model, frames, loads), verify(model, frames[:-1], loads.rows(range(6)))
+    assert found.statuses == alone.statuses + Counter(["NO_CONTACT"])
+    assert (found.error, found.coverage) == (alone.error, alone.coverage)
+    pressed = np.concatenate([frames[:-1], frames[:1]])  # where nothing is written down
+    assert verify(model, pressed, loads).wrong == (6,)
+
+
+def test_presses_beside_the_tactels_of_a_strip_are_named(tmp_path) -> None:
+    model = ff.characterize(ff.load_sensor("saad"))
+    presses = [[ff.Press(x=x, normal=1.0, width=WIDTH)] for x in (-3.4e-3, -0.5e-3, 1.6e-3, 3.5e-3)]
+    frames, loads = model.expose(presses, 0), presses_as_loads(presses)
+    assert verify(model, frames, loads).beside
+    near = replace(loads, places=np.round(loads.places, 3) + 0.1e-3)
+    assert not verify(model, frames, near).beside
+    model.save(tmp_path / "m.h5")
+    np.save(tmp_path / "f.npy", frames)
+    save_bench_loads(tmp_path / "l.csv", loads)
+    run = CliRunner().invoke(app, ["check", *(str(tmp_path / n) for n in NAMES)])
+    assert run.exit_code == 1
+    assert "calibrate a design with a skin" in run.output
 
 
 def test_loads_one_pitch_beside_their_places_fail(model, bench) -> None:

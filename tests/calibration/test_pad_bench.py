@@ -9,7 +9,8 @@ from pad_benches import COVER, EFFECT, TRUE, built, drawing
 from typer.testing import CliRunner
 
 import fringeforce as ff
-from fringeforce.calibration.bench_loads import loads_on_tactels
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_loads import bench_loads, loads_on_tactels
 from fringeforce.calibration.load_log import LoadLog, load_log
 from fringeforce.calibration.pads import search as pad_search
 from fringeforce.calibration.verification import verify
@@ -127,6 +128,42 @@ def test_loads_by_place_are_compared_by_whole_force_and_centre(checked):
     assert found.places[0] < 0.1e-3
     beside = replace(loads, places=loads.places + np.array([0.0, 0.8e-3]))
     assert verify(model, frames, beside).wrong == (0, 1, 2, 3)
+
+
+def test_frames_without_load_are_no_reason_to_fail(checked):
+    model, frames, forces = checked
+    silent = model.expose(np.zeros((1, *forces.shape[1:])), 1)
+    loads = loads_on_tactels(np.concatenate([forces, 0 * forces[:1]]), model.sensor.tactels.places)
+    found = verify(model, np.concatenate([frames, silent]), replace(loads, tactels=None))
+    assert found.passed
+    assert found.statuses == {"OK": 4, "NO_CONTACT": 1}
+
+
+@pytest.mark.slow
+def test_presses_beside_the_tactels_are_read_as_contacts_anywhere(tmp_path):
+    """What tactels do not explain; frames are those of spheres by the exact series."""
+    rng, side = np.random.default_rng(7), {"transducer.length": 9e-3, "transducer.width": 9e-3}
+    model = built(**side, **{"camera.pixels": [56, 56], "camera.drift": 0.0})
+    places, forces = rng.uniform(-1.5e-3, 1.5e-3, (5, 2)), rng.uniform(-0.3, 0.3, (5, 3))
+    forces[:, 0] = rng.uniform(0.8, 2.0, 5)
+    presses = [[touch(*one)] for one in zip(places, forces, strict=True)]
+    frames = model.expose([*presses, []], rng)
+    loads = bench_loads(places, forces, np.arange(5), 6)
+    found = verify(model, frames, loads)
+    assert found.beside
+    assert found.passed, found
+    assert found.error < 0.03
+    assert found.places is not None
+    assert found.places[0] < 0.05e-3
+    with pytest.raises(InputError, match="Not one of"):
+        verify(model, np.zeros_like(frames), loads)
+    model.save(tmp_path / "m.h5")
+    np.save(tmp_path / "f.npy", frames)
+    for shift, status in ((0.0, 0), (0.8e-3, 1)):
+        save_bench_loads(tmp_path / "l.csv", replace(loads, places=loads.places + shift))
+        run = CliRunner().invoke(app, ["check", *(str(tmp_path / n) for n in NAMES)])
+        assert run.exit_code == status, run.output
+        assert "read as contacts anywhere" in run.output
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
+from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics import camera as camera_optics
 from fringeforce.plotting.pad_calibration import residual_field
@@ -38,7 +39,12 @@ ROUGH = 0.15
 @pytest.fixture(scope="module")
 def calibrated() -> PadModel:
     """A pad as a calibration leaves it: right, and sure of it."""
-    pad = drawing(**TRUE, **FEW, **{"camera.drift": 0.01})
+    return known_pad_of(**FEW)
+
+
+def known_pad_of(**changes) -> PadModel:
+    """The same of a pad that is drawn in some other way."""
+    pad = drawing(**{**TRUE, **changes, "camera.drift": 0.01})
     pad = pad.model_copy(update={"tolerances": Tolerances(STDS)})
     model = characterize_pad(pad, None, 48, 8)
     groups = PadUncertainty.of(model).groups[:-1]  # the last is the lamp's
@@ -136,6 +142,67 @@ def test_frames_without_load_tell_the_light_and_not_where_the_camera_is(calibrat
     place = found.calibration.names.index("camera.shift_x")
     assert found.calibration.std[place] == pytest.approx(0.1e-3, rel=0.1)
     assert abs(found.calibration.values[place] - TRUE["camera.shift_x"]) < 0.05e-3
+
+
+WIDE = {"transducer.length": 9e-3, "transducer.width": 9e-3, "camera.pixels": [56, 56]}
+
+
+def skin_shots(presses: list[list[ff.Press]], rng: np.random.Generator) -> np.ndarray:
+    """Frames of contacts anywhere on the same pad, as wide as a skin needs, some weeks on."""
+    pad = drawing(**{**TRUE, **WIDE, **DRIFTED})
+    model = characterize_pad(pad, None, 64, 12)
+    x, y = pad.pixel_positions
+    light = []
+    for one in presses:
+        slices = press_slices(pad, one, x, y)
+        slices = slices + ROUGH * rest(x, y) / (2 * len(slices))
+        light.append(model.seen(slices).reshape(model.frame_shape))
+    return camera_optics.expose(pad.camera, np.array(light), rng, frame_axes=2)
+
+
+def spheres(rng: np.random.Generator, count: int) -> list[list[ff.Press]]:
+    """Presses that nobody writes down."""
+    found = []
+    for _ in range(count):
+        (x, y), (a, b) = rng.uniform(-2e-3, 2e-3, 2), rng.uniform(-0.3, 0.3, 2)
+        found.append(
+            [ff.Press(x=x, y=y, normal=rng.uniform(0.8, 2), tangential=(a, b), radius=6e-3)]
+        )
+    return found
+
+
+@pytest.mark.slow
+def test_a_skin_is_brought_up_to_date_under_contacts_that_nobody_knows() -> None:
+    rng, skin = np.random.default_rng(8), known_pad_of(**WIDE).as_skin()
+    found = ff.update(skin, skin_shots([[], *spheres(rng, 4)], rng))
+    told, before = found.calibration, skin.calibration
+    assert told is not None
+    assert before is not None
+    assert told.usable, told.findings
+    for name, value in DRIFTED.items():
+        place = told.names.index(name)
+        off = abs(told.values[place] - value)
+        assert off < 4 * told.std[place], name
+        assert off < 0.2 * abs(before.values[place] - value), name
+    presses = spheres(rng, 3)
+    frames = skin_shots(presses, rng)
+    stale = [ff.Reader(skin).search(frame) for frame in frames]
+    fresh = [ff.Reader(found).search(frame) for frame in frames]
+    assert not any(reading.ok for reading in stale)
+    assert all(reading.ok for reading in fresh)
+    for reading, (press,) in zip(fresh, presses, strict=True):
+        total = reading.total
+        assert total is not None
+        true = np.array([press.normal, *press.shear, press.x, press.y], dtype=float)
+        off = np.concatenate([total.force, total.centre]) - true
+        assert (np.abs(off) < 5 * np.concatenate([total.force_std, total.place_std])).all()
+
+
+def test_a_skin_has_no_tactels_whose_loads_are_known(calibrated):
+    skin = calibrated.as_skin()
+    loads = np.zeros((1, skin.sensor.tactels.total, 3))
+    with pytest.raises(InputError, match="leave loads= out"):
+        ff.update(skin, np.zeros((1, *skin.frame_shape)), loads=loads)
 
 
 def test_frames_that_no_drift_explains_must_not_be_used(calibrated):

@@ -196,6 +196,41 @@ def listed(small: ff.Sensor, forces: np.ndarray) -> BenchLoads:
     )
 
 
+def test_presses_on_a_skin_do_not_slip() -> None:
+    for name, sensor in (("strip", "skin"), ("pad", "pad-skin")):
+        skin = ff.load_sensor(sensor).replace(**{"skin.friction": 0.4})
+        if name == "pad":
+            skin = skin.replace(**{"camera.pixels": [48, 48]})
+        normal, *shear = np.moveaxis(ff.plan_presses(skin, 3, TWO[:1]).loads, -1, 0)
+        assert (np.linalg.norm(shear, axis=0) <= 0.4 * normal * (1 + 1e-9)).all()
+        assert normal.max() > 0
+
+
+def test_a_calibrated_skin_is_pressed_two_thicknesses_of_its_cover_apart() -> None:
+    model = ff.characterize(ff.load_sensor("skin").replace(**{"camera.pixels": 256}))
+    pressed = np.flatnonzero(candidates(model, ff.Limits()).any(axis=(0, 2)))
+    apart = np.diff(model.sensor.tactels.positions[pressed])
+    assert apart == pytest.approx(2 * model.sensor.transducer.compliant.thickness)
+    ends = model.sensor.tactels.positions[pressed[[0, -1]]]
+    assert np.abs(ends).min() > model.sensor.skin.extent / 2 - apart[0]
+
+
+def test_derivatives_by_the_cover_of_a_skin_are_those_of_differences() -> None:
+    """Its line loads are a fifth of the cover's thickness apart: others for another thickness."""
+    thickness = "transducer.compliant.thickness"
+    skin = ff.load_sensor("skin").replace(**{"camera.pixels": 256})
+    found = design_jacobian(skin, (thickness,), np.zeros(1))
+    x, step, drawn = np.linspace(-5e-3, 5e-3, 41), 0.02, skin.transducer.compliant.thickness
+    spaced = skin.replace(**{"skin.resolution": skin.tactels.pitch})
+    ahead, behind = (
+        ff.characterize(spaced.replace(**{thickness: drawn * np.exp(way * step)})).influence(x)
+        for way in (1, -1)
+    )
+    wanted = (ahead - behind).reshape(len(x), -1) / (2 * step)
+    off = found.at(x)[1] - wanted
+    assert np.abs(off).max() < 0.02 * np.abs(wanted).max()
+
+
 def test_a_calibration_is_the_prior_of_the_next(small, small_model) -> None:
     more = typical_loads(small_model, ff.Limits(force=1.0), 10)
     before, after = more[:6], more[6:]

@@ -15,6 +15,7 @@ from fringeforce.models import pad_skin
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_presses import pad_tractions, press_slices
 from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
+from fringeforce.reading.pads.search import factored
 from fringeforce.reading.pads.skin_result import amounts, spin, tractions_at
 
 FAR = 5.0
@@ -287,3 +288,19 @@ def test_contacts_are_written_as_a_table(
     assert abs(float(whole["normal_N"]) - 2) < 0.05
     assert abs(float(single["spin_Nmm"])) < FAR * float(single["spin_std_Nmm"])
     assert bad["x_mm"] == "nan"
+
+
+def test_searches_go_on_where_loads_leave_no_trace_but_that_of_rounding() -> None:
+    """A uniform pressure on squares that cover a pad, in sums of single precision."""
+    n, rows = 27, np.random.default_rng(0).standard_normal((400, 27))
+    silent = np.ones((n, n)) / n
+    seen = rows @ (np.eye(n) - silent)
+    matrix = seen.T @ seen
+    mean = np.trace(matrix) / n
+    matrix -= 1e-7 * mean * silent
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(matrix)
+    factor = factored(matrix)
+    assert np.abs(factor @ factor.T - matrix).max() < 2e-6 * mean
+    seen = seen + rows  # as they are where all loads show
+    np.testing.assert_allclose(factored(seen.T @ seen), np.linalg.cholesky(seen.T @ seen))

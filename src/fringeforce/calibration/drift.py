@@ -94,8 +94,8 @@ def update(
     Parameters
     ----------
     model : SensorModel or PadModel
-        Calibrated; one with a skin takes unloaded frames.  A model with a given matrix need not be
-        calibrated: known loads tell the scale of its matrix, if that has a tolerance.
+        Calibrated; a strip with a skin takes unloaded frames.  A model with a given matrix need not
+        be calibrated: known loads tell the scale of its matrix, if that has a tolerance.
     frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels.
     loads : array_like, shape (F, n, components), optional
@@ -134,7 +134,7 @@ def update(
     """
     report = progress or (lambda title, done, expected: None)
     model = _begun(model)
-    levels = _checked(model, frames, unloaded)
+    levels = _checked(model, frames, loads, unloaded)
     known = _known(model, len(levels), loads, unloaded)
     return UPDATED[model.sensor.kind](model, levels, known, drift or Drift(), unloaded, report)
 
@@ -238,16 +238,20 @@ def _known(
     return forces.reshape(frames, -1)
 
 
-def _checked(model: SensorModel | PadModel, frames: ArrayLike, unloaded: bool) -> Array:
+def _checked(
+    model: SensorModel | PadModel, frames: ArrayLike, loads: ArrayLike | None, unloaded: bool
+) -> Array:
     if model.calibration is None:
         raise InputError(
             "update takes a calibrated model; this one is as drawn. Calibrate it first."
         )
-    if model.sensor.skin is not None and not unloaded:
+    if model.sensor.skin is not None and not unloaded and model.sensor.kind == "strip":
         raise InputError(
-            "A skin is brought up to date with frames without load; take such frames and say so, "
-            "unloaded=True."
+            "A strip's skin is brought up to date with frames without load; take such frames and "
+            "say so, unloaded=True."
         )
+    if model.sensor.skin is not None and loads is not None:
+        raise InputError("A skin has no tactels whose loads are known; leave loads= out.")
     levels, shape = numbers(frames, "Grey levels"), model.frame_shape
     levels = levels[None] if levels.shape == shape else levels
     if levels.shape[1:] != shape or not len(levels):

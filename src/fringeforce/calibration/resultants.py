@@ -27,7 +27,9 @@ FAR = 5.0
 
 
 class Beside(NamedTuple):
-    """Readings beside known loads; rows of frames that cannot be read are not numbers.
+    """Readings beside known loads.
+
+    Rows are not numbers of frames that cannot be read, and where nothing touches by both.
 
     Attributes
     ----------
@@ -106,6 +108,8 @@ def _beside(read: Sequence[tuple[Array, Array]], loads: BenchLoads) -> Beside:
             continue
         values, unsure = _written(loads, f)
         whole = covariance + unsure
+        if not (found[:, :components].any() or values[:components].any()):
+            continue  # no force, and none was written down
         off = found - values
         errors[f], std[f] = off[0], np.sqrt(np.diag(whole))
         explained = []

@@ -13,11 +13,15 @@ from scipy.special import chdtri
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.base.measured import INTERVAL
+from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.checks import checked_bench, checked_measurements
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.resultants import compared
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
+from fringeforce.models.as_built import PLACEMENT
 from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
@@ -26,6 +30,8 @@ from fringeforce.reading.reading import Reading, Status
 
 CHANCE = 1e-4
 """Chance of errors this large below which a reading contradicts its load."""
+BESIDE = 3.0
+"""Standard deviations of its place beyond which a contact does not lie on a tactel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +53,9 @@ class Verification:
     places : pair of float, optional
         Root-mean-square error of the centre of pressure, and of the deviations that were stated,
         those of the load's place included [m], along each axis; of loads by position.
+    beside : bool
+        Whether contacts lie beside the tactels of the design, whose forces do not explain them.  A
+        pad is read as a skin then, which takes contacts anywhere.
     """
 
     error: float
@@ -55,6 +64,7 @@ class Verification:
     statuses: Counter[str]
     wrong: tuple[int, ...]
     places: tuple[float, float] | None = None
+    beside: bool = False
 
     @property
     def passed(self) -> bool:
@@ -72,7 +82,8 @@ def verify(
     """Read frames and compare with their loads.
 
     Forces of tactels are compared one by one.  Of loads by position or time, which do not tell the
-    forces of tactels, the whole force of a frame and its centre are.
+    forces of tactels, the whole force of a frame and its centre are; on a pad that reads contacts
+    anywhere, if they lie beside its tactels.
 
     Parameters
     ----------
@@ -117,12 +128,16 @@ def _by_position(
     model: SensorModel | PadModel, levels: Array, known: BenchLoads | TimedLoads
 ) -> Verification:
     """Whole forces and their centres beside those of contacts anywhere."""
+    apart = _lies_beside(model.sensor, known)
+    if apart and isinstance(model, PadModel) and model.sensor.transducer.strain == "linear":
+        model = model.as_skin()
     readings = _readings(model, levels)
-    if not any(np.isfinite(reading.forces).all() for reading in readings):
-        raise InputError(f"Not one of {len(levels)} frames can be read: {readings[0].advice}")
     beside = compared(model.sensor, readings, known)
     off, std = beside.forces, beside.force_std
     read = np.isfinite(off).all(axis=1)
+    if not read.any():
+        refused = next((one for one in readings if not one.ok), readings[0])
+        raise InputError(f"Not one of {len(levels)} frames can be read: {refused.advice}")
     there = np.isfinite(beside.centres).all(axis=1)
     places = None
     if there.any():
@@ -136,7 +151,22 @@ def _by_position(
         statuses=Counter(reading.status.name for reading in readings),
         wrong=tuple(np.flatnonzero(read & (beside.chances < CHANCE)).tolist()),
         places=places,
+        beside=apart,
     )
+
+
+def _lies_beside(sensor: Sensor | Pad, known: BenchLoads | TimedLoads) -> bool:
+    """Whether contacts lie beside the tactels, more than their places are uncertain."""
+    if sensor.skin is not None:
+        return False
+    loads = known if isinstance(known, BenchLoads) else known.at(known.delay)
+    here, tactels = loads.present, sensor.tactels.places
+    places = loads.places[here].reshape(-1, 1, sensor.dimensions)
+    nearest = np.abs(places - tactels).max(axis=2).min(axis=1)
+    stated = loads.place_std[here]
+    unsure = np.where(np.isfinite(stated), stated, DOUBT["place"])
+    drawn = sensor.tolerances.get(PLACEMENT, 0.0)
+    return bool((nearest > BESIDE * np.hypot(unsure, drawn)).any())
 
 
 def _readings(model: SensorModel | PadModel, levels: Array) -> list[Reading]:

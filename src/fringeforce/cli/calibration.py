@@ -27,6 +27,11 @@ Parameters = Annotated[
         "it, all that loads can tell are estimated.",
     ),
 ]
+BESIDE_TACTELS = {
+    "pad": "presses lie beside the tactels: read as contacts anywhere",
+    "strip": "presses lie beside the tactels, whose forces do not explain them: check with presses "
+    "on tactels, or calibrate a design with a skin, which reads contacts anywhere",
+}
 Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
 
 
@@ -207,8 +212,9 @@ def check(
 
     Ends with status 1 if a frame contradicts them.
 
-    Loads are a table of tactels, of presses by position (x_mm), or a log by time (time_s). Of the
-    last two the whole force and its centre are compared, not the forces of tactels.
+    Loads are a table of tactels, of presses by position (x_mm, of a pad x_mm and y_mm), or a log by
+    time (time_s). Of the last two the whole force and its centre are compared, not the forces of
+    tactels; a pad reads presses beside its tactels as contacts anywhere.
     """
     from fringeforce.calibration.load_log import LoadLog
     from fringeforce.calibration.verification import verify
@@ -223,6 +229,8 @@ def check(
     times = load_frame_times(frames, len(images), fps) if by_time else None
     found = verify(sensor_model, images, known, times=times)
     print("frames: " + ", ".join(f"{count} {name}" for name, count in found.statuses.items()))
+    if found.beside:
+        print(BESIDE_TACTELS[sensor_model.sensor.kind])
     print(f"error {found.error:.3g} N rms, stated {found.stated:.3g} N")
     if found.places is not None:
         off, stated = (1e3 * value for value in found.places)

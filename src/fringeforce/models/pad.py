@@ -18,6 +18,7 @@ from fringeforce.base.storage import existing_file, new_file, read, text, write
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
 from fringeforce.design.pad import Pad
+from fringeforce.design.tolerances import Tolerances
 from fringeforce.mechanics.solid.block import Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
@@ -341,6 +342,29 @@ class PadModel:
         0.01
         """
         return replace(self, sensor=loosened(self.sensor, stated))
+
+    def as_skin(self) -> PadModel:
+        """The same pad as a skin, which reads contacts anywhere in the place of forces on tactels.
+
+        What a calibration found, and what it left uncertain, is the same.
+
+        Raises
+        ------
+        DesignError
+            If the pad cannot have a skin: its sides are not rollers, or its strain is finite.
+
+        Examples
+        --------
+        >>> pad = ff.load_sensor("pad").replace(tactels={"count": [2, 2]})
+        >>> ff.characterize(pad).as_skin().sensor.skin.extent
+        (0.025, 0.025)
+        """
+        pad, block, influence = self.sensor, self.sensor.transducer, self.influence
+        own = {path: s for path, s in pad.tolerances.items() if not path.startswith("tactels.")}
+        skin = {"extent": [block.length, block.width]}
+        made = pad.model_copy(update={"tolerances": Tolerances(own)}).replace(skin=skin)
+        found = characterize_pad(made, None, len(influence.x), len(influence.profile))
+        return replace(found, calibration=self.calibration, known=self.known)
 
     def checked(self, forces: ArrayLike, single: bool = False) -> Array:
         """Forces as floats of shape (..., n, 3); InputError if they are another pad's."""

@@ -1,44 +1,27 @@
 """What drifted on the bench of a pad since its calibration.
 
-All frames share what lasts of a pad, with the calibration widened by the drift as prior.  Of its
-own every frame has its forces, unless they are known, the gain of its light, and the shapes of its
-contacts.
+All frames share what lasts of a pad, with the calibration widened by the drift as prior.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Index, Mask
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_search import inverse
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Drift, Told, missed
 from fringeforce.calibration.pads.calibrated import known_pad, stated_value
-from fringeforce.design.tolerances import with_values
-from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
-from fringeforce.estimation.likelihood import Misfit
-from fringeforce.estimation.residual_test import square_limit
-from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
+from fringeforce.calibration.pads.drift_bench import STEPS, DriftBench, SkinBench, TactelBench
+from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_uncertainty import PadUncertainty
-from fringeforce.reading.pads.fit import Fit, Place, Prior
-from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import FOLLOWED_SIDE, Earlier, PadFrameReader
-from fringeforce.reading.reading import Reading
-
-STEPS = 12
-"""Most steps towards what the frames say together."""
-CLOSE, NEAR = 0.1, 1.0
-"""Falls of the loss, in squared deviations of all unknowns together, that a step promises below
-which it need not be evaluated, and below which it is the last."""
 
 
 def updated_pad(
@@ -58,7 +41,7 @@ def updated_pad(
     levels : ndarray, shape (F, P)
         Grey levels.
     known : ndarray, shape (F, 3n), optional
-        Forces that acted [N]; they are found with the rest if not given.
+        Forces that acted [N]; they are found with the rest if not given, or contacts of a skin.
     drift : Drift
         What may have changed.
     unloaded : bool
@@ -68,24 +51,31 @@ def updated_pad(
     """
     if model.known is None or model.calibration is None:
         raise InputError("This pad was never calibrated; calibrate it first.")
-    prior = _widened(model, drift)
-    reader = PadFrameReader(replace(model, known=prior))
-    bench = _Bench(reader, levels, known)
+    loosened = _loosened(model, drift)
+    anywhere = model.sensor.skin is not None and known is None
+    kind = SkinBench if anywhere else TactelBench
+    bench = kind(loosened, levels, known)
     total = len(levels) + STEPS
-    starts = []
+    frames = []
     for number in range(len(levels)):
         report(f"Finding what drifted in {len(levels)} frames", number, total)
-        starts.append(bench.begun(number))
-    state, information, explained = bench.together(starts, report, total)
+        frames.append(bench.begun(number))
+    state, information, explained = bench.together(frames, report, total)
+    if explained.any() and not explained.all():
+        # what is hard to find under all drift may be easy under that of the others
+        nearer = kind(_told_by(loosened, bench.unsure, state.shared, information), levels, known)
+        for number in np.flatnonzero(~explained).tolist():
+            frames[number] = nearer.begun(number)
+        state, information, explained = bench.together(frames, report, total, state.shared)
     report("Done", total, total)
     return _updated(model, bench, state.shared, information, explained)
 
 
-def _widened(model: PadModel, drift: Drift) -> PadKnowledge:
-    """What is known of a pad that may have drifted."""
-    known = model.known
+def _loosened(model: PadModel, drift: Drift) -> PadModel:
+    """The pad with what is known of it widened by the drift, tolerances and all."""
+    known, pad = model.known, model.sensor
     assert known is not None
-    amplitude = model.sensor.camera.amplitude
+    amplitude = pad.camera.amplitude
     drifts = {
         "camera.amplitude": drift.light * amplitude,
         "camera.offset": drift.offset * amplitude,
@@ -94,169 +84,35 @@ def _widened(model: PadModel, drift: Drift) -> PadKnowledge:
         "camera.scale": drift.scale,
         RESIDUAL: drift.residual,
     }
-    added = [
-        np.full(count, (drifts.get(path, 0.0) / known.stds[path]) ** 2)
-        for path, count in known.counts.items()
-    ]
-    return replace(known, covariance=known.covariance + np.diag(np.concatenate(added)))
-
-
-class _State(NamedTuple):
-    """Values of all unknowns, and every frame there."""
-
-    shared: Array
-    own: list[Array]
-    places: list[tuple[Place, Misfit]]
-    loss: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Bench:
-    """Frames of a pad that may have drifted.
-
-    Attributes
-    ----------
-    reader : PadFrameReader
-        Of the pad with all drift as tolerances, which finds each frame by itself.
-    levels : ndarray, shape (F, P)
-        Grey levels.
-    known : ndarray, shape (F, 3n), optional
-        Forces [N].
-    """
-
-    reader: PadFrameReader
-    levels: Array
-    known: Array | None
-
-    @cached_property
-    def unsure(self) -> PadUncertainty:
-        """What is uncertain about the pad."""
-        found = self.reader.uncertain
-        assert found is not None
-        return found
-
-    @cached_property
-    def _sampling(self) -> Sampling:
-        return lattice(self.unsure.model, FOLLOWED_SIDE, self.unsure)
-
-    @cached_property
-    def used(self) -> Mask:
-        """Pixels that count."""
-        return self.reader.usable_pixels
-
-    @cached_property
-    def prior(self) -> tuple[Array, Array]:
-        """Mean, shape (S,), and precision, (S, S), of what all frames share."""
-        lasting = self.unsure.lasting
-        mean, precision = self.unsure.expected
-        return mean[lasting], precision[np.ix_(lasting, lasting)]
-
-    @property
-    def loads(self) -> int:
-        """Number of forces 3n."""
-        return 3 * self.unsure.model.sensor.tactels.total
-
-    @cached_property
-    def _mine(self) -> Index:
-        """Which of forces and unknowns are those of single frames."""
-        own = self.loads + np.flatnonzero(~self.unsure.lasting)
-        return own if self.known is not None else np.append(np.arange(self.loads), own)
-
-    def begun(self, f: int) -> tuple[Array, bool]:
-        """Forces and unknowns of a frame by itself, and whether they explain it."""
-        nothing = np.concatenate([np.zeros(self.loads), self.unsure.expected[0]])
-        if self.known is not None:
-            nothing[: self.loads] = self.known[f]
-            return nothing, True
-        image = self.levels[f].reshape(self.reader.model.frame_shape)
-        checked = self.reader.checked(image, self.used)
-        if isinstance(checked, Reading):
-            return nothing, False
-        _, optimum = self.reader.found(checked, self.used, Earlier())
-        fine = self.reader.classifier(self.used).explained(optimum)
-        return np.concatenate([optimum.forces, optimum.extra]), fine
-
-    def together(
-        self, starts: list[tuple[Array, bool]], report: Progress, total: int
-    ) -> tuple[_State, Array, Mask]:
-        """What all frames say together, its information (S, S), and which frames are explained."""
-        mine, lasting = self._mine, self.unsure.lasting
-        kept = np.array([fine for _, fine in starts])
-        mean, precision = self.prior
-        fits = [self._fit(f, values[: self.loads]) for f, (values, _) in enumerate(starts)]
-
-        def at(shared: Array, own: list[Array]) -> _State:
-            places, loss = [], float((shared - mean) @ precision @ (shared - mean))
-            for f, (fit, (values, fine)) in enumerate(zip(fits, starts, strict=True)):
-                whole = values.copy()
-                whole[mine] = own[f]
-                whole[self.loads :][lasting] = shared
-                place = fit.at(whole[: self.loads], whole[self.loads :])
-                places.append((place, fit.misfit(place)))
-                loss += fine * places[-1][1].loss
-            return _State(shared, own, places, loss)
-
-        def told(state: _State) -> tuple[list[Eliminated], Array, Array]:
-            gradient, information = precision @ (state.shared - mean), precision.copy()
-            found = []
-            for fit, fine, (place, left) in zip(fits, kept, state.places, strict=True):
-                found.append(Eliminated.of(self._terms(fit, place, left)))
-                gradient = gradient + fine * found[-1].gradient
-                information += fine * found[-1].information
-            return found, gradient, information
-
-        def expand(state: _State) -> Expansion[_State]:
-            report("Finding what drifted in all frames", len(starts), total)
-            found, gradient, information = told(state)
-
-            def ahead(step: Array) -> tuple[_State, float]:
-                own = [
-                    value + one.step + one.response @ step
-                    for value, one in zip(state.own, found, strict=True)
-                ]
-                there = at(state.shared + step, own)
-                return there, there.loss
-
-            return Expansion(state.loss, gradient, lambda: information, ahead)
-
-        first = at(mean, [values[mine] for values, _ in starts])
-        reached = minimise(first, expand, STEPS, Stop(close=CLOSE, near=NEAR), damping=0.0).place
-        squares = np.array([left.slope @ left.slope for _, left in reached.places])
-        return reached, told(reached)[2], kept & (squares <= square_limit(int(self.used.sum())))
-
-    def _fit(self, f: int, forces: Array) -> Fit:
-        unsure = self.unsure
-        free = Prior(np.zeros(unsure.size), np.diag((~unsure.lasting).astype(float)))
-        used = None if self.used.all() else self.used
-        response = self.reader.response
-        return Fit(unsure.model, response, self._sampling, self.levels[f], used, free, forces)
-
-    def _terms(self, fit: Fit, place: Place, left: Misfit) -> FrameTerms:
-        """Half the loss of a frame to second order."""
-        gradient, information = fit.gradient(place, left), fit.information(place)
-        # it takes all pixels for alike, which tells light from dark where no frame does
-        brightness, own = self.unsure.brightness, (~self.unsure.lasting).astype(float)
-        amplitude = self.unsure.group("camera.amplitude")
-        assert amplitude is not None
-        first = self.loads + amplitude.begin
-        bright = brightness[amplitude.begin] * fit.response.amplitude * place.intensity[self.used]
-        exact = float(bright @ bright / fit.response.variance)
-        scale = np.ones(len(gradient))
-        scale[self.loads :][brightness != 0] = np.sqrt(exact / information[first, first])
-        prior = np.diag(np.concatenate([np.zeros(self.loads), own]))
-        information = (information - prior) * np.outer(scale, scale) + prior
-        mine, others = self._mine, self.loads + np.flatnonzero(self.unsure.lasting)
-        return FrameTerms(
-            information[np.ix_(mine, mine)],
-            information[np.ix_(mine, others)],
-            information[np.ix_(others, others)],
-            gradient[mine],
-            gradient[others],
+    wide = {path: float(np.hypot(std, drifts.get(path, 0.0))) for path, std in known.stds.items()}
+    # unknowns are measured in the tolerances
+    scale, added = (
+        np.concatenate([np.full(count, share(path)) for path, count in known.counts.items()])
+        for share in (
+            lambda path: known.stds[path] / wide[path],
+            lambda path: (drifts.get(path, 0.0) / wide[path]) ** 2,
         )
+    )
+    covariance = known.covariance * np.outer(scale, scale) + np.diag(added)
+    return replace(
+        model,
+        sensor=pad.model_copy(update={"tolerances": Tolerances({**pad.tolerances, **wide})}),
+        known=PadKnowledge(wide, known.counts, known.mean * scale, covariance),
+    )
+
+
+def _told_by(
+    model: PadModel, unsure: PadUncertainty, shared: Array, information: Array
+) -> PadModel:
+    """The pad with what frames have told of what lasts, shape (S,), and its information."""
+    lasting = [group for group in unsure.groups if unsure.lasting[group.begin]]
+    stds = {group.path: group.std for group in lasting}
+    counts = {group.path: group.end - group.begin for group in lasting}
+    return replace(model, known=PadKnowledge(stds, counts, shared, inverse(information)))
 
 
 def _updated(
-    model: PadModel, bench: _Bench, shared: Array, information: Array, explained: Mask
+    model: PadModel, bench: DriftBench, shared: Array, information: Array, explained: Mask
 ) -> PadModel:
     """The pad as found, with what is left uncertain and words on what changed."""
     unsure, found, pad = bench.unsure, model.calibration, model.sensor
@@ -302,7 +158,7 @@ def _updated(
     return replace(later, provenance=model.provenance, calibration=calibration, known=known)
 
 
-def _told(bench: _Bench, shared: Array, covariance: Array) -> Iterator[Told]:
+def _told(bench: DriftBench, shared: Array, covariance: Array) -> Iterator[Told]:
     """What the frames tell of each thing that may drift."""
     unsure, pad = bench.unsure, bench.unsure.model.sensor
     mean, precision = bench.prior

@@ -123,7 +123,16 @@ def candidates(model: SensorModel, limits: Limits) -> Array:
     InputError
         If even the smallest load makes fringes that the camera does not resolve.
     """
-    pressed = presses(model.sensor.tactels.count, 2, limits)
+    sensor = model.sensor
+    n = sensor.tactels.count
+    chosen = np.arange(n)
+    if sensor.skin is not None:  # a calibrated one, whose line loads are much denser
+        step = round(SPACING * sensor.transducer.compliant.thickness / sensor.tactels.pitch)
+        step = max(step, 1)
+        chosen = np.arange((n - 1) % step // 2, n, step)
+    few = presses(len(chosen), 2, limits)
+    pressed = np.zeros((len(few), n, 2))
+    pressed[:, chosen] = few
     return resolved(pressed, fringes_per_pixel(model, pressed), limits)
 
 

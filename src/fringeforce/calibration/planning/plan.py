@@ -123,7 +123,8 @@ def plan_presses(
     parameters : sequence of str, optional
         Dotted paths of the design values to estimate, as in `calibrate`.
     limits : Limits, optional
-        What can be applied; up to 3 N on one tactel if not given.
+        What can be applied; up to 3 N on one tactel if not given.  Without a friction, that of a
+        skin's design limits loads.
     typical : array_like, shape (j, n, components), optional
         Loads that the sensor is to read [N]; random contacts up to the largest force if not given.
 
@@ -282,6 +283,8 @@ def planning_problem(
 ) -> PlanningProblem:
     """What is to be planned; parameters as in `plan_presses` and `PlanningProblem`."""
     sensor: Any = getattr(source, "sensor", source)
+    if sensor.skin is not None and limits.friction is None:
+        limits = replace(limits, friction=sensor.skin.friction)
     known = KINDS[sensor.kind](source, parameters)
     loads = known.typical(limits, TYPICAL) if typical is None else _checked(typical, known.sensor)
     anywhere = sensor.dimensions == 2 or sensor.skin is not None
