@@ -9,6 +9,7 @@ from scipy import stats
 
 import fringeforce as ff
 from fringeforce.design.pad import Pad
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models import splines
 from fringeforce.models.imaging import camera_response
@@ -19,6 +20,7 @@ from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics import camera as camera_optics
 from fringeforce.reading.pads.diagnosis import PadSquaresDiagnosis
 from fringeforce.reading.pads.fit import Fit
+from fringeforce.reading.pads.light import REMEMBERED, Prior
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.reading import Status
@@ -262,6 +264,35 @@ def test_frames_that_follow_carry_on_what_lasts(roller: PadModel) -> None:
         assert (np.abs(reading.forces - step) < 5 * reading.std).all()
     alone = ff.Reader(model).search(frames[-1])
     assert (readings[-1].std < 1.02 * alone.std).all()
+
+
+def test_what_frames_tell_together_stays_beside_what_is_stated(roller: PadModel) -> None:
+    """Frames alike, each of which counts a share less than the next: sums of a geometric series.
+
+    One that is stated as m with the precision S, and that N frames tell to be t with the precision
+    F each, is known with the precision S + F (r + r^2 + ... + r^N) = S + G, about
+    (S m + G t) / (S + G).
+    """
+    known = PadUncertainty(loosened(roller, **{"camera.amplitude": "240 +/- 3", "camera.drift": 0}))
+    assert known.size == 1
+    stated, told, there, count = 1.0, 0.4, 7.0, 12
+    prior = Prior.stated(known)
+    for _ in range(count):
+        # a load beside it that it has nothing to do with, and the value where the frame ends
+        whole = np.diag([5.0, prior.precision[0, 0] + told])
+        extra = (prior.precision[0] * prior.mean + told * there) / whole[1, 1]
+        prior = prior.after(known, extra, Curvature(whole))
+    frames = told * np.sum(REMEMBERED ** np.arange(1, count + 1))
+    assert prior.precision[0, 0] == pytest.approx(stated + frames)
+    assert prior.mean[0] == pytest.approx(frames * there / (stated + frames))
+    # with an earlier matrix frames end where many alike do, which forget what they tell
+    share = told * REMEMBERED / (1 - REMEMBERED)
+    for _ in range(400):
+        prior = Prior(prior.mean, np.array([[stated + share]]))
+        extra = (prior.precision[0] * prior.mean + told * there) / (prior.precision[0] + told)
+        prior = prior.after(known, extra, None)
+    assert prior.precision[0, 0] == pytest.approx(stated + share)
+    assert prior.mean[0] == pytest.approx(share * there / (stated + share))
 
 
 def test_no_contact_is_seen_as_none_under_another_light(roller: PadModel) -> None:

@@ -60,6 +60,11 @@ class Prior:
     def after(self, uncertain: PadUncertainty, extra: Array, curvature: Curvature | None) -> Prior:
         """What is known before the next frame.
 
+        Of what frames told, with the precision P about x, a share r is believed beside what is
+        stated, S about m, so that many frames together stay within what is stated:
+
+            P' = S + r (P - S),    P' x' = S m + r (P x - S m).
+
         Parameters
         ----------
         uncertain : PadUncertainty
@@ -67,19 +72,25 @@ class Prior:
         extra : ndarray, shape (q,)
             The unknowns as a frame tells them.
         curvature : Curvature, optional
-            Of all unknowns of that frame under this prior, these last; none if it told nothing new.
+            Of all unknowns of that frame under this prior, these last; without one, frames tell as
+            much as is forgotten.
         """
-        lasting, precision = uncertain.lasting, self.precision
+        lasting, first = uncertain.lasting, Prior.stated(uncertain)
+        here = np.ix_(lasting, lasting)
+        stated = first.precision[here]
+        told = stated + (self.precision[here] - stated) / REMEMBERED
         if curvature is not None:
-            first, count = Prior.stated(uncertain), len(curvature.information) - len(extra)
+            count = len(curvature.information) - len(extra)
             order = np.concatenate([np.flatnonzero(lasting), np.flatnonzero(~lasting)]) + count
             order = np.concatenate([order, np.arange(count)])
             whole = curvature.information[np.ix_(order, order)]
-            own = marginal_information(whole, int(lasting.sum()))
-            stated = first.precision[np.ix_(lasting, lasting)]
-            precision = np.eye(uncertain.size)
-            precision[np.ix_(lasting, lasting)] = stated + REMEMBERED * (own - stated)
-        return Prior(np.where(lasting, extra, 0.0), precision)
+            told = marginal_information(whole, int(lasting.sum()))
+        mean, precision = np.zeros(uncertain.size), np.eye(uncertain.size)
+        precision[here] = stated + REMEMBERED * (told - stated)
+        expected = stated @ first.mean[lasting]
+        pulled = expected + REMEMBERED * (told @ extra[lasting] - expected)
+        mean[lasting] = np.linalg.solve(precision[here], pulled)
+        return Prior(mean, precision)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
