@@ -9,11 +9,7 @@ FRAMES = 300
 
 
 def test_what_is_read_as_ok_under_faint_loads_lies_within_its_covariance() -> None:
-    """Against the chi-square distribution of squared Mahalanobis distances from the truth.
-
-    Their mean falls short of it, for friction holds the errors of tactels that nothing touches
-    below the deviations that are stated, which leave it out.
-    """
+    """Against the chi-square distribution of squared Mahalanobis distances from the truth."""
     model = ff.characterize(ff.load_sensor("saad"))
     reader, rng, squares = ff.Reader(model), np.random.default_rng(7), []
     for _ in range(FRAMES):
@@ -27,7 +23,7 @@ def test_what_is_read_as_ok_under_faint_loads_lies_within_its_covariance() -> No
     assert len(squares) > FRAMES / 2
     # one frame in ten thousand, of all together
     assert max(squares) < chi2.isf(1e-4 / FRAMES, 22)
-    assert 0.7 < np.mean(squares) / 22 < 1.1
+    assert 0.85 < np.mean(squares) / 22 < 1.15
 
 
 def test_faint_touches_that_are_followed_lie_within_their_covariance() -> None:

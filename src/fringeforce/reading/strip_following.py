@@ -220,12 +220,9 @@ class StripFollower(Follower):
         return reading
 
     def _begin(self, posterior: Posterior, top: Top, weak: bool) -> None:
-        prior = posterior.prior
-        if not self._single.beside:  # the phase tells the loads, and friction would bend it
-            prior = prior._replace(friction=-1.0)
         own = InformationFilter(
             posterior.model,
-            prior,
+            posterior.prior,
             self._single.uncertain.lasting,
             self._used,
             FAINT_PHASE,

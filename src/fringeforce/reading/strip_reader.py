@@ -41,6 +41,7 @@ from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_explanations import (
     Before,
     Explanations,
+    Weighed,
     alike_within,
     one_reading,
     same_phase,
@@ -551,7 +552,10 @@ class StripFrameReader(StripFrames):
         before: Before | None = None,
     ) -> tuple[Reading, Located]:
         """The reading of explanations, and from where the next frame can be followed."""
-        posterior, weighed = met.posterior, met.weighed(before)
+        weighed = met.weighed(before)
+        if status is None and not self.beside and met.posterior.prior.friction > 0:
+            met, weighed = _freed(met, weighed)
+        posterior = met.posterior
         best, count = weighed[0], posterior.model.at.loads
         same = [one_reading(one, best, self.hidden) for one in weighed]
         probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
@@ -667,3 +671,14 @@ class StripFrameReader(StripFrames):
         if (shift := self.strain_shift(posterior, top.unknowns)) is not None:
             covariance = covariance + shift.covariance(loads)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
+
+
+def _freed(met: Explanations, weighed: list[Weighed]) -> tuple[Explanations, list[Weighed]]:
+    """Explanations fitted without friction, with the weights that they have with it.
+
+    Where contacts are as drawn the phase tells the loads.  Friction would hold the errors of those
+    that nothing touches below their deviations, which leave it out.
+    """
+    posterior = met.posterior.under(met.posterior.prior._replace(friction=-1.0))
+    weighed = [replace(one, top=posterior.settled(one.top.unknowns)) for one in weighed]
+    return Explanations(posterior, [one.top for one in weighed]), weighed
