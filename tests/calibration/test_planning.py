@@ -196,6 +196,7 @@ def listed(small: ff.Sensor, forces: np.ndarray) -> BenchLoads:
     )
 
 
+@pytest.mark.slow
 def test_presses_on_a_skin_do_not_slip() -> None:
     for name, sensor in (("strip", "skin"), ("pad", "pad-skin")):
         skin = ff.load_sensor(sensor).replace(**{"skin.friction": 0.4})
