@@ -324,7 +324,13 @@ class StripFrameReader(StripFrames):
 
     def quieter(self, noise: float) -> StripFrameReader:
         """What reads means of frames, whose noise has so large a share of one frame's variance."""
-        return replace(self, noise=noise)
+        if noise not in self._quieter:
+            self._quieter[noise] = replace(self, noise=noise)
+        return self._quieter[noise]
+
+    @cached_property
+    def _quieter(self) -> dict[float, StripFrameReader]:
+        return {}
 
     def own_posterior(self, frame: Array) -> Posterior:
         """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
