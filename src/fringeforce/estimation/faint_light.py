@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 SAMPLES = 600
 """Frames of faint loads whose light spans the space: several for each of its dimensions, which are
-37 for eleven tactels and 94 for thirty-two."""
+24 for eleven tactels and 58 for thirty-two."""
 LEFT_OUT = 0.3
 """Length of what the space leaves out of a frame of faint loads, root mean square, in deviations of
 one pixel's noise: it changes no sum of squares by more than about one."""
@@ -26,7 +26,7 @@ TOUCHED = 0.2
 
 
 def faint_light(model: FrameModel, phase: float) -> Array:
-    """Orthonormal rows that span the light of faint loads, shape (k, P).
+    """Orthonormal rows that span the light of faint loads.
 
     Parameters
     ----------
@@ -34,6 +34,11 @@ def faint_light(model: FrameModel, phase: float) -> Array:
         What makes frames.
     phase : float
         Largest phase that the loads of a sample cause [rad].
+
+    Returns
+    -------
+    ndarray, shape (k, P)
+        Directions in the space of grey levels, the strongest first.
     """
     rng, at = np.random.default_rng(0), model.at
     dark, light = expose(model, np.zeros(at.size))[0], list[Array]()

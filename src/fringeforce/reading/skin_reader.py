@@ -222,9 +222,7 @@ class SkinReader(StripFrames):
         """No contact, if that explains the frame."""
         nothing = Contacts(np.zeros((1, 2)), self.skin.drawn[None])
         posterior, start = seen.linear.posterior(nothing)
-        precision = posterior.prior.precision.copy()
-        precision[:2] *= 1e8
-        alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
+        alone = posterior.without()
         top = alone.climbed(start, heats=(), steps=(0, 2))
         if top.square > HOPELESS_LOSS * top.count:
             return None

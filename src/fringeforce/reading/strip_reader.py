@@ -179,12 +179,9 @@ class StripFrameReader(StripFrames):
     def _bins(self) -> Bins:
         return Bins(self.uncertain.frame)
 
-    def posterior(
-        self, frame: Array, push: float, loads: Array | None = None, sound: Array | None = None
-    ) -> Posterior:
-        """Posterior of a frame whose contacts push with about this force, or these loads [N]."""
-        if loads is None:
-            loads = np.tile([push, SHEAR_RATIO * push], self.uncertain.frame.at.loads // 2)
+    def posterior(self, frame: Array, push: float, sound: Array | None = None) -> Posterior:
+        """Posterior of a frame whose contacts push with about this force [N]."""
+        loads = np.tile([push, SHEAR_RATIO * push], self.uncertain.frame.at.loads // 2)
         prior = contact_prior(self.uncertain.frame, push, self._friction)
         return Posterior(self.uncertain.under(loads), prior, frame, self._bins, sound)
 
