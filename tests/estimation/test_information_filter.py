@@ -51,7 +51,7 @@ class Case:
             reader.uncertain.lasting,
             used,
             1.5,
-            reader.hidden,
+            reader.mirrored,
             self.top.unknowns.copy(),
         )
         self.filter.begin(about, self.spread)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exact_frames import Bench, drawing
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import binom, chi2
@@ -141,7 +142,8 @@ def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> No
         phase = np.abs(forces.reshape(len(forces), -1) @ model.frame_influence.T).max(axis=1)
         searched.append(~batch.tracked[phase > FAINT_PHASE])
         sure.append(ok)
-    assert np.mean(np.concatenate(searched)) < 0.005  # fainter frames are read alone
+    # fainter frames are read alone; searches settle the side of stretches that come out of the dark
+    assert np.mean(np.concatenate(searched)) < 0.1
     assert np.mean(sure) > 0.7
 
 
@@ -175,6 +177,40 @@ def test_fast_motion_is_never_read_on_the_wrong_side_of_a_multiple_of_pi(model) 
         # of 600 frames noise brings one in a thousand runs beyond it
         assert squares.max() < chi2.isf(1e-3 / 600, 2 * N)
     assert tracked > 200
+
+
+def sliding_touches(frames: int, rng: np.random.Generator) -> Array:
+    """Forces (frames, N, 2) of touches that press, slide, shear and let go, one after the other."""
+    forces, begin = np.zeros((frames, N, 2)), 0
+    while begin < frames:
+        held = np.linspace(0, 1, rng.integers(60, 200))
+        pressed = np.clip(np.minimum(held, 1 - held) / 0.2, 0, 1)
+        pressed = np.exp(0.8 * rng.normal()) * pressed**2 * (3 - 2 * pressed)
+        middle = rng.uniform(0, N - 1) + rng.uniform(-1, 1) * held
+        shape = np.exp(-np.square((np.arange(N) - middle[:, None]) / rng.uniform(0.5, 1.5)) / 2)
+        normal = pressed[:, None] * np.where(shape > 0.05, shape, 0)
+        shear = rng.uniform(-0.5, 0.5) * normal * np.sin(np.pi * held[:, None]) ** 2
+        whole = np.stack([normal, shear], axis=2)[: frames - begin]
+        forces[begin : begin + len(whole)] = whole
+        begin += len(held) + rng.integers(10, 40)
+    return forces
+
+
+def test_a_stretch_that_comes_out_of_the_dark_is_never_on_the_wrong_side() -> None:
+    """Where noise hides a stretch of the phase, its sign is open until it shows."""
+    sensor, rng = drawing(), np.random.default_rng()
+    bench = Bench(sensor, sensor.tactels.positions, np.full(N, 1e-6))
+    reader = ff.Reader(ff.characterize(sensor))
+    forces = sliding_touches(800, rng)
+    batch = reader.read_on(bench.frames(forces, rng), covariance=True)
+    assert batch.covariance is not None
+    ok = batch.status == ff.Status.OK
+    assert ok.mean() > 0.4
+    assert batch.tracked[ok].mean() > 0.5
+    off = (batch.forces - forces)[ok].reshape(-1, 2 * N)
+    squares = np.einsum("ka,kab,kb->k", off, np.linalg.inv(batch.covariance[ok]), off)
+    # of single frames that are searched one in some hundred is wrong at most
+    assert (squares > chi2.isf(1e-6, 2 * N)).mean() < 0.01
 
 
 def test_what_one_frame_leaves_open_many_together_settle(model) -> None:

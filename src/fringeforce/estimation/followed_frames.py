@@ -33,6 +33,7 @@ from fringeforce.estimation.frame_exposure import (
 )
 from fringeforce.estimation.frame_loss import SOUND, pixel_loss
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.phase_stretches import Hidden, emerged, motion
 from fringeforce.estimation.vector_loops import add_products, combine, factorise, invert, waves
 
 Array = NDArray[np.float64]
@@ -123,6 +124,10 @@ class Reference(NamedTuple):
         Its inverse C.
     covariance : ndarray, shape (2n, 2n)
         Of the loads of a frame; the loops renew it if nothing lasts [N^2].
+    spread : ndarray, shape (size, size)
+        Of all unknowns; that of the loads where nothing lasts.
+    sides : ndarray of int, shape (m,)
+        On which side of multiples of pi the phase is known to be; see `emerged`.
     precision, mean : ndarray, shape (a,)
         What is known of what is new before a frame.
     through : ndarray, shape (a, b)
@@ -138,9 +143,8 @@ class Reference(NamedTuple):
         The same of the number of broken pixels.
     faint : float
         Phase that a frame must reach [rad].
-    hidden : float
-        Difference of two phases about a multiple of pi that noise hides; infinite if light tells
-        them apart [rad].
+    hidden : Hidden
+        What noise hides of a phase beside multiples of pi.
     reached : float
         Squared Mahalanobis distance to the top, what lasts being known, below which it is reached.
     longest : float
@@ -160,6 +164,8 @@ class Reference(NamedTuple):
     information: Array
     gain: Array
     covariance: Array
+    spread: Array
+    sides: NDArray[np.int64]
     precision: Array
     mean: Array
     through: Array
@@ -169,7 +175,7 @@ class Reference(NamedTuple):
     drawn: float
     broken: float
     faint: float
-    hidden: float
+    hidden: Hidden
     reached: float
     longest: float
     far: float
@@ -762,29 +768,6 @@ def _fall(reference, standing, own, score):
 
 
 @sums_entry
-def motion(nodes, before):
-    """How far a phase moved where its light changes with it, |sin| > 1/2 [rad].
-
-    Beside multiples of pi noise moves it as well.
-
-    Parameters
-    ----------
-    nodes, before : ndarray, shape (m,)
-        The phase, now and before [rad].
-
-    Returns
-    -------
-    float
-    """
-    way = 0.0
-    for k in range(len(nodes)):
-        sine = np.sin(nodes[k])
-        if sine * sine > 0.25:
-            way = max(way, abs(nodes[k] - before[k]))
-    return way
-
-
-@sums_entry
 def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, std, cov, squares):
     """Read frames until one is not explained, or what was linearised has aged.
 
@@ -853,7 +836,12 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             return i, FAINT
         if length > reference.longest or way > JUMP:
             return i, ALARM
-        if way > reference.hidden and motion(standing.nodes, before) > reference.hidden:
+        hidden = reference.hidden.difference
+        if way > hidden and motion(standing.nodes, before) > hidden:
+            return i, ALARM
+        if way > 0 and emerged(
+            standing.nodes, reference.sides, reference.hidden, reference.columns, reference.spread
+        ):
             return i, ALARM
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)

@@ -30,7 +30,6 @@ from fringeforce.estimation.followed_frames import (
     Single,
     Standing,
     follow_frames,
-    motion,
     pixels_of,
     standing_at,
 )
@@ -44,6 +43,7 @@ from fringeforce.estimation.linearised_frame import (
     linearise,
     shared_information,
 )
+from fringeforce.estimation.phase_stretches import Hidden, emerged, motion, sides_of
 from fringeforce.estimation.posterior import Top, products
 from fringeforce.estimation.residual_test import FALSE_ALARM
 
@@ -82,9 +82,8 @@ class InformationFilter:
         Pixels that count.
     faint : float
         Phase that frames must reach [rad].
-    hidden : float
-        Difference of two phases about a multiple of pi that noise hides; infinite if light tells
-        them apart [rad].
+    hidden : Hidden
+        What noise hides of a phase beside multiples of pi.
     unknowns : ndarray, shape (size,)
         Of the last frame.
     """
@@ -94,7 +93,7 @@ class InformationFilter:
     lasts: NDArray[np.bool_]
     used: NDArray[np.bool_]
     faint: float
-    hidden: float
+    hidden: Hidden
     unknowns: Array
 
     def __post_init__(self) -> None:
@@ -118,7 +117,8 @@ class InformationFilter:
         spread : ndarray, shape (size, size)
             Covariance of its unknowns.
         """
-        self._refer(about.hessian - np.diag(self.prior.precision), spread)
+        sides = sides_of(node_phase(self.model, self.unknowns), self.hidden)
+        self._refer(about.hessian - np.diag(self.prior.precision), spread, sides)
 
     def hold(self, about: Linearised, spread: Array, still: bool, sums: float) -> None:
         """Begin after a frame that was read alone, and stay there: each frame takes one step.
@@ -189,8 +189,12 @@ class InformationFilter:
         misfit = misfit or np.isfinite(frame).sum() - top.count > self._broken
         nodes, before = (node_phase(self.model, at) for at in (top.unknowns, start))
         misfit = misfit or np.abs(nodes - before).max() > JUMP
-        misfit = misfit or motion(nodes, before) > self.hidden
+        misfit = misfit or motion(nodes, before) > self.hidden.difference
         if misfit or off @ precision[whole] @ off > _limit(told):
+            return None
+        known = self._reference
+        assert known is not None
+        if emerged(nodes, known.sides, self.hidden, known.columns, known.spread):
             return None
         self.unknowns[:] = top.unknowns
         self._linearised(about, prior)
@@ -208,7 +212,8 @@ class InformationFilter:
         hessian = about.hessian
         if self.model.at.fields > self.model.at.place:
             hessian = hessian - self._second_order(about, np.sqrt(np.diag(self._spread)))
-        self._refer(about.hessian - prior.joint, _inverse(hessian))
+        assert self._reference is not None
+        self._refer(about.hessian - prior.joint, _inverse(hessian), self._reference.sides)
 
     def _before(self) -> tuple[Array, Array]:
         """Mean of all unknowns before the next frame, and covariance of what lasts."""
@@ -227,8 +232,8 @@ class InformationFilter:
         mean[self._fresh] = self.prior.mean[self._fresh]
         return mean, known[np.ix_(self._lasting, self._lasting)]
 
-    def _refer(self, data: Array, spread: Array) -> None:
-        """Take a linearisation: information of the frame, and covariance of its unknowns."""
+    def _refer(self, data: Array, spread: Array, sides: NDArray[np.int64]) -> None:
+        """Take a linearisation: information of the frame, covariance of its unknowns, and sides."""
         fresh, lasting, loads = self._fresh, self._lasting, self.model.at.loads
         own = data[np.ix_(fresh, fresh)] + np.diag(self.prior.precision[fresh])
         gain = _inverse(own)
@@ -248,6 +253,7 @@ class InformationFilter:
         )
         fixed = anchor - self.unknowns[:loads] @ columns[:loads]
         columns = np.pad(columns, ((0, -len(rest) % 4), (0, 0)))
+        covariance = np.ascontiguousarray(spread[:loads, :loads])
         self._reference = Reference(
             columns=columns.astype(np.float32),
             fixed=fixed.astype(np.float32),
@@ -257,7 +263,9 @@ class InformationFilter:
             lasting=lasting,
             information=own,
             gain=gain,
-            covariance=np.ascontiguousarray(spread[:loads, :loads]),
+            covariance=covariance,
+            spread=np.ascontiguousarray(spread) if len(lasting) else covariance,
+            sides=sides,
             precision=self.prior.precision[fresh],
             mean=self.prior.mean[fresh],
             through=np.ascontiguousarray(through),

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.binning import seen_means
-from fringeforce.estimation.followed_frames import JUMP, motion
+from fringeforce.estimation.followed_frames import JUMP
+from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import sharp
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress

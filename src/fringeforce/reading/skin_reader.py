@@ -15,9 +15,10 @@ from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.binning import seen_means, slow_size
-from fringeforce.estimation.followed_frames import JUMP, motion
+from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
+from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
     FALSE_CONTACT,

@@ -226,7 +226,7 @@ class StripFollower(Follower):
             self._single.uncertain.lasting,
             self._used,
             FAINT_PHASE,
-            self._single.hidden if posterior.even else np.inf,
+            self._single.mirrored,
             top.unknowns.copy(),
         )
         about, spread = posterior.linearised(top), posterior.spread(top)

@@ -17,11 +17,13 @@ from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.faint_light import faint_light
-from fringeforce.estimation.followed_frames import JUMP, motion
+from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
+from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import Linearised, linearise
+from fringeforce.estimation.phase_stretches import NOTHING, Hidden
 from fringeforce.estimation.posterior import HEATS, TEMPERED, Bins, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
 from fringeforce.models.creep import Creep
@@ -159,16 +161,22 @@ class StripFrameReader(StripFrames):
         return profile_basis(self.uncertain.frame)
 
     @cached_property
-    def hidden(self) -> float:
-        """Difference of two phases about a multiple of pi that noise hides [rad].
+    def mirrored(self) -> Hidden:
+        """What noise hides of a phase; nothing where light tells it from mirror images."""
+        biased = np.abs(np.sin(self.uncertain.frame.bias)).max() > NO_BIAS
+        return NOTHING if biased else self._hidden
 
-        The light A V p^2 / 4 of a phase p beside it, over as many pixels as the cover is thick,
-        which smooths the phase, is as large as its noise; p and -p make the same light.
-        """
+    @cached_property
+    def _hidden(self) -> Hidden:
         model, strip = self.uncertain.frame, self.model.sensor.transducer
-        pixels = strip.compliant.thickness / strip.length * self.model.frame_shape[-1]
-        noise = np.sqrt(model.variance / max(pixels, 1.0))
-        return float(4 * np.sqrt(noise / (model.amplitude.mean() * model.visibility)))
+        # the phase is smooth over as many pixels as the cover is thick
+        smooth = strip.compliant.thickness / strip.length * self.model.frame_shape[-1]
+        return Hidden.beside(model, smooth)
+
+    @property
+    def hidden(self) -> float:
+        """Difference of two phases about a multiple of pi that noise hides [rad]."""
+        return self._hidden.difference
 
     def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
         """A frame of a share of a newton on every tactel."""
@@ -274,7 +282,7 @@ class StripFrameReader(StripFrames):
     def _onward(self, posterior: Posterior, top: Top, last: Array) -> Explanations | None:
         """A top that goes on from the unknowns of the last frame, with its rivals; or none.
 
-        If it moved by more than noise hides, mirror images of its phase may be likelier.
+        Mirror images of its phase may be likelier than what went on from the last frame.
         """
         phase, met = posterior.phase(top), Explanations(posterior, [top])
         before = node_phase(posterior.model, last)
@@ -282,11 +290,12 @@ class StripFrameReader(StripFrames):
             return None
         if not self._tolerated(posterior, top.unknowns) or not met.explains(top, FITS):
             return None
-        if posterior.even and motion(phase, before) > self.hidden:
+        if np.isfinite(self.mirrored.difference):
             met.keep(posterior.settled(top.unknowns, BINS))
             self._improved(met, met.rough[0], stop=False)
             met.settle()
-        return met if same_phase(posterior.phase(met.tops[0]), phase) else None
+        near = np.abs(posterior.phase(met.tops[0]) - before).max() <= JUMP
+        return met if near and met.explains(met.tops[0], FITS) else None
 
     def _departing(self, posterior: Posterior, top: Top) -> str:
         """What a frame that loads explain shows of departures all the same.

@@ -1,0 +1,217 @@
+"""Stretches of a phase between multiples of pi, of which light hardly tells the mirror image.
+
+Light of a phase p and of its mirror image about a multiple of pi, 2 k pi - p, is the same.  Along a
+stretch whose light noise does not hide, the phase cannot come to the other side from one frame to
+the next; from where noise hides it, it can come out on either.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fringeforce.estimation.compiling import part, sums, sums_entry
+from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
+
+
+class Hidden(NamedTuple):
+    """What noise hides of a phase beside multiples of pi.
+
+    Attributes
+    ----------
+    difference : float
+        Of two phases about a multiple; infinite if light tells them apart [rad].
+    light : float
+        Squared half difference of a bright and a dark fringe over the variance of the noise, summed
+        over the pixels of a node.
+    least : float
+        Squared light of a stretch over the noise from which its mirror image is another reading.
+    """
+
+    difference: float
+    light: float
+    least: float
+
+    @classmethod
+    def beside(cls, model: FrameModel, smooth: float) -> Hidden:
+        """Of a model whose phase is smooth over so many pixels.
+
+        The light A V p^2 / 4 of a phase p beside a multiple of pi, over these pixels, is as large
+        as its noise at half the difference.  Its slope is A V p / 2, and the mirror image is 2 p
+        away: in deviations that is four times the light.  Loads that differ by less than one
+        deviation each, root mean square, are one reading.  Where fields of phase are uncertain,
+        deviations are larger; there the light must be so strong that the phase is not that of the
+        multiple itself.
+        """
+        light = model.amplitude.mean() * model.visibility
+        noise = np.sqrt(model.variance / max(smooth, 1.0))
+        pixels = len(model.amplitude) / len(model.fixed)
+        return cls(
+            float(4 * np.sqrt(noise / light)),
+            float(pixels * light**2 / (4 * model.variance)),
+            NEGLIGIBLE_LOSS if model.at.modes > model.at.fields else model.at.loads / 16,
+        )
+
+
+OPEN = -(2**31)
+"""Side of a phase that noise hides."""
+NOTHING = Hidden(np.inf, 0.0, np.inf)
+"""Where light tells a phase from its mirror images."""
+
+
+@part
+def _order(phase):
+    return int(np.floor(phase / np.pi))
+
+
+@part
+def _off(phase):
+    """What is left of a phase to the next multiple of pi."""
+    return phase - np.pi * np.floor(phase / np.pi + 0.5)
+
+
+@sums
+def _open_stretch(nodes, sides, begin, hidden):
+    """End of the stretch of open nodes that show and are of one order, and its light.
+
+    The light is squared, over the noise, beside that of the multiple of pi that is next.
+    """
+    end, light, order = begin, 0.0, _order(nodes[begin])
+    while (
+        end < len(nodes)
+        and sides[end] == OPEN
+        and 2 * abs(_off(nodes[end])) > hidden.difference
+        and _order(nodes[end]) == order
+    ):
+        share = 1 - abs(np.cos(nodes[end]))
+        light += hidden.light * share * share
+        end += 1
+    return end, light
+
+
+@sums_entry
+def sides_of(nodes, hidden):
+    """Between which multiples of pi a phase is, floor(p / pi); `OPEN` where noise hides its side.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (m,)
+        The phase [rad].
+    hidden : Hidden
+        What noise hides of it.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+    """
+    sides = np.full(len(nodes), OPEN, np.int64)
+    begin = 0
+    while begin < len(nodes):
+        end, light = _open_stretch(nodes, sides, begin, hidden)
+        if light > hidden.least:
+            sides[begin:end] = _order(nodes[begin])
+        begin = max(end, begin + 1)
+    return sides
+
+
+@sums
+def _misfit(nodes, begin, end, hidden, columns, spread):
+    """Least growth of the loss where a stretch has the phase of its mirror image, if it is linear.
+
+    The stretch reaches on over hidden nodes to where its phase is least.
+    """
+    first, last, order = begin, end - 1, _order(nodes[begin])
+    while (
+        first > 0
+        and _order(nodes[first - 1]) == order
+        and abs(_off(nodes[first - 1])) < abs(_off(nodes[first]))
+    ):
+        first -= 1
+    while (
+        last < len(nodes) - 1
+        and _order(nodes[last + 1]) == order
+        and abs(_off(nodes[last + 1])) < abs(_off(nodes[last]))
+    ):
+        last += 1
+    size = len(spread)
+    pull, whole = np.zeros(size), 0.0
+    for k in range(first, last + 1):
+        sine, way = np.sin(nodes[k]), 2 * _off(nodes[k])
+        known = hidden.light * sine * sine * way
+        whole += known * way
+        for a in range(size):
+            pull[a] += columns[a, k] * known
+    for a in range(size):
+        row, part = spread[a], 0.0
+        for b in range(size):
+            part += row[b] * pull[b]
+        whole -= part * pull[a]
+    return whole
+
+
+@sums_entry
+def emerged(nodes, sides, hidden, columns, spread):
+    """Whether a stretch of a phase came out of what noise hides on a side that it may have missed.
+
+    Then its mirror image is another reading, and the unknowns can make it so nearly that it has
+    weight.  A stretch of which they cannot is known to be on its side.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (m,)
+        The phase [rad].
+    sides : ndarray of int, shape (m,)
+        On which side it is known to be, `OPEN` if on none; brought up to date.
+    hidden : Hidden
+        What noise hides of the phase.
+    columns : ndarray, shape (R, m)
+        Change of the phase with every unknown.
+    spread : ndarray, shape (r, r)
+        Covariance of the first r unknowns.
+
+    Returns
+    -------
+    bool
+    """
+    if not np.isfinite(hidden.difference):
+        return False
+    size = len(nodes)
+    for k in range(size):
+        # noise that hides it for a moment does not open it
+        dark = 4 * abs(_off(nodes[k])) < hidden.difference
+        if dark or sides[k] != _order(nodes[k]):
+            sides[k] = OPEN
+    begin = 0
+    while begin < size:
+        end, light = _open_stretch(nodes, sides, begin, hidden)
+        if light > hidden.least:
+            if _misfit(nodes, begin, end, hidden, columns, spread) < NEGLIGIBLE_LOSS:
+                return True
+            sides[begin:end] = _order(nodes[begin])
+        begin = max(end, begin + 1)
+    return False
+
+
+@sums_entry
+def motion(nodes, before):
+    """How far a phase moved where its light changes with it, |sin| > 1/2 [rad].
+
+    Beside multiples of pi noise moves it as well.
+
+    Parameters
+    ----------
+    nodes, before : ndarray, shape (m,)
+        The phase, now and before [rad].
+
+    Returns
+    -------
+    float
+    """
+    way = 0.0
+    for k in range(len(nodes)):
+        sine = np.sin(nodes[k])
+        if sine * sine > 0.25:
+            way = max(way, abs(nodes[k] - before[k]))
+    return way
