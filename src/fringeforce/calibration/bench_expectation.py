@@ -101,6 +101,7 @@ def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel,
         Changes of amplitude and offset with the gain and the offset of one frame.
     """
     plain = sensor.model_copy(update={"tolerances": Tolerances()})
+    plain = plain.replace(**{"transducer.strain": "linear"})  # its second order is of tactels
     found = uncertainty(replace(characterize(plain), sensor=plain))
     x, frame = found.places, found.frame
     nodes, seen = len(frame.fixed), frame.visibility

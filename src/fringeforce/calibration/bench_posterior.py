@@ -24,6 +24,7 @@ from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactPhases
+from fringeforce.calibration.strain_phase import StrainPhases
 from fringeforce.estimation.frame_climb import climb
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior, loss_at
@@ -136,6 +137,8 @@ class Bench(BenchContacts):
         of the own unknowns of a frame.
     columns : Columns, optional
         Errors that the columns of tactels may have.
+    strain : StrainPhases, optional
+        What large strain adds; none where strain is small.
     """
 
     frames: Array
@@ -151,6 +154,7 @@ class Bench(BenchContacts):
     turned: Array
     moves: tuple[Array, ...]
     columns: Columns | None = None
+    strain: StrainPhases | None = None
 
     @cached_property
     def layouts(self) -> list[Layout]:
@@ -433,11 +437,11 @@ class BenchPosterior:
         self, state: State, models: FrameModels, which: Sequence[int] | None = None
     ) -> Iterator[FrameTerms]:
         """Half the loss of every frame, or of some, to second order."""
-        slopes, rows = models.slopes(), models.column_rows()
+        slopes, rows, bent = models.slopes(), models.column_rows(), models.strain_slopes()
         for f in range(len(state.own)) if which is None else which:
             own = state.own[f]
             unknowns = models.unknowns(f, own, state.shared)
-            waves = models.waves(f, unknowns, slopes)
+            waves = models.waves(f, unknowns, slopes) + bent[f]
             columns = models.columns(f)
             turned = rows[:, columns] * own[: len(columns), None, None]
             waves = np.concatenate([waves, turned.reshape(-1, waves.shape[1])])
@@ -496,6 +500,7 @@ class FrameModels:
     heat: float
     profiles: Array
     corrections: Array
+    strained: Array
 
     @classmethod
     def of(cls, bench: Bench, shared: Array, heat: float) -> FrameModels:
@@ -509,7 +514,11 @@ class FrameModels:
             errors = shared[bench.at.height : bench.at.residual]
             columns = coefficients(bench.columns.correction(errors, x).T, nodes)
             corrections = columns.reshape(-1, 2, nodes)
-        return cls(bench, shared, heat, np.ascontiguousarray(profiles), corrections)
+        strained = np.zeros((len(bench.frames), 1))
+        if bench.strain is not None:
+            added = bench.strain.added_at(design)
+            strained = bench.contacts.carried(added[None], x, nodes)[0]
+        return cls(bench, shared, heat, np.ascontiguousarray(profiles), corrections, strained)
 
     def contacts(self, f: int) -> Index:
         """Places of the contacts of a frame, as numbers of those of the bench."""
@@ -525,6 +534,7 @@ class FrameModels:
             chosen = chosen + self.middling[:, None] * more[:, :, None]
         brightness, darkness = bench.light
         return template._replace(
+            fixed=template.fixed + self.strained[f],
             moments=np.zeros((len(own), 2, 1, 1)),
             profiles=np.ascontiguousarray(chosen),
             brightness=brightness,
@@ -597,6 +607,17 @@ class FrameModels:
         found[-2] *= SHIFT
         found[-1] *= SCALE
         return np.ascontiguousarray(np.moveaxis(found, 0, -2))
+
+    def strain_slopes(self) -> Array:
+        """Changes of what strain adds with design and camera, shape (F, d + 2, m) or (F, 1, 1)."""
+        bench, nodes = self.bench, len(self.bench.template.fixed)
+        if bench.strain is None:
+            return np.zeros((len(bench.frames), 1, 1))
+        drawn, x = bench.places, bench.positions(self.shared, bench.places)
+        here = bench.strain.added_at(self.shared[bench.at.own("design")])
+        shift, scale = bench.contacts.carried_slopes(here, x, drawn, nodes)
+        design = bench.contacts.carried(bench.strain.added[1:], x, nodes)
+        return np.moveaxis(np.concatenate([design, [SHIFT * shift, SCALE * scale]]), 0, 1)
 
     def waves(self, f: int, unknowns: Array, slopes: Array) -> Array:
         """Changes of the phase at the nodes with design and camera, shape (d + 2, m)."""

@@ -108,7 +108,8 @@ def calibrate(
     retardance without load, as smooth fields; blur and gamma; and of every frame the forces, places
     and widths of its contacts about what is written down, and gain and offset of its light.  What
     the design or the list of loads states as a tolerance is taken as stated; how far all else
-    scatters, the frames tell.  Dead pixels and wrong loads are found, left out and named in the
+    scatters, the frames tell.  Where the strain of a strip is finite, each frame is solved at its
+    contacts as they are found.  Dead pixels and wrong loads are found, left out and named in the
     result's `calibration`; its `imaging` carries the covariance, which readings add to their own.
 
     Parameters

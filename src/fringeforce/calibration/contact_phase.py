@@ -137,6 +137,29 @@ class ContactPhases:
         changes += [self._fitted(moved, here.lead, len(x)) for moved in (slope, wide)]
         return np.array(changes)
 
+    def carried(self, values: Array, x: Array, nodes: int) -> Array:
+        """Coefficients at the nodes, shape (q, F, m), of values at the grid, shape (q, F, G)."""
+        return self._of_cubics(self._along(x)[0], values, len(x), nodes)
+
+    def carried_slopes(
+        self, values: Array, x: Array, drawn: Array, nodes: int
+    ) -> tuple[Array, Array]:
+        """Their changes with the camera's shift [1/m] and with its scale, shape (F, m) each.
+
+        Of values of shape (F, G); other parameters as of `slopes`.
+        """
+        slopes = self._along(x)[1]
+        wide = (slopes * drawn[:, None]).tocsr()
+        shift, scale = (
+            self._of_cubics(part, values[None], len(x), nodes)[0] for part in (slopes, wide)
+        )
+        return shift, scale
+
+    def _of_cubics(self, onto: csr_array, values: Array, samples: int, nodes: int) -> Array:
+        lead = np.moveaxis(_cubics(self.grid, np.moveaxis(values, 2, 1)), 0, 2)
+        sides = sampled(samples, nodes) @ (onto @ lead.reshape(onto.shape[1], -1))
+        return fitted(sides, samples).reshape(*lead.shape[2:], nodes)
+
     def reaches(self, design: Array, effect: Mask, step: float) -> bool:
         """Whether curvatures hold at another design, as well as a search needs them.
 

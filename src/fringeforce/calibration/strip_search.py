@@ -38,9 +38,10 @@ from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.strain_phase import FrameContacts, StrainPhases
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
-from fringeforce.estimation.frame_exposure import expose, node_phase
+from fringeforce.estimation.frame_exposure import expose, node_phase, positive
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
@@ -80,6 +81,7 @@ class StripSearch(BenchSearch):
         self.centre = np.zeros(len(self.mechanical))
         self.size = contact_size(sensor)
         super().__init__(sensor, levels, loads, paths, references, load_cell)
+        self._strained()
         self.light = self.bench.template
         self.pattern = self._first_pattern(references) if references else None
 
@@ -133,6 +135,9 @@ class StripSearch(BenchSearch):
         )
         template, places, lamp = frame_template(sensor, contacts)
         moves, self.written = self.moves()
+        strain = None
+        if sensor.transducer.strain == "finite":
+            strain = StrainPhases.none(self.centre, len(self.levels), len(contacts.grid))
         light = len(template.brightness) // 2  # as many modes of the offset as of the amplitude
         at = parts(len(self.centre), 0, len(template.fields), light, light, len(self.written))
         return Bench(
@@ -148,6 +153,7 @@ class StripSearch(BenchSearch):
             self.averaged,
             self.turned,
             moves,
+            strain=strain,
         )
 
     def _first_pattern(self, references: Mapping[str, Array]) -> Pattern:
@@ -202,11 +208,12 @@ class StripSearch(BenchSearch):
 
     def again(self, levels: Array, loads: BenchLoads) -> StripSearch:
         """A new search of the same strip with other frames or loads."""
-        return StripSearch(self.sensor, levels, loads, self.paths, {})
+        small = self.sensor.replace(**{"transducer.strain": "linear"})  # rough fits need no more
+        return StripSearch(small, levels, loads, self.paths, {})
 
     def relinearised(self) -> bool:
         """Take the loads at the delay, and expand about the design, that were found."""
-        return self.delayed() | self._recentred()
+        return self.delayed() | self._recentred() | self._strained()
 
     def begin(self) -> None:
         """The shift of the camera under which calm frames fit best."""
@@ -257,6 +264,31 @@ class StripSearch(BenchSearch):
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(self.bench, contacts=contacts, template=template)
         return True
+
+    def _strained(self) -> bool:
+        """Solve frames under large strain at the contacts that were found; whether any moved."""
+        before, plain = self.bench.strain, self.posterior(np.ones(len(self.levels)), 1.0)
+        if before is None:
+            return False
+        narrow, depth = self.bench.template.narrow, self.sensor.transducer.compliant.thickness
+        contacts = []
+        for f, own in enumerate(self.state.own):
+            places, normal, tangential, widths = plain.table(f, own).T
+            # none at all: neither stated nor found yet
+            widths = np.where(widths == 0, depth, positive(widths, narrow)[0])
+            contacts.append(FrameContacts(places, widths, np.column_stack([normal, tangential])))
+        camera = self.sensor.camera
+        noise = 2 * np.sqrt(noise_variance(camera)) / camera.amplitude
+        strain = before.about(
+            self.sensor,
+            self.mechanical,
+            self.state.shared[self.bench.at.own("design")],
+            self.bench.contacts.grid,
+            contacts,
+            SETTLED * noise,
+        )
+        self.bench = replace(self.bench, strain=strain)
+        return strain.solved != before.solved
 
     def reload(self, alike: Mask) -> None:
         """Take other loads, as written down, but for frames with contacts like those before."""

@@ -83,7 +83,7 @@ def _drawn(path: str) -> SensorModel:
     model: SensorModel = model_of(path)
     if model.calibration is not None:
         raise InputError(
-            "A calibration is of small strain; open the drawing of this sensor to see large strain."
+            "Large strain is shown of drawings; open the drawing of this sensor to see it."
         )
     return model
 

@@ -250,6 +250,14 @@ class FiniteStrip:
             loads[0, here, -1, n, 1] = share
         return loads
 
+    def surface_loads(self, forces: Array) -> Array:
+        """Normal and tangential nodal forces of the surface, shape (2, along x) [N].
+
+        Of forces on the patches, shape (n, 2) [N].
+        """
+        across, along_x = np.tensordot(self.unit_loads[:, :, -1], forces, axes=2)[::-1]
+        return np.stack([-across, along_x])
+
     def solved(self, forces: ArrayLike, start: Array | None = None) -> Array:
         """Displacements in balance with dead loads, which keep their direction.
 

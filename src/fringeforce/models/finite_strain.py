@@ -109,6 +109,37 @@ def _at(sensor: Sensor, strip: FiniteStrip, x: Array, stress: Array) -> Array:
     return phase_lead(smooth(np.clip(x, -half, half)) * inside, constant)
 
 
+def added_phase(sensor: Sensor, strip: FiniteStrip, x: Array, forces: Array) -> Array:
+    """What large strain adds to the phase of small strain on the same elements, shape (m,) [rad].
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip.
+    strip : FiniteStrip
+        Its elements.
+    x : ndarray, shape (m,)
+        Positions along it [m].
+    forces : ndarray, shape (n, 2)
+        Of the patches [N].
+
+    Raises
+    ------
+    InputError
+        If the strip has no stable state under the forces.
+    """
+    load = strip.surface_loads(forces)
+    return _at(sensor, strip, x, strip.beside_linear(load, np.empty((0, *load.shape)))[0])
+
+
+def strain_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
+    """What large strain adds to the phase under forces on tactels; parameters as `finite_phase`."""
+    strip = strip_of_tactels(sensor)
+    loads = forces.reshape(-1, *forces.shape[-2:])
+    found = np.array([added_phase(sensor, strip, x, one) for one in loads])
+    return found.reshape(*forces.shape[:-2], len(x))
+
+
 def second_order_influence(sensor: Sensor, x: Array) -> Array:
     """Second order of the phase in the forces, shape (m, 2n, 2n) [rad/N^2].
 

@@ -47,6 +47,7 @@ from fringeforce.models.finite_strain import (
     checked_strain,
     finite_phase,
     finite_press_phase,
+    strain_phase,
 )
 from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
 from fringeforce.models.imaging_files import (
@@ -215,19 +216,18 @@ class SensorModel:
         Raises
         ------
         InputError
-            If strain is finite and the model is calibrated, three-dimensional or has contacts
-            without width, or the strip has no stable state under the loads.
+            If strain is finite and the strip three-dimensional or its contacts without width, or it
+            has no stable state under the loads.
         """
         if checked_strain(strain or self.sensor.transducer.strain) == "finite":
-            if self.calibration is not None:
-                raise InputError(
-                    "A calibration is of small strain; take the model of the drawing for finite "
-                    "strain, characterize(sensor)."
-                )
             where = self.pixel_positions if x is None else np.asarray(x, dtype=float)
             if are_presses(forces):
                 return finite_press_phase(self.sensor, where, forces)
             loads = finite_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
+            if self.calibration is not None:  # whose columns may be those of no design
+                return self.phase(loads, x, strain="linear") + strain_phase(
+                    self.sensor, where, loads
+                )
             return finite_phase(self.sensor, where, loads)
         if are_presses(forces):
             where = self.pixel_positions if x is None else np.asarray(x, dtype=float)

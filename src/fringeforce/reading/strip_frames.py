@@ -53,16 +53,6 @@ class StripFrames(FrameReader):
     model: SensorModel
     noise: float = 1.0
 
-    def __post_init__(self) -> None:
-        """Refuse what readings cannot follow."""
-        super().__post_init__()
-        finite = self.model.sensor.transducer.strain == "finite"
-        if finite and self.model.imaging is not None:
-            raise InputError(
-                'Readings of calibrated models are of small strain; take strain = "linear". '
-                'phase(forces, strain="finite") of the drawing tells what that misses.'
-            )
-
     @cached_property
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""

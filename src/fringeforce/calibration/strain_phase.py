@@ -1,0 +1,147 @@
+"""What large strain adds to the phase of each frame of a bench.
+
+Every frame is solved at its contacts as they are known, and what that adds to small strain is a
+phase of its own, beside the influence of its contacts.  It is a small part of the whole: it follows
+the values of the design to first order, and contacts that move ask for another solution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fringeforce.base.arrays import Array
+from fringeforce.base.errors import InputError
+from fringeforce.calibration.design_entries import EFFECTS, varied
+from fringeforce.design.strip import Sensor
+from fringeforce.mechanics.finite_strain import finite_strip
+from fringeforce.models.finite_strain import ELEMENT_ORDER, SHARE, added_phase
+
+STEP = 0.03
+"""Step of an entry of the design, over which differences are taken: what strain adds is a small
+part of the phase, so that slopes which are right to a tenth are enough."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameContacts:
+    """Contacts of one frame: places and widths, shape (k,) [m], and forces, shape (k, 2) [N]."""
+
+    places: Array
+    widths: Array
+    forces: Array
+
+    def moved(self, other: FrameContacts, depth: float) -> float:
+        """Share of what strain adds that changes, to first order, from these contacts to others.
+
+        It grows with the square of the forces, falls with the width, and moves with the place,
+        along the strip as smoothly as the cover is thick.
+
+        Parameters
+        ----------
+        other : FrameContacts
+            As many.
+        depth : float
+            Thickness of the cover [m].
+        """
+        largest = np.abs(self.forces).max(initial=np.finfo(float).tiny)
+        return float(
+            2 * np.abs(other.forces - self.forces).max(initial=0.0) / largest
+            + np.abs(other.places - self.places).max(initial=0.0) / depth
+            + np.abs(other.widths / self.widths - 1).max(initial=0.0)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StrainPhases:
+    """What strain adds in F frames, about one design.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (d,)
+        Entries of the design.
+    solved : tuple of FrameContacts or None, length F
+        At which each frame was solved; None for what has no contacts, or folds under them.
+    added : ndarray, shape (1 + d, F, G)
+        At the places of `ContactPhases.grid`, then its slopes by the entries [rad].
+    """
+
+    centre: Array
+    solved: tuple[FrameContacts | None, ...]
+    added: Array
+
+    @classmethod
+    def none(cls, centre: Array, frames: int, places: int) -> StrainPhases:
+        """Before any frame was solved."""
+        return cls(centre, (None,) * frames, np.zeros((1 + len(centre), frames, places)))
+
+    def added_at(self, design: Array) -> Array:
+        """What strain adds at a design near the centre, shape (F, G) [rad]."""
+        return np.asarray(self.added[0] + np.tensordot(design - self.centre, self.added[1:], 1))
+
+    def about(
+        self,
+        sensor: Sensor,
+        paths: tuple[str, ...],
+        design: Array,
+        grid: Array,
+        contacts: Sequence[FrameContacts],
+        near: float,
+    ) -> StrainPhases:
+        """The same about another design, with those frames solved anew whose contacts moved.
+
+        Parameters
+        ----------
+        sensor : Sensor
+            The drawing.
+        paths : tuple of str, length d
+            Values of the design that are unknown.
+        design : ndarray, shape (d,)
+            Their entries.
+        grid : ndarray, shape (G,)
+            Places along the strip [m].
+        contacts : sequence of FrameContacts, length F
+            As they are known.
+        near : float
+            Change of the phase, to first order, below which a frame is not solved anew [rad].
+        """
+        off = design - self.centre
+        added, solved = self.added.copy(), list(self.solved)
+        added[0] = self.added_at(design)
+        effect = np.array([path in EFFECTS for path in paths], dtype=bool)
+        made = varied(sensor, paths, design)
+        beside = {
+            i: varied(sensor, paths, design + STEP * np.eye(len(paths))[i])
+            for i in np.flatnonzero(~effect).tolist()
+        }
+        # slopes took care of the first order
+        bent = float(np.square(off[~effect]).sum())
+        for f, own in enumerate(contacts):
+            before, size = solved[f], float(np.abs(added[0, f]).max())
+            known = before is not None and len(before.widths) == len(own.widths)
+            if before is not None and known:
+                share = before.moved(own, sensor.transducer.compliant.thickness) + bent
+                if share * size < near:
+                    continue
+            solved[f] = None
+            try:
+                if len(own.widths):
+                    here = _added(made, grid, own)
+                    if not known:  # slopes are carried: they change little
+                        added[1:, f] = here  # the phase is proportional to the effect
+                        for i, other in beside.items():
+                            added[1 + i, f] = (_added(other, grid, own) - here) / STEP
+                    added[0, f], solved[f] = here, own
+            except InputError:  # the surface folds; the frame will contradict the others
+                pass
+            if solved[f] is None:
+                added[:, f] = 0.0
+        return StrainPhases(design, tuple(solved), added)
+
+
+def _added(made: Sensor, grid: Array, own: FrameContacts) -> Array:
+    """What strain adds at places of a strip under contacts, shape (G,) [rad]."""
+    share = np.inf if made.skin is None else SHARE  # as readings of either
+    strip = finite_strip(made.transducer, own.places, own.widths, order=ELEMENT_ORDER, share=share)
+    return added_phase(made, strip, grid, own.forces)

@@ -1,0 +1,149 @@
+"""A strip under large strain that is not the one on the drawing, calibrated and read.
+
+Frames are of elements of the sixth order and of light along straight lines through the deformed
+strip; the calibration takes what strain adds from the fourth order.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benches import findings
+from scipy.stats import chi2 as chi_square
+
+import fringeforce as ff
+from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.mechanics.finite_strain import finite_strip
+from fringeforce.models.finite_strain import phase_of
+from fringeforce.models.imaging import Imaging
+
+pytestmark = pytest.mark.slow
+
+TRUE = np.array([1.06, 0.9, 1.04])
+"""Values of `PARAMETERS` over those of the drawing."""
+COUNT, LARGEST, PIXELS, FRAMES = 5, 2.0, 384, 26
+IMPROBABLE = 1e-4
+
+
+def drawing(strain: str) -> ff.Sensor:
+    return ff.load_sensor("saad").replace(
+        **{
+            "transducer.length": "13 mm",
+            "transducer.strain": strain,
+            "tactels.count": COUNT,
+            "tactels.contact_width": "0.5 mm",
+            "camera.pixels": PIXELS,
+            "camera.amplitude": 200.0,
+            "camera.offset": 15.0,
+        }
+    )
+
+
+def made() -> ff.SensorModel:
+    """The sensor on the bench, under a camera that is shifted and light that is not as drawn."""
+    sensor = drawing("finite")
+    drawn = {path: _value(sensor, path) for path in PARAMETERS}
+    changed = sensor.replace(**{p: k * drawn[p] for p, k in zip(PARAMETERS, TRUE, strict=True)})
+    light = np.full(PIXELS, 180.0), np.full(PIXELS, 18.0)
+    imaging = Imaging.known(0.1e-3 + 1.004 * sensor.pixel_positions, *light)
+    return replace(ff.characterize(changed), imaging=imaging)
+
+
+def _value(sensor: ff.Sensor, path: str) -> float:
+    found: object = sensor
+    for part in path.split("."):
+        found = getattr(found, part)
+    assert isinstance(found, float)
+    return found
+
+
+def combined(rng: np.random.Generator, count: int) -> np.ndarray:
+    size = rng.uniform(0, LARGEST, (count, COUNT))
+    angle = np.radians(rng.uniform(-17, 17, size.shape))
+    return np.stack([size * np.cos(angle), size * np.sin(angle)], axis=2)
+
+
+@pytest.fixture(scope="module")
+def bench() -> tuple[ff.SensorModel, np.ndarray, np.ndarray, np.ndarray]:
+    """The sensor, loads, their phases and frames: single loads, then random ones."""
+    model, rng = made(), np.random.default_rng(4)
+    unit = np.eye(2 * COUNT).reshape(2 * COUNT, COUNT, 2) * [1.5 * LARGEST, 0.75 * LARGEST]
+    forces = np.concatenate([unit, combined(rng, FRAMES)])
+    tactels = model.sensor.tactels
+    widths = np.full(COUNT, tactels.contact_width)
+    strip = finite_strip(model.sensor.transducer, tactels.positions, widths, order=6)
+    x = model.pixel_positions
+    phases = np.array([phase_of(model.sensor, strip, x, strip.solved(one)) for one in forces])
+    return model, forces, phases, model.delivered(phases, rng=5)
+
+
+KEPT = slice(0, -10)
+"""Frames that calibrate; the others are read."""
+
+
+@pytest.fixture(scope="module")
+def calibrated(bench) -> ff.SensorModel:
+    _, forces, _, frames = bench
+    return ff.calibrate(drawing("finite"), frames[KEPT], forces[KEPT], aside=0)
+
+
+def test_moduli_are_found_where_small_strain_is_far_off(calibrated, bench) -> None:
+    _, forces, _, frames = bench
+    plain = ff.calibrate(drawing("linear"), frames[KEPT], forces[KEPT], aside=0)
+    squares = []
+    for model in (calibrated, plain):
+        found, own = findings(model), slice(len(PARAMETERS))
+        error = np.log(found.values[own] / found.drawing[own] / TRUE)
+        squares.append(error @ np.linalg.solve(found.covariance[own, own], error))
+    assert squares[0] < chi_square.isf(IMPROBABLE, len(PARAMETERS))
+    assert squares[1] > 100
+    assert findings(calibrated).usable
+    assert not findings(calibrated).outliers
+
+
+def test_the_phase_of_the_calibrated_strip_is_that_of_the_bench(calibrated, bench) -> None:
+    model, forces, phases, _ = bench
+    largest = int(np.abs(phases).max(axis=1).argmax())
+    # beside the ends, where the stress of a bonded corner has no bound
+    inside = np.abs(model.pixel_positions) < model.sensor.transducer.length / 2 - 0.5e-3
+    peak = np.abs(phases[largest]).max()
+    for strain, least, most in (("finite", 0.0, 3e-3), ("linear", 1e-2, 1.0)):
+        found = calibrated.phase(forces[largest], model.pixel_positions[inside], strain=strain)
+        assert least <= np.abs(found - phases[largest][inside]).max() / peak < most
+
+
+def test_new_frames_are_read_within_their_deviations(calibrated, bench, tmp_path) -> None:
+    _, forces, _, frames = bench
+    calibrated.save(tmp_path / "model.h5")
+    reader, total = ff.Reader(ff.load_model(tmp_path / "model.h5")), 0.0
+    for frame, true in zip(frames[-10:], forces[-10:], strict=True):
+        reading = reader.search(frame)
+        assert reading.status is ff.Status.OK
+        error = (reading.forces - true).ravel()
+        total += error @ np.linalg.solve(reading.covariance, error)
+    assert total < chi_square.isf(IMPROBABLE, 10 * 2 * COUNT)
+
+
+def test_contacts_at_any_place_are_taken_from_their_own_elements(bench) -> None:
+    """Loads by place, beside tactels."""
+    model, rng = bench[0], np.random.default_rng(6)
+    half = 4.5e-3
+    presses = [
+        [ff.Press(x=x, normal=n, tangential=t * n, width=0.5e-3, profile="flat")]
+        for x, n, t in zip(
+            rng.uniform(-half, half, 16), rng.uniform(1, 3, 16), rng.uniform(-0.3, 0.3, 16),
+            strict=True,
+        )
+    ]  # fmt: skip
+    phases = []
+    for (one,) in presses:
+        strip = finite_strip(model.sensor.transducer, [one.x], [0.5e-3], order=6, share=1 / 4)
+        moved = strip.solved([[one.normal, one.tangential]])
+        phases.append(phase_of(model.sensor, strip, model.pixel_positions, moved))
+    frames = model.delivered(np.array(phases), rng=7)
+    found = findings(ff.calibrate(drawing("finite"), frames, presses, aside=0))
+    own = slice(len(PARAMETERS))
+    error = np.log(found.values[own] / found.drawing[own] / TRUE)
+    square = error @ np.linalg.solve(found.covariance[own, own], error)
+    assert square < chi_square.isf(IMPROBABLE, len(PARAMETERS))
+    assert not found.outliers
