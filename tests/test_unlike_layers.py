@@ -88,7 +88,16 @@ def test_what_does_not_go_together_is_refused() -> None:
     times = np.array([0.0, 1.0])
     with pytest.raises(InputError, match="forces on tactels"):
         model.expose([[ff.Press(x=0.0, normal=1.0)]] * 2, times=times)
-    with pytest.raises(InputError, match="simulated as drawn"):
-        model.expose(np.zeros((2, 11, 2)), as_built=0, times=times)
+    scattered = ff.characterize(sensor(**{"tactels.placement": "0 +/- 0.1 mm"}))
+    with pytest.raises(InputError, match="contacts and columns as drawn"):
+        scattered.expose(np.zeros((2, 11, 2)), as_built=0, times=times)
+
+
+def test_a_sensor_that_is_built_as_drawn_creeps_as_the_drawing() -> None:
+    model, times = ff.characterize(sensor()), np.array([0.0, 1.0, 30.0])
+    forces = np.array([0.0, 1.0, 1.0])[:, None, None] * ff.polar(1.0, 10, n=11)
+    own, drawn = (model.expose(forces, rng=1, as_built=built, times=times) for built in (0, None))
+    np.testing.assert_array_equal(own, drawn)
+    assert (own[2] != model.expose(forces, rng=1)[2]).any()
     with pytest.raises(InputError, match="both layers together"):
         ff.find_relaxation(model, np.zeros((2, 2048)), np.zeros((2, 11, 2)), times)

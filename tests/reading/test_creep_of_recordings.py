@@ -127,6 +127,28 @@ def test_a_residual_indentation_is_no_contact(wrong: float) -> None:
     assert not any(s is ff.Status.OK for s in reader.read_batch(frames, times=times).status[left])
 
 
+@pytest.mark.parametrize(("stays", "told"), [(0.0, False), (0.1, True)])
+def test_a_touch_that_stays_is_told_from_an_indentation_that_fades(
+    stays: float, told: bool
+) -> None:
+    """A twentieth of what was pressed goes on; the terms by which creep fades are a quarter off."""
+    times = np.arange(0.0, 120.0, 0.5)
+    pressed = np.interp(times, [2, 3, 43, 44], [0, 2.0, 2.0, stays])
+    forces = pressed[:, None, None] * np.stack([SHAPE, 0 * SHAPE], axis=1)
+    own = ff.characterize(soft([[0.075, 0.4], [0.1, 15.0]]))
+    readings = list(
+        ff.Reader(ff.characterize(soft())).stream(own.expose(forces, 3, times=times), times=times)
+    )
+    late = [r for r, time in zip(readings, times, strict=True) if time > 60]
+    free = np.mean([reading.status is ff.Status.NO_CONTACT for reading in late])
+    assert free == (0.0 if told else 1.0)
+    soon = [r for r, time in zip(readings, times, strict=True) if 44 < time < 50]
+    named = np.mean([bool(reading.findings) for reading in soon])
+    assert (named == 1.0) is not told
+    total = np.mean([reading.forces[:, 0].sum() for reading in late])
+    assert total == pytest.approx(stays * SHAPE.sum(), abs=0.05)
+
+
 def test_a_touch_while_the_indentation_fades_is_a_contact() -> None:
     forces = held(2.0)
     forces[(TIMES > 36) & (TIMES < 50), 2, 0] = 0.5

@@ -97,6 +97,25 @@ def test_a_strip_that_creeps_is_read_with_its_relaxation(short: ff.Sensor) -> No
     assert compensated / true == pytest.approx(1.0, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("path", "ratio"),
+    [
+        # a factor 1 + o of the effect, whatever the moduli do
+        ("transducer.photoelastic.optical_creep", 1.1),
+        # K_s / (1 - g) of the clear layer, whose stresses a cover of other stiffness spreads anew
+        ("transducer.photoelastic.relaxation", 1 / 0.9),
+    ],
+)
+def test_a_strip_of_which_one_layer_creeps_is_read_with_it(
+    short: ff.Sensor, path: str, ratio: float
+) -> None:
+    stated = [{"share": f"{share} +/- 1e-9", "time": time} for share, time in TERMS]
+    rows = {row[0]: row[1:] for row in creep_study(short.replace(**{path: stated})).rows}
+    true, without, compensated = (float(value) for value in rows["60"])
+    assert without / true == pytest.approx(ratio, rel=0.03)
+    assert compensated / true == pytest.approx(1.0, rel=0.01)
+
+
 def test_studies_need_what_they_ask_about(sensor: ff.Sensor) -> None:
     with pytest.raises(ff.FringeforceError, match="relaxation ="):
         creep_study(sensor)

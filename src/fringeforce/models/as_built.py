@@ -202,18 +202,23 @@ class BuiltSensor:
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
-        unlike = self.model.sensor.transducer.relaxations
-        if times is not None and unlike[0] != unlike[1]:
-            raise InputError(
-                "Layers that relax unlike are simulated as drawn; leave as_built out, or state one "
-                "relaxation of both layers."
-            )
-        generator = np.random.default_rng(rng)
+        generator, transducer = np.random.default_rng(rng), self.model.sensor.transducer
         if contacts is None and self.surface is not None and not are_presses(forces):
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
-        loaded = self.phase(forces, contacts) - self.residual
-        phase = self.model.lit_phase(loaded, times, temperature) + self.residual
-        return self.model.delivered(phase, generator, self.light)
+        one, other = transducer.relaxations
+        scattered = contacts is not None or transducer.influence_error
+        if times is not None and one != other and scattered:
+            raise InputError(
+                "Layers that relax unlike are simulated with contacts and columns as drawn; leave "
+                "placement, contact_width and influence_error without a tolerance, or state one "
+                "relaxation of both layers."
+            )
+        if contacts is None:
+            loaded = self.model.loaded_phase(forces, times=times, temperature=temperature)
+        else:
+            loaded = self.phase(forces, contacts) - self.residual
+            loaded = self.model.lit_phase(loaded, times, temperature)
+        return self.model.delivered(loaded + self.residual, generator, self.light)
 
 
 def drawn(design: AnyDesign, generator: np.random.Generator) -> AnyDesign:

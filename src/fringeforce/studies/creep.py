@@ -11,7 +11,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Sensor
-from fringeforce.models.creep import without_creep
+from fringeforce.models.creep import creeps, without_creep
 from fringeforce.models.strip import characterize
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
@@ -38,8 +38,8 @@ def creep_study(
     Parameters
     ----------
     sensor : Sensor
-        The design, which states `transducer.relaxation`; where its shares have tolerances, the
-        sensor that is pressed is drawn from them.
+        The design, which states a `relaxation` of both layers or of one, or an `optical_creep`;
+        where their shares have tolerances, the sensor that is pressed is drawn from them.
     load : float
         Largest normal force on a tactel [N].
     seed : int
@@ -50,12 +50,14 @@ def creep_study(
     Raises
     ------
     InputError
-        If the design does not creep, or has a skin.
+        If the light of the design does not creep, or it has a skin.
     """
-    if not sensor.transducer.relaxation or sensor.skin is not None:
+    if not creeps(sensor.transducer) or sensor.skin is not None:
         raise InputError(
-            "This study takes tactels and layers that relax; give a design with relaxation = "
-            '[["6 %", "0.4 s"], ["4 %", "15 s"]] under [transducer], of both layers alike.'
+            "This study takes tactels and light that creeps; give a design with relaxation = "
+            '[["6 %", "0.4 s"], ["4 %", "15 s"]] under [transducer] or the table of one of its '
+            "layers, or optical_creep of the clear one. By the stress-optic law light creeps with "
+            "layers that relax unlike, and with optical_creep."
         )
     report = progress or (lambda title, done, total: None)
     times, forces = _touch(sensor, load)
