@@ -4,8 +4,9 @@
 
 Every tactel of the paper's strip, its contacts 0.5 mm wide, goes from one random force up to the
 stated one to another and back, three ways for each.  Phases are solved with hyperelastic layers at
-13 steps of the way, which a cubic spline in between joins.  Where forces are faint the frame is
-hardly linear in them, and is solved by more steps, whatever the strain.
+13 steps of the way, which a cubic spline in between joins.  Where frames are hardly linear
+in the forces, as where much of the strip has a phase near a multiple of pi, each takes more steps,
+whatever the strain.
 
 strain: of the frames, and of their reader.  tracked: frames that were followed and not searched.
 OK: frames read as OK.  inside: forces within their 95 % intervals.  frames/s: per second of
