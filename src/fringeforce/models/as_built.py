@@ -70,6 +70,16 @@ class StripModel(Protocol):
         """Influence matrix at places [rad/N]."""
         ...
 
+    def loaded_phase(
+        self,
+        forces: ArrayLike | Presses,
+        *,
+        times: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+    ) -> Array:
+        """Phase lead at the pixels, with what creep and temperature do to it [rad]."""
+        ...
+
     def lit_phase(
         self, phase: Array, times: ArrayLike | None, temperature: ArrayLike | None
     ) -> Array:
