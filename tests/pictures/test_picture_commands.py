@@ -10,7 +10,7 @@ from rendering import Scene
 from typer.testing import CliRunner
 
 import fringeforce as ff
-from fringeforce.base.errors import InputError
+from fringeforce.base.errors import FileFormatError, InputError
 from fringeforce.cli import app
 from fringeforce.io.frames import load_frames
 
@@ -54,7 +54,11 @@ def test_pictures_become_forces(folder: Path, sensor: ff.Sensor, loads: NDArray)
         assert np.ptp(np.asarray(preview.convert("L"))) > 200
     assert "4 OK" in run("read", "own.h5", "frames.h5", "-o", "lines.csv")
     assert "4 OK" in run("read", "own.h5", "shots", *found, "-o", "pictures.csv")
-    assert Path("lines.csv").read_text() == Path("pictures.csv").read_text()
+    assert "4 OK" in run("read", "own.toml", "shots", *found, "-o", "designed.csv")
+    for name in ("pictures.csv", "designed.csv"):
+        assert Path("lines.csv").read_text() == Path(name).read_text()
+    with pytest.raises(FileFormatError, match=r"shots is a folder.*--region"):
+        run("read", "own.h5", "shots", "-o", "none.csv")
     run("live", "own.h5", "--camera", "file:shots", *found, "--to", "csv:live.csv")
     assert len(Path("live.csv").read_text().splitlines()) >= 1 + 4
     rows = np.genfromtxt("lines.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")

@@ -3,7 +3,9 @@
 import struct
 import zlib
 from pathlib import Path
+from typing import Any
 
+import av
 import numpy as np
 import pytest
 import tifffile
@@ -64,6 +66,42 @@ def test_folders_are_read_in_the_order_of_their_numbers(tmp_path: Path) -> None:
         Image.fromarray(np.full((3, 4), number, np.uint8)).save(tmp_path / f"shot{number}.png")
     (tmp_path / "notes.txt").write_text("none")
     assert [picture[0, 0] for picture in read(tmp_path)] == [9, 10, 100]
+
+
+def film(path: Path, codec: str, form: str, turned: int = 0) -> None:
+    with av.open(str(path), "w") as container:
+        stream: Any = container.add_stream(codec, rate=25)
+        stream.height, stream.width = 40, 60
+        stream.pix_fmt = form
+        if turned:
+            stream.set_display_rotation(turned)
+        picture = np.zeros((40, 60, 3), np.uint8)
+        picture[:10, :10] = 250
+        container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, "rgb24")))
+        container.mux(stream.encode())
+
+
+def test_pictures_are_turned_as_viewers_turn_them(tmp_path: Path) -> None:
+    corner = np.zeros((40, 60), np.uint8)
+    corner[:10, :10] = 250
+    exif = Image.Exif()
+    exif[0x0112] = 6  # Exif 2.32, 4.6.4: row 0 is the right-hand side, column 0 the top
+    Image.fromarray(corner).save(tmp_path / "phone.jpg", exif=exif)
+    film(tmp_path / "phone.mp4", "libx264", "yuv420p", turned=-90)
+    for name in ("phone.jpg", "phone.mp4"):
+        (picture,) = read(tmp_path / name)
+        assert picture.shape[:2] == (60, 40)
+        assert picture[:8, -8:].mean() > 200
+        assert picture[:8, :8].mean() < 50
+
+
+def test_a_video_without_a_decoder_is_refused_with_what_to_install(tmp_path: Path) -> None:
+    film(tmp_path / "good.avi", "mjpeg", "yuvj420p")
+    (tmp_path / "odd.avi").write_bytes(
+        (tmp_path / "good.avi").read_bytes().replace(b"MJPG", b"ZZ12")
+    )
+    with pytest.raises(FileFormatError, match=r"no decoder.*pip install '\.\[pictures\]'"):
+        read(tmp_path / "odd.avi")
 
 
 def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:

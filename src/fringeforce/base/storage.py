@@ -297,8 +297,11 @@ def load_array(path: PathLike) -> NDArray[Any]:
     ending = Path(path).suffix.lower()
     loaders = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in loaders:
+        given = "a folder" if Path(path).is_dir() else f"a file that ends in {ending!r}"
         raise FileFormatError(
-            f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {ending!r}."
+            f"{path} is {given}; frames are read from .h5, .npy, .png and .tiff files. Of "
+            "photographs and videos, find the sensor with  fringeforce extract --region FILE  and "
+            "give the same --region FILE to read them."
         )
     if Path(path).exists() and not Path(path).is_file():
         raise FileFormatError(f"{path} is no regular file; give the path of a file of frames.")

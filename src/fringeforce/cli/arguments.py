@@ -9,9 +9,13 @@ from typing import Annotated, Any
 import typer
 
 from fringeforce.base.errors import InputError
+from fringeforce.cli.progress import progress_bar
 
 Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
+ModelOrDesign = Annotated[
+    str, typer.Argument(metavar="{model}", help="Model file; or a design, characterized first.")
+]
 Frames = Annotated[
     Path,
     typer.Argument(
@@ -128,6 +132,18 @@ def is_model(path: str) -> bool:
     from fringeforce.base.storage import HDF5
 
     return Path(path).suffix.lower() in HDF5 or is_hdf5(path)
+
+
+def model_of(path: str) -> Any:
+    """The model in a file, or that of a design by finite elements."""
+    from fringeforce.design.files import load_sensor
+    from fringeforce.models.characterization import characterize
+    from fringeforce.models.files import load_model
+
+    if is_model(path):
+        return load_model(path)
+    with progress_bar() as advance:
+        return characterize(load_sensor(path), progress=advance)
 
 
 def draw_beside(output: Path, words: str, draw: Callable[[Path], object]) -> None:

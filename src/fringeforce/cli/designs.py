@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design, is_model
+from fringeforce.cli.arguments import Design, ModelOrDesign, model_of
 from fringeforce.cli.progress import progress_bar
 
 
@@ -87,24 +87,17 @@ def characterize(
 
 
 def show(
-    model: Annotated[str, typer.Argument(help="Model file, design file or shipped design.")],
+    model: ModelOrDesign,
 ) -> None:
     """Summarise a sensor: sizes, sensitivity, fringes and strain.
 
     Behind each number that has a limit stands whether it is good, and the limit.
     """
-    from fringeforce.design.files import load_sensor
-    from fringeforce.models.characterization import characterize
-    from fringeforce.models.files import load_model
     from fringeforce.models.pad import PadModel
     from fringeforce.models.plane_check import plane_check
     from fringeforce.studies.summary import summary
 
-    if is_model(model):
-        found = load_model(model)
-    else:
-        with progress_bar() as advance:
-            found = characterize(load_sensor(model), progress=advance)
+    found = model_of(model)
     facts = summary(found)
     if not isinstance(found, PadModel) and found.sensor.transducer.solved_in_a_plane:
         facts.append(("plane", plane_check(found.sensor).words))

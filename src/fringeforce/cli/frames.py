@@ -13,13 +13,14 @@ import typer
 from fringeforce.cli.arguments import (
     Frames,
     Friction,
-    Model,
+    ModelOrDesign,
     RegionFile,
     Temperature,
     Tolerance,
     counted_frames,
     draw_beside,
     frames_and_times,
+    model_of,
     temperatures,
     with_tolerances,
 )
@@ -33,7 +34,7 @@ DIAGNOSED = 4
 
 
 def simulate(
-    model: Model,
+    model: ModelOrDesign,
     forces: Annotated[
         Path,
         typer.Argument(
@@ -57,9 +58,8 @@ def simulate(
     from fringeforce.calibration.bench_loads import BenchLoads
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import save_frames
-    from fringeforce.models.files import load_model
 
-    found = load_model(model)
+    found = model_of(model)
     loads = load_bench_loads(forces, found.sensor)
     if not isinstance(loads, BenchLoads):
         raise InputError(f"{forces} has times and no frames; give a column frame to simulate.")
@@ -75,7 +75,7 @@ def simulate(
 
 
 def read(
-    model: Model,
+    model: ModelOrDesign,
     frames: Frames,
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV of forces to write.")],
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
@@ -97,11 +97,10 @@ def read(
     from fringeforce.io.bench_loads import load_frame_times
     from fringeforce.io.frames import load_applied
     from fringeforce.io.tables import save_contacts, save_readings
-    from fringeforce.models.files import load_model
     from fringeforce.plotting.readings import draw_readings
     from fringeforce.reading.reader import Reader
 
-    found = with_tolerances(load_model(model), tolerance)
+    found = with_tolerances(model_of(model), tolerance)
     sensor, reader = found.sensor, Reader(found, friction)
     images, times = frames_and_times(frames, sensor, region)
     _check_shape(frames, images.shape, found.frame_shape)

@@ -15,10 +15,11 @@ from fringeforce.cli.arguments import (
     ZERO_CELSIUS,
     Exposure,
     Friction,
-    Model,
+    ModelOrDesign,
     Rate,
     RegionFile,
     Tolerance,
+    model_of,
     with_tolerances,
 )
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def live(
-    model: Model,
+    model: ModelOrDesign,
     camera: Annotated[
         str, typer.Option(help="sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL.")
     ] = "sim",
@@ -83,12 +84,11 @@ def live(
     from fringeforce.acquisition.loop import live as run
     from fringeforce.cli.display import busy, display, summary
     from fringeforce.cli.progress import compiling
-    from fringeforce.models.files import load_model
     from fringeforce.pictures.region import Region
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Status
 
-    found, settings = load_model(model), Settings(line_rate, exposure, block)
+    found, settings = model_of(model), Settings(line_rate, exposure, block)
     found = with_tolerances(found, tolerance)
     seen = None if region is None else Region.load(region)
     reader = Reader(found, friction)

@@ -142,6 +142,6 @@ def _corners(text: str) -> Any:
 
 def _described(region: Region) -> str:
     return (
-        f"It is {region.length:.0f} pixels long and {region.width:.0f} wide, tilted by "
+        f"The sensor is {region.length:.0f} pixels long and {region.width:.0f} wide, tilted by "
         f"{region.tilt:.2f} degrees."
     )

@@ -90,9 +90,10 @@ def _still(path: Path) -> Iterable[Picture]:
 
             stack = imread(path)
         else:
-            from PIL import Image
+            from PIL import Image, ImageOps
 
-            with Image.open(path) as image:
+            with Image.open(path) as stored:
+                image = ImageOps.exif_transpose(stored)  # as viewers show it
                 plain = image if image.mode in ("L", "RGB", "I;16", "I") else image.convert("RGB")
                 stack = np.asarray(plain)
                 # Pillow opens PNG of 16 bits with 32
@@ -128,17 +129,21 @@ def decoded(frame: Any) -> Picture:
 def _video(path: Path) -> Iterator[tuple[Picture, float | None]]:
     """Pictures of a video and when they are shown, decoded by FFmpeg."""
     av = extra("av", "pictures")
-    codec = "an unknown codec"
+    codec = "is unknown"
     try:
         with av.open(str(path)) as container:
             if not container.streams.video:
                 raise FileFormatError(f"{path} holds no video.")
             stream = container.streams.video[0]
-            codec = stream.codec_context.name
+            if stream.codec_context is None:
+                raise ValueError("there is no decoder for it")
+            codec = f"is {stream.codec_context.name}"
             for frame in container.decode(stream):
-                yield decoded(frame), frame.time
+                yield np.rot90(decoded(frame), frame.rotation // 90), frame.time
     except (av.error.FFmpegError, ValueError) as error:
+        what = getattr(error, "strerror", None) or error
         raise FileFormatError(
-            f"{path} cannot be decoded ({codec}: {error}). FFmpeg's codecs come with "
-            "pip install '.[pictures]'; record H.264, MJPEG or FFV1, or save pictures."
+            f"{path} cannot be decoded; its codec {codec}: {what}. Codecs that can be decoded come "
+            "with pip install '.[pictures]', which brings FFmpeg; record H.264, MJPEG or FFV1, or "
+            "save pictures."
         ) from None
