@@ -21,7 +21,7 @@ import numpy as np
 from damage.arrays import arrays
 from damage.counting import LIMIT, Case, Count
 from damage.designs import designs
-from damage.files import frame_files, model_files, shards
+from damage.files import frame_files, model_files, picture_files, shards
 from damage.interrupts import interrupts
 from damage.machines import machines
 from damage.server import servers
@@ -56,6 +56,7 @@ def main() -> None:
             "tables of loads": lambda: table_files(model.sensor, folder, rng, tries),
             "model files, bits and ends": lambda: model_files(model, folder, rng, tries),
             "frame files, bits and ends": lambda: frame_files(model, folder, rng, tries),
+            "photographs, videos, regions": lambda: picture_files(folder, rng, tries),
             "data sets, resumed": lambda: shards(folder, rng, tries // 5),
             "commands, interrupted": lambda: interrupts(model, folder, max(tries // 20, 1)),
             "explorer, forged and endless": servers,

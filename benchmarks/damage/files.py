@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tifffile
@@ -12,8 +13,10 @@ from PIL import Image
 
 import fringeforce as ff
 from damage.counting import Case, damaged, refused
+from damage.designs import changed_line
 from fringeforce.datasets.making import DESCRIPTION
 from fringeforce.io.frames import load_frames, save_frames
+from fringeforce.pictures.extraction import extract_frames
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -61,6 +64,56 @@ def frame_files(
         head = 128 if number % 8 < 4 else len(content)
         path.write_bytes(damaged(content[:head], rng, number % 12 < 4) + content[head:])
         yield f"{path.name} {number}", lambda path=path: load(path)
+
+
+def picture_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[Case]:
+    """Photographs and videos with one bit changed, or cut off, and regions with a line changed.
+
+    None carries a checksum: what is taken has the shape of frames.
+    """
+    import av
+
+    sensor = ff.load_sensor("saad").replace(**{"camera.pixels": 250})
+    region = ff.Region([(10, 20), (309, 24), (308, 60), (9, 56)], (320, 80))
+    shot = rng.integers(0, 256, (80, 320), dtype=np.uint8)
+    paths = [folder / f"shot{ending}" for ending in (".png", ".jpg", ".bmp", ".tif", ".npy")]
+    for path in paths[:3]:
+        Image.fromarray(shot).save(path)
+    tifffile.imwrite(paths[3], np.stack([shot] * 2), compression="zlib", photometric="minisblack")
+    np.save(paths[4], np.stack([shot] * 2))
+    for name, codec, form in (("a.mp4", "libx264", "yuv420p"), ("b.avi", "mjpeg", "yuvj420p")):
+        paths.append(folder / name)
+        with av.open(str(paths[-1]), "w") as container:
+            stream: Any = container.add_stream(codec, rate=25)
+            stream.width, stream.height, stream.pix_fmt = 320, 80, form
+            for _ in range(5):
+                colour = np.repeat(shot[..., None], 3, axis=2)
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(colour, "rgb24")))
+            container.mux(stream.encode())
+    stated = folder / "region.toml"
+    region.save(stated)
+    paths.append(stated)
+    contents = [path.read_bytes() for path in paths]
+
+    def load(path: Path) -> None:
+        frames, _ = extract_frames([path], sensor, region)
+        assert frames.shape[1:] == (250,), "no frames"
+
+    def again(path: Path) -> None:
+        found = ff.Region.load(path)
+        found.save(folder / "again.toml")
+        assert ff.Region.load(folder / "again.toml") == found, "does not read back"
+
+    for number in range(tries):
+        path, content = paths[number % len(paths)], contents[number % len(paths)]
+        if path is stated:
+            text, words = changed_line(content.decode(), rng, number // len(paths))
+            path.write_text(text, encoding="utf-8")
+            yield words, lambda path=path: again(path)
+        else:
+            head = 256 if number % 3 else len(content)
+            path.write_bytes(damaged(content[:head], rng, number % 4 == 0) + content[head:])
+            yield f"{path.name} {number}", lambda path=path: load(path)
 
 
 def _study(folder: Path, form: str, seed: int = 0, contacts: int = 3) -> Path:

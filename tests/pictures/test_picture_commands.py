@@ -57,7 +57,7 @@ def test_pictures_become_forces(folder: Path, sensor: ff.Sensor, loads: NDArray)
     assert "4 OK" in run("read", "own.toml", "shots", *found, "-o", "designed.csv")
     for name in ("pictures.csv", "designed.csv"):
         assert Path("lines.csv").read_text() == Path(name).read_text()
-    with pytest.raises(FileFormatError, match=r"shots is a folder.*--region"):
+    with pytest.raises(FileFormatError, match=r"not from a folder.*--region"):
         run("read", "own.h5", "shots", "-o", "none.csv")
     run("live", "own.h5", "--camera", "file:shots", *found, "--to", "csv:live.csv")
     assert len(Path("live.csv").read_text().splitlines()) >= 1 + 4

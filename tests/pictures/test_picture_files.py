@@ -44,8 +44,11 @@ def test_lossless_files_hold_what_was_written(tmp_path: Path) -> None:
     Image.fromarray(COLOUR).save(tmp_path / "colour.png")
     tifffile.imwrite(tmp_path / "deep.tif", DEEP)
     np.save(tmp_path / "colour.npy", COLOUR)
+    for name, levels in {"lzw": GREY, "deep_lzw": DEEP}.items():
+        Image.fromarray(levels).save(tmp_path / f"{name}.tif", compression="tiff_lzw")
     (tmp_path / "deep.png").write_bytes(png_of_16_bits(DEEP))
     wanted = {"grey.png": GREY, "colour.png": COLOUR, "deep.tif": DEEP}
+    wanted |= {"lzw.tif": GREY, "deep_lzw.tif": DEEP}
     wanted |= {"colour.npy": COLOUR, "deep.png": DEEP}
     for name, picture in wanted.items():
         (found,) = read(tmp_path / name)
@@ -55,9 +58,12 @@ def test_lossless_files_hold_what_was_written(tmp_path: Path) -> None:
 
 def test_files_of_several_pictures_give_each(tmp_path: Path) -> None:
     stack = np.array([GREY, GREY + 1])
+    first, second = map(Image.fromarray, stack)
+    first.save(tmp_path / "c.tif", save_all=True, append_images=[second], compression="tiff_lzw")
     tifffile.imwrite(tmp_path / "a.tiff", stack, photometric="minisblack")
     np.save(tmp_path / "b.npy", np.array([COLOUR, COLOUR + 1]))
-    np.testing.assert_array_equal(read(tmp_path / "a.tiff"), stack)
+    for name in ("a.tiff", "c.tif"):
+        np.testing.assert_array_equal(read(tmp_path / name), stack)
     np.testing.assert_array_equal(read(tmp_path / "b.npy"), [COLOUR, COLOUR + 1])
 
 

@@ -297,9 +297,9 @@ def load_array(path: PathLike) -> NDArray[Any]:
     ending = Path(path).suffix.lower()
     loaders = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in loaders:
-        given = "a folder" if Path(path).is_dir() else f"a file that ends in {ending!r}"
+        given = "a folder" if Path(path).is_dir() else repr(ending)
         raise FileFormatError(
-            f"{path} is {given}; frames are read from .h5, .npy, .png and .tiff files. Of "
+            f"{path}: frames are read from .h5, .npy, .png and .tiff files, not from {given}. Of "
             "photographs and videos, find the sensor with  fringeforce extract --region FILE  and "
             "give the same --region FILE to read them."
         )
@@ -308,7 +308,7 @@ def load_array(path: PathLike) -> NDArray[Any]:
     try:
         return loaders[ending](path)
     except Exception as error:  # decoders raise errors of any kind on damaged files
-        raise FileFormatError(f"{path} cannot be read as {ending} frames: {error}.") from None
+        raise FileFormatError(f"{path} cannot be read as {ending}: {error}.") from None
 
 
 def _load_npy(path: PathLike) -> NDArray[Any]:
@@ -323,6 +323,15 @@ def _load_png(path: PathLike) -> NDArray[Any]:
 
 
 def _load_tiff(path: PathLike) -> NDArray[Any]:
-    from tifffile import imread
+    import tifffile
 
-    return imread(path)
+    try:
+        return tifffile.imread(path)
+    except (ValueError, NotImplementedError) as error:
+        if "imagecodecs" not in str(error):
+            raise
+    from PIL import Image, ImageSequence
+
+    with Image.open(path) as image:  # Pillow decodes LZW and others that tifffile does not
+        pages = [np.array(page) for page in ImageSequence.Iterator(image)]
+    return np.array(pages) if len(pages) > 1 else pages[0]

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.optional_libraries import extra
+from fringeforce.base.storage import load_array
 
 STILLS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 VIDEOS = (".mp4", ".avi", ".mkv", ".mov", ".webm")
+ARRAYS = (".npy", ".tif", ".tiff")
 ENDINGS = (*STILLS, ".npy", *VIDEOS)
 Picture = NDArray[Any]
 
@@ -83,12 +85,8 @@ def _still(path: Path) -> Iterable[Picture]:
     """The pictures of one file."""
     ending = path.suffix.lower()
     try:
-        if ending == ".npy":
-            stack = np.load(path, allow_pickle=False)
-        elif ending in (".tif", ".tiff"):
-            from tifffile import imread
-
-            stack = imread(path)
+        if ending in ARRAYS:
+            stack = load_array(path)
         else:
             from PIL import Image, ImageOps
 
@@ -98,7 +96,9 @@ def _still(path: Path) -> Iterable[Picture]:
                 stack = np.asarray(plain)
                 # Pillow opens PNG of 16 bits with 32
                 stack = stack.astype(np.uint16) if stack.dtype == np.int32 else stack
-    except (OSError, ValueError, EOFError, SyntaxError) as error:
+    except FileFormatError:
+        raise
+    except Exception as error:  # decoders raise errors of any kind on damaged files
         raise FileFormatError(f"{path} cannot be read as pictures: {error}.") from None
     if stack.ndim > 2 and stack.shape[-1] == 4:  # the fourth plane is how opaque a pixel is
         stack = stack[..., :3]
