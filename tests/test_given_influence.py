@@ -14,6 +14,7 @@ from fringeforce.cli import app
 from fringeforce.io.tables import save_forces
 from fringeforce.mechanics import fourier
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
+from fringeforce.studies.summary import summary
 
 CAMERA = {
     "pixels": 256,
@@ -219,3 +220,12 @@ def test_what_does_not_fit_is_one_clear_error(change: dict[str, Any], message: s
     stated |= {"polariscope": {"wavelength": "546 nm"}} | change
     with pytest.raises(InputError, match=message):
         ff.model_from_influence(**stated)
+
+
+def test_a_summary_tells_nothing_of_layers_that_are_not_there() -> None:
+    facts = dict(summary(_beam()))
+    assert facts["forces"] == "1, over 25.4 mm"
+    assert not {"strip", "compliant layer", "stress-optic constant K_t"} & set(facts)
+    # 2 pi 6 a / (H^2 2 f) at the edges of the beam; noise of 4 levels of 200
+    assert "0.106 rad normal: good, above the limit of 0.04 rad" in facts["peak phase per newton"]
+    assert facts["condition number"].startswith("1 of")

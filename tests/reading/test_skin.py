@@ -15,6 +15,7 @@ from fringeforce.io.tables import save_contacts
 from fringeforce.models.presses import tractions
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts
 from fringeforce.reading.skin_reader import SkinReader
+from fringeforce.studies.summary import summary
 
 FAR = 5.0
 """Deviations: beyond them lies one in two million."""
@@ -357,3 +358,18 @@ def test_contacts_beside_tactels_are_told_of_skins() -> None:
     reading = ff.Reader(model).read(frame)
     assert reading.status is ff.Status.MODEL_MISMATCH
     assert any("skin" in finding for finding in reading.findings)
+
+
+def test_a_summary_says_how_well_a_contact_is_read(
+    model: ff.SensorModel, reader: ff.Reader
+) -> None:
+    facts = dict(summary(model))
+    assert "condition number" not in facts
+    assert facts["skin"].startswith("13 mm long")
+    # 10 % of 11 MPa on 0.5 mm x 2 mm
+    words = facts["standard deviation of a contact of 1.1 N, one frame"]
+    press = ff.Press(x=0.0, normal=1.1, width=0.5e-3)
+    total = reader.search(model.expose([press], rng=1)).total
+    assert total is not None
+    assert float(words.split()[0]) == pytest.approx(1e3 * total.force_std[0], rel=0.2)
+    assert words.endswith("good, below the limit of 110 mN")

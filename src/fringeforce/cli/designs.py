@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.cli.arguments import Design, ModelOrDesign, model_of
-from fringeforce.cli.progress import progress_bar
+from fringeforce.cli.progress import compiling, progress_bar
 
 
 def new(
@@ -98,7 +98,8 @@ def show(
     from fringeforce.studies.summary import summary
 
     found = model_of(model)
-    facts = summary(found)
+    with compiling():
+        facts = summary(found)
     if not isinstance(found, PadModel) and found.sensor.transducer.solved_in_a_plane:
         facts.append(("plane", plane_check(found.sensor).words))
     width = max(len(name) for name, _ in facts)

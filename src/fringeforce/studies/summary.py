@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.planning.candidates import fringes_per_pixel
 from fringeforce.calibration.planning.plan import GAIN, Plan
 from fringeforce.contacts.loads import paper_load
@@ -18,6 +19,7 @@ from fringeforce.design.units import READABLE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strain_error import strain_error
 from fringeforce.models.strip import SensorModel
+from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
 
@@ -28,6 +30,11 @@ LINEAR = 0.1
 """Strain of the cover up to which linear elasticity is near enough."""
 
 
+CONDITION = 1e3
+"""Condition number up to which the error of the influence matrix, 1e-4, moves forces by less than a
+tenth."""
+TOLD = 0.1
+"""Deviation of a force up to which frames tell it, as a share of it."""
 MISSED = 0.01
 """Error of a force by large strain, over the largest, that hardly any use of a reading notices."""
 
@@ -67,26 +74,76 @@ def summary(model: SensorModel | PadModel) -> list[tuple[str, str]]:
 def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     sensor = model.sensor
     strip, camera = sensor.transducer, sensor.camera
-    normal, tangential = np.abs(model.pixel_influence).max(axis=(0, 1))
-    condition = np.linalg.cond(model.pixel_influence.reshape(camera.pixels, -1))
+    peaks = _named(np.abs(model.pixel_influence).max(axis=(0, 1)))
     density = fringe_density(model)
     pixel = _mm(strip.length / camera.pixels)
+    # phase that changes a grey level by its noise, halfway between dark and bright
+    told = float(f"{2 * np.sqrt(noise_variance(camera)) / camera.amplitude:.2g}")
     size = f"{_mm(strip.length)} x {_mm(strip.width)}"
-    return [
+    given = strip.plane == "given"
+    drawn = [
         ("strip", f"{size}, {strip.edges} edges, plane {strip.plane}"),
         *_layers(sensor),
-        ("tactels", f"{sensor.tactels.count} at a pitch of {_mm(sensor.tactels.pitch)}"),
+        _places(sensor),
+    ]
+    constant = [_constant(sensor)]
+    if given:  # there is no strip behind a matrix
+        drawn, constant = [("forces", f"{sensor.tactels.count}, over {_mm(strip.length)}")], []
+    return [
+        *drawn,
         ("camera", f"{camera.pixels} pixels of {pixel}, {camera.bits} bits"),
-        _constant(sensor),
-        ("peak phase per newton", f"{normal:.3g} rad normal, {tangential:.3g} rad tangential"),
-        ("condition number", f"{condition:.4g} of the influence matrix, at the pixels"),
+        *constant,
+        (
+            "peak phase per newton",
+            ", ".join(f"{peak:.3g} rad {name}" for name, peak in peaks.items())
+            + f": {_judged(min(peaks.values()), told, unit=' rad', least=True)} (noise of a pixel)",
+        ),
+        *_told_apart(model),
         (
             "fringe density at 1 N, 10 degrees on all",
             f"{density:.3g} fringes per pixel: {_judged(density, NYQUIST)} (Nyquist), reached at "
             f"{NYQUIST / density:.3g} N",
         ),
-        _strain(model),
+        *([] if given else [_strain(model)]),
         ("solved by", provenance_words(model)),
+    ]
+
+
+def _named(values: Array) -> dict[str, float]:
+    """Values of the components of a force of a strip, of those that it has."""
+    return {n: float(v) for n, v in zip(("normal", "tangential"), values, strict=True) if v > 0}
+
+
+def _places(sensor: Sensor) -> tuple[str, str]:
+    places = f"{sensor.tactels.count} at a pitch of {_mm(sensor.tactels.pitch)}"
+    if sensor.skin is None:
+        return "tactels", places
+    return "skin", f"{_mm(sensor.skin.extent)} long, contacts anywhere by lines, {places}"
+
+
+def _told_apart(model: SensorModel) -> list[tuple[str, str]]:
+    """How well one frame tells forces on tactels, or a contact on a skin."""
+    sensor = model.sensor
+    if sensor.skin is not None:
+        cover = sensor.transducer.compliant
+        width = cover.thickness
+        area = width * sensor.transducer.width
+        press = Press(x=0.0, normal=LINEAR * cover.youngs_modulus * area, width=width)
+        return [_contact(model, press)]
+    columns = model.pixel_influence.reshape(sensor.camera.pixels, -1)
+    condition = np.linalg.cond(columns[:, np.abs(columns).max(axis=0) > 0])
+    std = _named(Reader(model).bound(paper_load(sensor.tactels.count)).max(axis=0))
+    words = ", ".join(f"{1e3 * one:.3g} mN {name}" for name, one in std.items())
+    return [
+        (
+            "condition number",
+            f"{condition:.4g} of the influence matrix: {_judged(condition, CONDITION)}",
+        ),
+        (
+            "standard deviation of a force, one frame",
+            f"{words} by noise, at 1 N, 10 degrees on all: "
+            f"{_judged(max(std.values()), TOLD, 1e3, ' mN')}",
+        ),
     ]
 
 
@@ -122,17 +179,27 @@ def _deviations(model: PadModel) -> tuple[str, str]:
     """How well one frame tells a small force on a tactel, or a contact on a skin."""
     pad, reader = model.sensor, Reader(model)
     if pad.skin is None:
-        deviations = 1e3 * np.median(reader.bound(np.zeros((pad.tactels.total, 3))), axis=0)
+        std = np.median(reader.bound(np.zeros((pad.tactels.total, 3))), axis=0)
         return "standard deviation of a force, one frame", (
-            f"{deviations[0]:.3g} mN normal, {deviations[1:].max():.3g} mN tangential, at rest"
+            f"{1e3 * std[0]:.3g} mN normal, {1e3 * std[1:].max():.3g} mN tangential, at rest: "
+            f"{_judged(std.max(), TOLD, 1e3, ' mN')}"
         )
     press = Press(x=0.0, y=0.0, normal=1.0, width=SQUARES * pad.transducer.compliant.thickness)
-    total = reader.read(model.expose([press], rng=0)).total
-    std = np.full(8, np.inf) if total is None else total.std
-    return "standard deviation of a contact of 1 N, one frame", (
-        f"{1e3 * std[0]:.3g} mN normal, {1e3 * std[1:3].max():.3g} mN tangential, "
-        f"{1e6 * std[6:8].max():.3g} um of its place"
+    return _contact(model, press)
+
+
+def _contact(model: SensorModel | PadModel, press: Press) -> tuple[str, str]:
+    """Deviations of one contact."""
+    total = Reader(model).read(model.expose([press], rng=0)).total
+    name = f"standard deviation of a contact of {press.normal:.2g} N, one frame"
+    if total is None:
+        return name, "bad, such a contact is not read"
+    std = total.force_std
+    words = (
+        f"{1e3 * std[0]:.3g} mN normal, {1e3 * std[1:].max():.3g} mN tangential, "
+        f"{1e6 * total.place_std.max():.3g} um of its place"
     )
+    return name, f"{words}: {_judged(std.max(), TOLD * press.normal, 1e3, ' mN')}"
 
 
 _SUMMARIES: Mapping[str, Any] = {"strip": _strip_summary, "pad": _pad_summary}
@@ -167,17 +234,20 @@ def _strain(model: SensorModel | PadModel) -> tuple[str, str]:
             f"theory), reached at {LINEAR / strain:.3g} N"
         )
     error = float(strain_error(sensor).max())
-    return "what linear theory misses", (
-        f"{1e2 * error:.2g} % of the largest force at 1 N, root mean square, to second order: "
-        f"{_judged(error, MISSED, 1e2, ' %')}, reached at {MISSED / error:.3g} N; strain = "
-        f'"{sensor.transducer.strain}"'
-    )
+    missed = f"{1e2 * error:.2g} % of the largest force at 1 N, root mean square, to second order"
+    if sensor.transducer.strain == "finite":
+        return "what linear theory misses", f'{missed}; strain = "finite" reads with it'
+    judged = _judged(error, MISSED, 1e2, " %")
+    return "what linear theory misses", f"{missed}: {judged}, reached at {MISSED / error:.3g} N"
 
 
-def _judged(value: float, limit: float, factor: float = 1.0, unit: str = "") -> str:
-    """Good or bad, with the limit that decides."""
-    words = "good, below" if value < limit else "bad, above"
-    return f"{words} the limit of {limit * factor:g}{unit}"
+def _judged(
+    value: float, limit: float, factor: float = 1.0, unit: str = "", least: bool = False
+) -> str:
+    """Good or bad, with the limit that decides: the most that is good, or the least."""
+    good = "good" if (value > limit if least else value < limit) else "bad"
+    side = "below" if value < limit else "above"
+    return f"{good}, {side} the limit of {limit * factor:.4g}{unit}"
 
 
 def provenance_words(model: SensorModel | PadModel) -> str:
