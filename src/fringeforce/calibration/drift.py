@@ -498,22 +498,22 @@ def _told(state: _State, used: Mask, signed: bool) -> list[Told]:
     most = int(np.abs(state.shared @ residual).argmax())
     light = rows.brightness[:, used].mean(axis=1) * 100
 
-    def told(name: str, unit: str, digits: str, paths: tuple[str, ...], change: Array) -> Told:
+    def told(name: str, unit: str, paths: tuple[str, ...], change: Array) -> Told:
         std = float(np.sqrt(change @ covariance @ change))
         by, before = float(change @ state.shared), float(np.linalg.norm(change))
-        return Told(name, unit, digits, paths, by, std, before)
+        return Told(name, unit, paths, by, std, before)
 
     found = (
-        told("The light", " %", ".1f", LIGHT, light),
-        told("The residual", " rad where it changed most", ".2f", (RESIDUAL,), residual[:, most]),
-        told("The camera's place", " mm", ".3f", CAMERA[:1], rows.camera[:, 0] * 1e3),
-        told("The camera's scale", " %", ".3f", CAMERA[1:], rows.camera[:, 1] * 100),
+        told("The light", "%", LIGHT, light),
+        told("The residual", "rad where it changed most", (RESIDUAL,), residual[:, most]),
+        told("The camera's place", "mm", CAMERA[:1], rows.camera[:, 0] * 1e3),
+        told("The camera's scale", "%", CAMERA[1:], rows.camera[:, 1] * 100),
     )
     found = (
         found[0],
         found[1]._replace(signed=signed),
         *found[2:],
-        told("The strength of the effect", " %", ".2f", (), rows.design * 100),
+        told("The strength of the effect", "%", (), rows.design * 100),
     )
     return [one for one in found if one.before]
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Mask
 from fringeforce.base.errors import InputError
+from fringeforce.base.measured import measured
 
 FORCES = (
     "How large forces are, only known loads tell: that stays as the calibration found it, with its "
@@ -63,7 +64,7 @@ class Told(NamedTuple):
 
     Attributes
     ----------
-    name, unit, digits : str
+    name, unit : str
         For a sentence.
     paths : tuple of str
         Values of the design that it is.
@@ -75,7 +76,6 @@ class Told(NamedTuple):
 
     name: str
     unit: str
-    digits: str
     paths: tuple[str, ...]
     change: float
     std: float
@@ -97,8 +97,8 @@ class Told(NamedTuple):
             return (
                 f"{self.name}: these frames do not tell whether it changed; readings allow for it."
             )
-        change, std = f"{self.change:+{self.digits}}", f"{self.std:{self.digits}}"
-        return f"{self.name} changed by {change}{self.unit} (standard deviation {std})."
+        sign = "+" if self.change >= 0 else ""
+        return f"{self.name} changed by {sign}{measured(self.change, self.std, self.unit)}."
 
 
 def missed(explained: Mask) -> Iterator[str]:

@@ -68,8 +68,8 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads, values: Values) -
     if checked.forces:
         words.append(
             f"{checked.frames} frames were put aside and checked: {checked.explained} are "
-            f"explained, and {checked.inside / checked.forces:.0%} of their forces lie within 95 % "
-            "intervals."
+            f"explained, and {1e2 * checked.inside / checked.forces:.0f} % of their forces lie "
+            "within 95 % intervals."
         )
     if wrong:
         cause = _cause(fit, levels, loads)
@@ -106,8 +106,8 @@ def _wrong_forces(fit: BenchFit) -> str:
     checked = fit.checked
     if checked.forces and bdtr(checked.inside, checked.forces, 0.95) < CHANCE:
         return (
-            f"only {checked.inside / checked.forces:.0%} of the forces of frames that were put "
-            "aside lie within their 95 % intervals."
+            f"only {1e2 * checked.inside / checked.forces:.0f} % of the forces of frames that "
+            "were put aside lie within their 95 % intervals."
         )
     if {"normal", "tangential"}.intersection(fit.beyond):
         return "no load cell scatters as its forces do about those written down."

@@ -13,9 +13,7 @@ from fringeforce.cli.progress import progress_bar
 
 Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
-ModelOrDesign = Annotated[
-    str, typer.Argument(metavar="{model}", help="Model file; or a design, characterized first.")
-]
+ModelOrDesign = Annotated[str, typer.Argument(help="Model file; or a design, characterized first.")]
 Frames = Annotated[
     Path,
     typer.Argument(

@@ -32,7 +32,7 @@ def make(
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Makes the same frames again.")] = None,
 ) -> None:
-    """Simulate frames of all tracks: half with their truth, half to be read.
+    """Simulate frames, half with their truth, half to be read.
 
     Give away everything but the folder `truth`.
     """

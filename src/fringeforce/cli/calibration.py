@@ -55,9 +55,8 @@ def plan(
 ) -> None:
     """Propose the loads that teach a calibration most.
 
-    They are on tactels, or by position.
-
-    Beside the table the same stands in words, a line for each load.
+    They are on tactels, or by position. A text file beside the table says the same in words, a line
+    for each load.
     """
     from fringeforce.base.storage import whole_file
     from fringeforce.calibration.planning.candidates import Limits
@@ -236,7 +235,7 @@ def check(
         off, stated = (1e3 * value for value in found.places)
         each = " along each axis" if sensor_model.sensor.dimensions > 1 else ""
         print(f"centre of pressure off by {off:.3g} mm rms{each}, stated {stated:.3g} mm")
-    print(f"95 % intervals hold {found.coverage:.1%} of the forces")
+    print(f"95 % intervals hold {1e2 * found.coverage:.1f} % of the forces")
     if found.wrong:
         print("readings contradict the loads of frames " + ", ".join(map(str, found.wrong)))
     print("passed" if found.passed else "failed")

@@ -275,7 +275,7 @@ def calibration_summary(model: SensorModel | PadModel) -> list[str]:
 
 def plan_summary(plan: Plan, sensor: Sensor | Pad) -> list[str]:
     """What planned calibration loads are expected to achieve, in lines."""
-    rows: list[tuple[str, ...]] = [("unknown", "value", "std before", "std after")]
+    rows: list[tuple[str, ...]] = [("unknown", "value", "+/- before", "+/- after")]
     for name, *numbers in zip(plan.names, plan.values, plan.std[0], plan.std[-1], strict=True):
         factor, symbol = READABLE[_unit(sensor, name)]
         value, *std = (number * factor for number in numbers)
@@ -286,10 +286,16 @@ def plan_summary(plan: Plan, sensor: Sensor | Pad) -> list[str]:
     lines.append("  error of readings, over that of a perfectly known sensor")
     count = len(plan.loads)
     shown = sorted({0, *(k for k in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500) if k < count), count})
-    lines += [f"  after {k:>4} loads  {plan.ratio[k]:>10.4g}" for k in shown]
+    lines += [f"  after {k:>3} {_loads(k):<5}  {plan.ratio[k]:>10.4g}" for k in shown]
     if plan.enough < count:
-        lines.append(f"  loads after number {plan.enough} gain less than {GAIN:.0%} all together")
+        lines.append(
+            f"  loads after number {plan.enough} gain less than {1e2 * GAIN:g} % all together"
+        )
     return lines
+
+
+def _loads(count: int) -> str:
+    return "load" if count == 1 else "loads"
 
 
 def _change(

@@ -164,17 +164,17 @@ def _told(bench: DriftBench, shared: Array, covariance: Array) -> Iterator[Told]
     mean, precision = bench.prior
     before = inverse(precision)
 
-    def told(name: str, unit: str, digits: str, path: str, change: Array) -> Told:
+    def told(name: str, unit: str, path: str, change: Array) -> Told:
         std, first = (float(np.sqrt(change @ c @ change)) for c in (covariance, before))
-        return Told(name, unit, digits, (path,), float(change @ (shared - mean)), std, first)
+        return Told(name, unit, (path,), float(change @ (shared - mean)), std, first)
 
-    for path, name, unit, digits, size in (
-        ("camera.amplitude", "The light", " %", ".1f", 100 / pad.camera.amplitude),
-        ("camera.offset", "The dark level", " grey levels", ".2f", 1.0),
-        (RESIDUAL, "The residual", " rad where it changed most", ".2f", 1.0),
-        ("camera.shift_x", "The camera's place along x", " mm", ".3f", 1e3),
-        ("camera.shift_y", "The camera's place along y", " mm", ".3f", 1e3),
-        ("camera.scale", "The camera's scale", " %", ".3f", 100.0),
+    for path, name, unit, size in (
+        ("camera.amplitude", "The light", "%", 100 / pad.camera.amplitude),
+        ("camera.offset", "The dark level", "grey levels", 1.0),
+        (RESIDUAL, "The residual", "rad where it changed most", 1.0),
+        ("camera.shift_x", "The camera's place along x", "mm", 1e3),
+        ("camera.shift_y", "The camera's place along y", "mm", 1e3),
+        ("camera.scale", "The camera's scale", "%", 100.0),
     ):
         group = unsure.group(path)
         if group is None:
@@ -183,7 +183,7 @@ def _told(bench: DriftBench, shared: Array, covariance: Array) -> Iterator[Told]
         change[group.place] = size * group.std
         if path == RESIDUAL:
             change[group.place] = _most(unsure, (shared - mean)[group.place])
-        yield told(name, unit, digits, path, change)
+        yield told(name, unit, path, change)
 
 
 def _most(unsure: PadUncertainty, change: Array) -> Array:

@@ -197,11 +197,17 @@ def next_presses(model: SensorModel | PadModel, forces: ArrayLike) -> str:
     except InputError as reason:
         return f"No load is proposed: {reason}"
     before, after = plan.ratio[0], plan.ratio[-1]
-    said = f"Readings are expected to err {before:.3g} times as much as with a known sensor"
+    said = "Readings are expected to err"
     if before <= DOMINATED:
-        return f"{said}: more loads gain less than {before - 1:.1%}."
+        return (
+            f"{said} as with a sensor that is known exactly; more loads gain less than "
+            f"{1e2 * (before - 1):.1f} %."
+        )
     words = "; ".join(plan.words)
-    return f"{said}. Press next: {words}. That would leave {after:.3g} times."
+    return (
+        f"{said} {before:.3g} times as much as with a sensor that is known exactly. Press next: "
+        f"{words}. That would leave {after:.3g} times."
+    )
 
 
 def _silent(title: str, done: int, expected: int) -> None:
