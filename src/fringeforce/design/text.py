@@ -101,3 +101,16 @@ def _with_tolerance(value: str, std: str) -> str:
     number, unit = value.split(" ")
     same = std.endswith(f" {unit}") or float(number) == 0
     return f"{number if same else value} +/- {std}"
+
+
+def path_in_words(path: str, joint: str = " ") -> str:
+    """A dotted path of a design in words, `joint` behind the table's name.
+
+    Examples
+    --------
+    >>> from fringeforce.design.text import path_in_words
+    >>> path_in_words("transducer.compliant.youngs_modulus")
+    "compliant Young's modulus"
+    """
+    words = path.removeprefix("transducer.").replace(".", joint, 1).replace("_", " ")
+    return words.replace("youngs", "Young's").replace("poissons", "Poisson's")

@@ -182,7 +182,8 @@ def _weights(region: Region, pixels: int, channel: str) -> tuple[Index, csr_arra
     if region.resolution < pixels:
         raise InputError(
             f"The picture has {region.length / period:.0f} pixels along the strip, the design's "
-            f"camera {pixels}; state pixels = {int(region.length / period)} or fewer in the design."
+            f"camera {pixels}; state pixels = {int(region.length / period)} or fewer in the "
+            "design, or have this camera described in a new one:  fringeforce extract --design FILE"
         )
     columns, rows = region.size
     corners = np.array(region.corners)

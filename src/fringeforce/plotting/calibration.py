@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.measured import INTERVAL
+from fringeforce.design.text import path_in_words
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.plotting.axes import MILLI, STYLE
@@ -162,14 +163,11 @@ def draw_values(found: Calibration) -> Figure:
             reach = INTERVAL * np.abs(unit * found.std)[own]
             ax.axvline(0, color="#888888", linewidth=1)
             ax.errorbar((unit * off)[own], rows, xerr=reach, fmt="o", color=MARK, capsize=3)
-            names = [_short(n) for n, here in zip(found.names, own, strict=True) if here]
+            pairs = zip(found.names, own, strict=True)
+            names = [path_in_words(name, "\n") for name, here in pairs if here]
             ax.set(yticks=rows, yticklabels=names, xlabel=label, ylim=(len(rows) - 0.4, -0.6))
         canvas.align_ylabels()
         return canvas
-
-
-def _short(name: str) -> str:
-    return name.removeprefix("transducer.").replace(".", "\n", 1).replace("_", " ")
 
 
 def draw_aside(record: BenchRecord) -> Figure:

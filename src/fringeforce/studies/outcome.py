@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
 from fringeforce.base.arrays import Array, Index
+from fringeforce.design.text import path_in_words
 from fringeforce.design.units import READABLE
 from fringeforce.studies.optimise import BestDesign
 from fringeforce.studies.performance import UNITS
@@ -232,7 +233,7 @@ def _compared(one: float, other: float) -> str:
 
 def _title(one: Axis, joint: str = " ") -> str:
     unit = READABLE[one.unit][1]
-    name = one.path.removeprefix("transducer.").replace("_", " ").replace(".", joint, 1)
+    name = path_in_words(one.path, joint)
     return f"{name} [{unit}]" if unit else name
 
 

@@ -18,6 +18,7 @@ from fringeforce.calibration.design_entries import design_value
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.contacts.loads import PAPER_ANGLE, PAPER_LOAD, paper_load
 from fringeforce.design.strip import Sensor
+from fringeforce.design.text import path_in_words
 from fringeforce.estimation.bounds import fisher_information
 from fringeforce.models.strip import SensorModel
 from fringeforce.studies.evaluation import Setting, evaluate
@@ -201,9 +202,7 @@ def _draw(ax: Axes, paths: tuple[str, ...], moved: Array, total: Array) -> None:
     for shift, values, name in ((-0.2, moved[:, 0], "normal"), (0.2, moved[:, 1], "tangential")):
         left.barh(places + shift, values, 0.38, label=name)
     left.set(xlabel="change of read forces, % of load per %", xscale="log")
-    labels = [
-        path.replace("transducer.", "").replace("_", " ").replace(".", "\n") for path in paths
-    ]
+    labels = [path_in_words(path, "\n") for path in paths]
     left.set_yticks(places, labels, fontsize=8)
     for index, name in enumerate(OUTPUTS):
         right.barh(places + (index - 1) * 0.27, total[index], 0.25, label=name.replace("_", " "))
