@@ -65,6 +65,14 @@ def test_columns_are_the_derivatives_of_the_phase(strip: FrameModel) -> None:
     )
 
 
+def test_a_spread_wider_than_the_line_makes_it_even_and_ends(strip: FrameModel) -> None:
+    unknowns = some_unknowns(strip)
+    fringes = np.ptp(expose(strip, unknowns)[0])
+    for far in (1e3, 1e12):  # the kernel of the latter would have 1e13 pixels
+        unknowns[strip.at.blur] = far
+        assert np.ptp(expose(strip, unknowns)[0]) < 0.2 * fringes
+
+
 def test_linearised_loss_is_that_of_differences_of_exposed_frames(strip: FrameModel) -> None:
     rng, unknowns = np.random.default_rng(5), some_unknowns(strip)
     sigma = np.sqrt(strip.variance)

@@ -228,7 +228,10 @@ def half_waves(phase):
 
 @sums
 def lens(model, unknowns):
-    """Visibility, deviation of the point spread and its derivative by its unknown."""
+    """Visibility, deviation of the point spread and its derivative by its unknown.
+
+    No spread is wider than the line: steps far from any top try any, and kernels grow with it.
+    """
     at, seen = model.at, model.visibility
     if at.blur > at.visibility:
         seen += model.visibility_std * unknowns[at.visibility]
@@ -238,6 +241,9 @@ def lens(model, unknowns):
             model.blur + model.blur_std * unknowns[at.blur], NARROWEST_BLUR
         )
         slope *= model.blur_std
+        widest = float(len(model.amplitude))
+        if deviation > widest:
+            deviation, slope = widest, 0.0
     return seen, deviation, slope
 
 
