@@ -10,7 +10,7 @@ from rendering import Scene
 from typer.testing import CliRunner
 
 import fringeforce as ff
-from fringeforce.base.errors import FileFormatError, InputError
+from fringeforce.base.errors import DesignError, FileFormatError, InputError
 from fringeforce.cli import app
 from fringeforce.io.frames import load_frames
 
@@ -69,6 +69,11 @@ def test_corners_are_taken_as_stated_and_kept(folder: Path) -> None:
     corners = "40.3,30.2 556.1,66.9 554.2,107.4 36.8,72.6"
     run("extract", "saad", "shots", "--corners", corners, "--region", "own.toml", "--camera")
     assert ff.Region.load("own.toml").corners[2] == (554.2, 107.4)
+    told = ("shots", "--region", "own.toml", "--response", "sRGB", "--design", "phone.toml")
+    run("extract", "saad", *told)
+    assert ff.load_sensor("phone.toml").camera.response == "sRGB"
+    with pytest.raises(DesignError, match="response"):
+        run("extract", "saad", "shots", "--region", "own.toml", "--response", "film", "--camera")
     for words, said in {
         ("shots", "--region", "own.toml", "--bits", "8", "--camera"): "states corners",
         ("shots", "--corners", "1,2 3", "--camera"): "four pairs",

@@ -52,6 +52,10 @@ def extract(
     margin: Annotated[
         float, typer.Option(help="Share of the strip's width to leave out on either side.")
     ] = 0.15,
+    response: Annotated[
+        str | None,
+        typer.Option(help="Of the pictures: linear, sRGB or a power; the design's if not given."),
+    ] = None,
     camera: Annotated[
         bool, typer.Option("--camera", help="Print the design's [camera] for these pictures.")
     ] = False,
@@ -78,6 +82,8 @@ def extract(
     if output is None and not camera and preview is None and own is None:
         raise InputError("Say what to write: --output frames.h5, --preview FILE, or --camera.")
     sensor, first = load_sensor(design), first_pictures(pictures)
+    if response is not None:
+        sensor = sensor.replace(**{"camera.response": response})
     if sensor.dimensions > 1:
         new = region is None or not region.exists()
         if camera or own is not None or preview is not None or (new and corners is None):
@@ -109,8 +115,8 @@ def extract(
     print(_described(found))
     if camera or own is not None:
         channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
-        length, response = sensor.transducer.length, sensor.camera.response
-        seen_by = line_camera(first, found, length, channels, response=response)
+        length, curve = sensor.transducer.length, sensor.camera.response
+        seen_by = line_camera(first, found, length, channels, response=curve)
         if camera:
             print(seen_by.to_toml())
         if own is not None:
