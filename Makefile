@@ -12,7 +12,7 @@ demo: .venv/ready
 
 # Three workers keep two cores busy while tests wait for browsers, cameras and processes.
 test: .venv/ready
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadgroup
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 4 --dist loadgroup
 
 # For use while working: types of the files that changed since the last commit, and all tests that
 # are not marked slow, the other static checks among them.  What is named at the end takes long
