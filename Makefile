@@ -10,7 +10,7 @@ INSTALLING := --quiet --no-compile --disable-pip-version-check -c constraints.tx
 demo: .venv/ready
 	$(BIN)/fringeforce reproduce saad --out demo
 
-# Three workers keep two cores busy while tests wait for browsers, cameras and processes.
+# Four workers keep two cores busy while tests wait for browsers, cameras and processes.
 test: .venv/ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 4 --dist loadgroup
 
