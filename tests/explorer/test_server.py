@@ -172,14 +172,12 @@ def test_finite_strain_is_the_library_s_and_of_second_order(
     assert found[1] / found[0] == pytest.approx(4, rel=0.05)
 
 
-def test_calibrated_models_tell_that_they_are_of_small_strain(
-    model: ff.SensorModel, tmp_path: Any
-) -> None:
+def test_large_strain_is_shown_of_drawings_only(model: ff.SensorModel, tmp_path: Any) -> None:
     none = np.zeros(0)
     own = Calibration((), none, none, np.zeros((0, 0)), (), (), (), 1.0, ())
     calibrated = replace(model, calibration=own)
     wish = StrainRequest(type="strain", id=1, design=1, forces=[[0.0, 0.0]] * 11)
-    with pytest.raises(InputError, match="of small strain"):
+    with pytest.raises(InputError, match="of drawings"):
         under_forces(stored(calibrated, str(tmp_path)), wish)
 
 

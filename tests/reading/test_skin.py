@@ -233,6 +233,20 @@ def test_a_touch_too_weak_to_tell_is_never_read_for_certain_as_nothing(
             assert bool(reading.contacts) or not reading.ok
 
 
+def test_a_faint_contact_is_ambiguous_or_right(model: ff.SensorModel, reader: ff.Reader) -> None:
+    """Light beside no phase has either sign: a push is like a pull, or like shear beside it."""
+    rng, sure = np.random.default_rng(), 0
+    for normal in (0.1, 0.15, 0.2, 0.4):
+        press = ff.Press(x=rng.uniform(-5e-3, 5e-3), normal=normal, radius=6e-3)
+        for _ in range(15):
+            reading = reader.search(model.expose([press], rng))
+            if reading.ok:
+                off = (np.array(reading.total.force) - [normal, 0.0]) / reading.total.force_std
+                assert np.abs(off).max() < FAR
+                sure += 1
+    assert sure > 10
+
+
 def test_a_frame_of_something_else_is_refused(model: ff.SensorModel, reader: ff.Reader) -> None:
     pixels = np.arange(2048)
     wrong = 125 + 110 * np.cos(pixels / 40.0) * np.sign(np.sin(pixels / 333.0))

@@ -26,13 +26,22 @@ from fringeforce.estimation.residual_test import (
     square_limit,
 )
 from fringeforce.models.creep import Creep
-from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts, SkinModel, large_strain
+from fringeforce.models.skin import (
+    GEOMETRY,
+    PLACE,
+    WIDTH,
+    YIELDING,
+    Contacts,
+    SkinModel,
+    large_strain,
+)
 from fringeforce.reading.posterior_search import Lines, phase_information
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_departure_test import SkinDepartureTest
 from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST_CONTACTS, SkinSearch
+from fringeforce.reading.strip_explanations import same_phase
 from fringeforce.reading.strip_frames import (
     FITS,
     HOPELESS_LOSS,
@@ -417,11 +426,12 @@ class SkinReader(StripFrames):
         distinct = _distinct(met, NEGLIGIBLE_LOSS / 2)
         best = distinct[0]
         weights = posterior_weights(np.array([one.evidence for one in distinct]))
-        mine = np.array([np.abs(one.phase - best.phase).max() < SAME_PHASE for one in distinct])
+        mine = np.array([same_phase(one.phase, best.phase) for one in distinct])
         others = [one for one, own in zip(distinct, mine, strict=True) if not own]
         probability = float(weights[mine].sum())
-        if best.chance < INCOMPLETE:
-            probability = doubted(probability, best.chance)
+        chance = min(best.chance, _dry(best))
+        if chance < INCOMPLETE:
+            probability = doubted(probability, chance)
         none = best is silent and probability >= self.confidence
         status = Status.NO_CONTACT if none else None
         return self.stated(best, probability, status, others=others), best
@@ -514,6 +524,21 @@ def goes_on(found: Explanation, last: Explanation) -> bool:
     now, before = found.contacts.forces[:, 0], last.contacts.forces[:, 0]
     alike = (now <= JUMPED * before) & (before <= JUMPED * now)
     return bool((beside & alike).all()) and motion(found.phase, last.phase) < JUMP
+
+
+def _dry(one: Explanation) -> float:
+    """Weight of contacts that are outside the friction cone, one for those that are within.
+
+    The prior of a search, for contacts that push as the pace of the fringes tells, says so of
+    strong ones; the pace of a faint frame is that of noise.  This is for the largest that is found.
+    """
+    forces, friction = one.contacts.forces, one.posterior.prior.friction
+    if not len(forces):
+        return 1.0
+    variance = np.diag(np.linalg.inv(one.about.hessian))[: forces.size].reshape(-1, 2)
+    variance = variance @ [friction**2, 1.0] + (YIELDING * np.abs(forces).max()) ** 2
+    beyond = np.minimum(friction * forces[:, 0] - np.abs(forces[:, 1]), 0.0)
+    return float(np.exp(-np.square(beyond) @ (1 / variance) / 2))
 
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:

@@ -211,8 +211,9 @@ class StripFollower(Follower):
         self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
         self._posterior, self._shift = posterior, None
-        phase = posterior.phase(top)
-        self._retests.begin(float(phase @ phase))
+        if not reading.tracked:
+            phase = posterior.phase(top)
+            self._retests.begin(float(phase @ phase))
         self._begin(posterior, top, weak)
         if weak and reading.status is not Status.NO_CONTACT:
             self._held, self._count, self._total = posterior, 1, levels.astype(float)
