@@ -60,7 +60,7 @@ class Bench:
         Values of the pad that are not those of the drawing.
     finer : bool
         Whether tractions differ within a tactel.
-    tilted : float
+    beside : float
         Standard deviation of the centres of the tractions beside their tactels [m].
     residual : float
         Standard deviation of the retardance without load [rad].
@@ -76,7 +76,7 @@ class Bench:
 
     design: dict[str, Any] = field(default_factory=dict)
     finer: bool = False
-    tilted: float = 0.0
+    beside: float = 0.0
     residual: float = 0.0
     light: Callable[[np.random.Generator], float] = lambda _: 1.0
     tolerance: dict[str, Any] = field(default_factory=dict)
@@ -139,7 +139,7 @@ BENCHES = {
         told={"transducer.compliant.youngs_modulus": 0.05},
     ),
     "tractions 0.1 mm rms beside their tactels": Bench(
-        tilted=0.1e-3,
+        beside=0.1e-3,
         tolerance={"tactels.placement": "0 +/- 0.1 mm"},
         words=("beside their tactels",),
     ),
@@ -177,13 +177,8 @@ def touches(bench: Bench, pad: Pad, rng: np.random.Generator) -> tuple[Array, li
     if not bench.finer:
         forces = contacts(rng, pad)
         side = bench.design.get("tactels.size", pad.tactels.side)
-        loads = [(Patches(pad.tactels.places, side), forces)]
-        if bench.tilted:
-            for orders in ((1, 0), (0, 1)):
-                # the first polynomial moves the centre by a sixth of the side
-                turned = rng.normal(0, 6 * bench.tilted / side, (len(forces), 1))
-                loads.append((Patches(pad.tactels.places, side, orders), turned * forces))
-        return forces, loads
+        places = pad.tactels.places + bench.beside * rng.standard_normal((len(forces), 2))
+        return forces, [(Patches(places, side), forces)]
     count, pitch = pad.tactels.count[0], pad.tactels.pitch
     fine = pad.replace(
         tactels={

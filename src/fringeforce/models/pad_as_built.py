@@ -1,15 +1,10 @@
 """One real pad: a design whose tolerances have been drawn, exposed as often as wanted.
 
 Values of the design are drawn once.  The residual is a smooth random field for each of its two
-parts, which all slices of the photoelastic layer share.  The traction on each square is drawn anew
-for every frame: it is
-
-    (force / area) (1 + c_1 xi + c_2 eta + c_3 P_2(xi) + c_4 P_2(eta) + c_5 xi eta + ...)
-
-with xi, eta from -1 to 1 over the square, Legendre's P_2, and all products of the third and the
-fourth order.  c_1 and c_2 move its centre by side / 6 each, c_3 and c_4 widen it by side / 5
-(sqrt(12) times its standard deviation along an axis), c_5 turns its axes; those of higher orders
-are as large as c_3.
+parts, which all slices of the photoelastic layer share.  The traction on each tactel is drawn anew
+for every frame: it is uniform over a rectangle, whose centre is normal about the tactel with the
+deviation `tactels.placement` along either axis, and whose sides are normal about `tactels.size`
+with the deviation of that.
 """
 
 from __future__ import annotations
@@ -34,40 +29,6 @@ from fringeforce.optics import camera as camera_optics
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-
-HIGHEST = 4
-"""Order of the polynomials of a traction.
-
-A traction on a share s of the side has the coefficients (2 n + 1) mean P_n(s t), -1 < t < 1: with
-s = 0.9 that of the fourth order, -0.57, is larger than that of the second, -0.48.  A cover of a
-quarter of the side leaves exp(-(n + 1/2) / 2) of order n, a tenth of the fourth, which a frame of 8
-bits shows, and a twenty-fifth of the sixth, which is left out."""
-SHAPES = (
-    *((1, 0), (0, 1), (2, 0), (0, 2), (1, 1)),
-    *((order - k, k) for order in range(3, HIGHEST + 1) for k in range(order + 1)),
-)
-"""Orders along x and y of the polynomials of a traction beyond the uniform one."""
-CENTRE_SHARE, WIDTH_SHARE = 1 / 6, 1 / 5
-"""By what share of the side of a square the first and the second polynomials move its centre and
-widen it."""
-TURNED = float(np.sqrt(0.72))
-"""Standard deviation of that of xi eta over that of the second ones, so that the matrix of
-second moments is as likely in any axes (2 / 15 by sqrt 2, over 1 / 9)."""
-
-
-def spreads(pad: Pad) -> Array:
-    """Standard deviations of the coefficients of a traction, shape (14,), in the order of `SHAPES`.
-
-    Parameters
-    ----------
-    pad : Pad
-        The design with its tolerances.
-    """
-    side = pad.tactels.side
-    first = pad.tolerances.get(PLACEMENT, 0.0) / (CENTRE_SHARE * side)
-    second = pad.tolerances.get(SIZE, 0.0) / (WIDTH_SHARE * side)
-    higher = [second] * (len(SHAPES) - 5)
-    return np.array([first, first, second, second, TURNED * second, *higher])
 
 
 class DrawnModel(Protocol):
@@ -124,8 +85,12 @@ class BuiltPad:
     model: DrawnModel
     residual: Array
 
+    @property
+    def _touched_anew(self) -> bool:
+        return any(path in self.drawing.tolerances for path in (PLACEMENT, SIZE))
+
     def contacts(self, frames: int | tuple[int, ...] = (), rng: camera_optics.Rng = None) -> Array:
-        """Draw how the tractions on the squares are spread in frames.
+        """Draw where the tractions of tactels are in frames.
 
         Parameters
         ----------
@@ -136,12 +101,17 @@ class BuiltPad:
 
         Returns
         -------
-        ndarray, shape (..., n, 14)
-            Coefficients of the polynomials of each tactel, as at the top of this page.
+        ndarray, shape (..., n, 4)
+            Of each tactel how far the centre is beside it along x and y, and the sides along x and
+            y [m].
         """
         generator = np.random.default_rng(rng)
-        shape = (*np.atleast_1d(np.asarray(frames, dtype=int)), self.drawing.tactels.total)
-        return spreads(self.drawing) * generator.standard_normal((*shape, len(SHAPES)))
+        tactels, tolerances = self.drawing.tactels, self.drawing.tolerances
+        shape = (*np.atleast_1d(np.asarray(frames, dtype=int)), tactels.total, 2)
+        beside = tolerances.get(PLACEMENT, 0.0) * generator.standard_normal(shape)
+        longer = tolerances.get(SIZE, 0.0) * generator.standard_normal(shape)
+        # a side that would be less than nothing is that of its mirror image
+        return np.concatenate([beside, np.abs(tactels.side + longer)], axis=-1)
 
     def intensity(self, forces: ArrayLike | Presses, contacts: Array | None = None) -> Array:
         """Share of a perfect dark field's light that each pixel gets, shape (..., *frame_shape).
@@ -150,8 +120,8 @@ class BuiltPad:
         ----------
         forces : array_like, shape (..., n, 3), or sequence of Press
             N, T_x, T_y of every tactel [N], or what really touches, in one frame or in several.
-        contacts : ndarray, shape (..., n, 14), optional
-            How the tractions are spread; uniform if not given.
+        contacts : ndarray, shape (..., n, 4), optional
+            Where the tractions are, as of `contacts`; on their squares if not given.
         """
         if are_presses(forces):
             if len(forces) and isinstance(forces[0], Sequence):
@@ -161,19 +131,19 @@ class BuiltPad:
             return self.seen(slices).reshape(self.model.frame_shape).astype(float)
         loads = self.model.checked(cast(ArrayLike, forces))
         flat = loads.reshape(-1, *loads.shape[-2:])
-        spread = (
-            [None] * len(flat) if contacts is None else contacts.reshape(len(flat), -1, len(SHAPES))
-        )
-        found = [self._intensity(*one) for one in zip(flat, spread, strict=True)]
+        drawn = [None] * len(flat) if contacts is None else contacts.reshape(*flat.shape[:2], 4)
+        found = [self._intensity(*one) for one in zip(flat, drawn, strict=True)]
         return np.array(found, dtype=float).reshape(*loads.shape[:-2], *self.model.frame_shape)
 
     def _intensity(self, forces: Array, contact: Array | None) -> Single:
         slices = self.model.slices(forces).astype(float)
-        if contact is not None and contact.any():
+        if contact is not None:
             pad = self.model.sensor
+            tactels = pad.tactels
+            # what differs from the squares, whose sides the series need not have
             loads = [
-                (Patches(pad.tactels.places, pad.tactels.side, orders), forces * one[:, None])
-                for orders, one in zip(SHAPES, contact.T, strict=True)
+                (Patches(tactels.places + contact[:, :2], contact[:, 2:]), forces),
+                (Patches(tactels.places, self.drawing.tactels.side), -forces),
             ]
             ends = np.array([pad.transducer.length, pad.transducer.width]) / 2
             x, y = (
@@ -205,13 +175,13 @@ class BuiltPad:
             N, T_x, T_y of every tactel [N], or what really touches, as of `intensity`.
         rng : int, numpy.random.Generator or None
             Source of contacts, light and noise.
-        contacts : ndarray, shape (..., n, 14), optional
-            How the tractions are spread, if it is known; drawn anew for every frame if not given.
+        contacts : ndarray, shape (..., n, 4), optional
+            Where the tractions are, if it is known; drawn anew for every frame if not given.
         temperature : array_like, shape () or (...), optional
             Of the photoelastic layer, as of `PadModel.expose` [K].
         """
         generator, axes = np.random.default_rng(rng), len(self.model.frame_shape)
-        if contacts is None and not are_presses(forces) and spreads(self.drawing).any():
+        if contacts is None and not are_presses(forces) and self._touched_anew:
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
         light = self.intensity(warm_forces(self.model.sensor, forces, temperature), contacts)
         return camera_optics.expose(self.model.sensor.camera, light, generator, frame_axes=axes)

@@ -8,7 +8,7 @@ Those of a group act alike:
 - blur, and where the pixels look;
 - influence: sizes and materials, from the exact series at +- one standard deviation;
 - residual: Karhunen-Loeve modes of the two parts of a smooth random retardance;
-- contacts: the polynomials of `pad_as_built.SHAPES` for the traction on every tactel.
+- contacts: the functions of `pad_traction_modes` for the traction on every tactel.
 
 A value without a tolerance has no unknown and costs nothing.
 """
@@ -27,14 +27,14 @@ from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
-from fringeforce.mechanics.solid.block import Patches
+from fringeforce.mechanics.solid.block import Patches, Shape
 from fringeforce.mechanics.solid.fourier import stress_combinations
 from fringeforce.models import splines
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_as_built import SHAPES, spreads
 from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
 from fringeforce.models.pad_slices import block_of
+from fringeforce.models.pad_traction_modes import DIGITS, UNSEEN, TractionMode, traction_modes
 from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
 from fringeforce.optics.area_camera import Lens, Picture, pictures
 from fringeforce.optics.photoelasticity import stress_optic_constant
@@ -56,8 +56,6 @@ SCALING = *EFFECTS, "polariscope.wavelength"
 """Values that only scale the influence: with the effect, and with the inverse of the wavelength."""
 LAYERS = "transducer.compliant.", "transducer.photoelastic."
 PITCH = "tactels.pitch"
-UNSEEN_FORCE = 1e-3
-"""Share of the largest force below which how a tactel's traction is spread does not show."""
 SHARPEST_LENS = 1e-2
 """Smallest point spread, in pixels, that a lens is computed for."""
 NEGLIGIBLE_ENTRY = 1e-7
@@ -139,8 +137,8 @@ class PadUncertainty:
                 continue
             found.append(Group(path, begin, begin + count, std))
             begin += count
-        if self._spread.any():
-            size = pad.tactels.total * int(np.count_nonzero(self._spread))
+        if self.tractions:
+            size = pad.tactels.total * len(self.tractions)
             found.append(Group(PLACEMENT, begin, begin + size, 1.0))
         return tuple(found)
 
@@ -394,41 +392,43 @@ class PadUncertainty:
             )
         return self._known[key]
 
-    def _solved(self, pad: Pad, orders: tuple[int, int] = (0, 0)) -> PadInfluence:
+    def _solved(self, pad: Pad, shape: Shape | None = None) -> PadInfluence:
         """Influence of a pad with roller sides, in the depth profiles of the model."""
         base = self.model.influence
-        patches = Patches(pad.tactels.places, pad.tactels.side, orders)
+        patches = Patches(pad.tactels.places, pad.tactels.side)
         x, y = base.x[: len(base.x) // 2], base.y[: len(base.y) // 2]
         block, slices = block_of(pad), len(base.profile)
         # profiles are the root of the weights times orthonormal vectors
         own = block_of(self.model.sensor).depths(slices)[1]
         combined = (base.profile / own[:, None] * block.depths(slices)[1][:, None]).T
         combined *= stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-        difference, shear = stress_combinations(block, patches, x, y, combined)
-        flips = (-1) ** orders[0], (-1) ** orders[1]
+        if shape is None:
+            difference, shear = stress_combinations(block, patches, x, y, combined)
+            return further(base, (difference, 2 * shear))
+        difference, shear = stress_combinations(block, patches, x, y, combined, DIGITS, shape)
+        flips = 1 - 2 * shape.odd[0], 1 - 2 * shape.odd[1]
         return further(base, (difference, 2 * shear), flips)
 
     @cached_property
-    def _spread(self) -> Array:
-        """Standard deviations of the polynomials of a traction, shape (14,)."""
-        return spreads(self.model.sensor)
+    def tractions(self) -> tuple[TractionMode, ...]:
+        """How the traction on every tactel may be unlike that on its square."""
+        return tuple(traction_modes(self.model.sensor, self.model.influence.profile))
 
     @cached_property
     def contacts(self) -> tuple[tuple[float, slice, PadInfluence], ...]:
-        """Standard deviation, unknowns and influence of every polynomial of the tractions."""
+        """Unit, unknowns and influence of every function of the tractions."""
         group = self.group(PLACEMENT)
         if group is None:
             return ()
         count, found = self.model.sensor.tactels.total, []
-        begin = group.begin
-        for orders, std in zip(SHAPES, self._spread, strict=True):
-            if std:
-                key = orders, self.model.influence.modes
-                if key not in self._known:
-                    plain = self.model.sensor.model_copy(update={"tolerances": Tolerances()})
-                    self._known[key] = (self._solved(plain, orders),)
-                found.append((float(std), slice(begin, begin + count), self._known[key][0]))
-                begin += count
+        stated = tuple(self.model.sensor.tolerances.get(path, 0.0) for path in (PLACEMENT, SIZE))
+        plain = self.model.sensor.model_copy(update={"tolerances": Tolerances()})
+        for number, one in enumerate(self.tractions):
+            key = number, stated, self.model.influence.modes
+            if key not in self._known:
+                self._known[key] = (self._solved(plain, one.shape),)
+            begin = group.begin + number * count
+            found.append((1.0, slice(begin, begin + count), self._known[key][0]))
         return tuple(found)
 
     @cached_property
@@ -550,9 +550,9 @@ class PadUncertainty:
         """Unknowns that show at all under forces (3 n,), shape (size,)."""
         found = np.ones(self.size, dtype=bool)
         if group := self.group(PLACEMENT):
-            strength = np.abs(forces.reshape(-1, 3)).max(axis=1)
-            weak = strength <= UNSEEN_FORCE * strength.max(initial=0.0)
-            found[group.place] = np.tile(~weak, (group.end - group.begin) // len(weak))
+            strength = np.square(forces.reshape(-1, 3)).sum(axis=1)
+            squares = np.array([one.square for one in self.tractions])
+            found[group.place] = (np.outer(squares, strength) > UNSEEN).ravel()
         return found
 
 

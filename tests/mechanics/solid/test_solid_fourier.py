@@ -7,8 +7,13 @@ from numpy.typing import NDArray
 import fringeforce as ff
 from fringeforce.design.strip import PhotoelasticLayer
 from fringeforce.mechanics.fourier import stress_field
-from fringeforce.mechanics.solid.block import Block, Patches
-from fringeforce.mechanics.solid.fourier import stress_influence, stress_of_loads
+from fringeforce.mechanics.solid.block import Block, Patches, Shape
+from fringeforce.mechanics.solid.fourier import (
+    retardance_waves,
+    stress_combinations,
+    stress_influence,
+    stress_of_loads,
+)
 
 Array = NDArray[np.float64]
 NU = 0.3
@@ -113,19 +118,40 @@ def test_a_large_patch_is_the_mean_of_the_points_in_it(pad: Block) -> None:
         np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-5 * abs(whole).max())
 
 
-@pytest.mark.parametrize("orders", [(1, 0), (0, 2), (1, 1), (2, 1)])
-def test_a_traction_of_polynomials_is_the_sum_of_the_points_in_it(
-    pad: Block, orders: tuple[int, int]
+@pytest.mark.parametrize("odd", [(0, 0), (1, 0), (0, 1), (1, 1)])
+def test_a_traction_of_any_shape_is_the_sum_of_the_points_in_it(
+    pad: Block, odd: tuple[int, int]
 ) -> None:
     x = np.array([-2e-3, 0.0, 3e-3])
     points, weights = np.polynomial.legendre.leggauss(16)
-    nodes = np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
-    shapes = [np.polynomial.legendre.legval(points, np.eye(3)[order]) for order in orders]
-    share = np.outer(weights * shapes[0], weights * shapes[1]).ravel() / 4
-    patch = stress_influence(pad, Patches(np.full((1, 2), 1e-3), 2e-3, orders), x, x, slices=3)
-    spread = stress_influence(pad, Patches((nodes + 1) * 1e-3, 0.0), x, x, slices=3)
-    for whole, parts in ((patch.difference, spread.difference), (patch.shear, spread.shear)):
-        np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-4 * abs(whole).max())
+    nodes = 1e-3 * np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
+    share = np.outer(weights * points ** odd[0], weights * points ** odd[1]).ravel() / 4
+    alpha, beta, _ = retardance_waves(pad, 3, 6.0)
+    along, across = (
+        (np.sin if n else np.cos)(np.outer(wave, place))
+        for n, wave, place in zip(odd, (alpha, beta), nodes.T, strict=True)
+    )
+    shape = Shape(odd, (along * share) @ across.T)
+    place = np.full((1, 2), 1e-3)
+    found = stress_combinations(pad, Patches(place), x, x, np.eye(3), shape=shape)
+    spread = stress_influence(pad, Patches(nodes + place, 0.0), x, x, slices=3)
+    for whole, parts in zip(found, (spread.difference, spread.shear), strict=True):
+        np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-9 * abs(whole).max())
+
+
+def test_rectangles_have_sides_of_their_own(pad: Block) -> None:
+    x = np.array([-2e-3, 0.0, 3e-3])
+    places, sides = np.array([[1e-3, 0.0], [-2e-3, 1e-3]]), np.array([[2e-3, 1e-3], [1e-3, 3e-3]])
+    found = stress_influence(pad, Patches(places, sides), x, x, slices=3)
+    for number, (place, (long, wide)) in enumerate(zip(places, sides, strict=True)):
+        # a rectangle is the squares in it
+        small = 0.5e-3
+        grid = np.meshgrid(*((np.arange(s / small) + 0.5) * small - s / 2 for s in (long, wide)))
+        squares = Patches(place + np.stack(grid, axis=-1).reshape(-1, 2), small)
+        parts = stress_influence(pad, squares, x, x, slices=3)
+        for whole, part in ((found.difference, parts.difference), (found.shear, parts.shear)):
+            one = whole[..., number, :]
+            np.testing.assert_allclose(one, part.mean(axis=-2), atol=1e-9 * abs(one).max())
 
 
 def test_many_loads_at_once_cause_the_sum_of_what_each_causes(pad: Block) -> None:

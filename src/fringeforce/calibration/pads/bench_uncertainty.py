@@ -27,6 +27,7 @@ from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_contacts import ContactChanges, ContactInfluence
 from fringeforce.models.pad_influence import PadInfluence, Retardance
+from fringeforce.models.pad_traction_modes import TractionMode
 from fringeforce.models.pad_uncertainty import (
     BLUR,
     EFFECTS,
@@ -134,8 +135,9 @@ class BenchUncertainty(PadUncertainty):
         return (*shared, own) if self.count else shared
 
     @cached_property
-    def _spread(self) -> Array:
-        return np.zeros(1)
+    def tractions(self) -> tuple[TractionMode, ...]:
+        """None: contacts are anywhere."""
+        return ()
 
     @cached_property
     def layers(self) -> tuple[str, ...]:

@@ -60,16 +60,18 @@ class Block:
 
 @dataclass(frozen=True)
 class Patches:
-    """Squares on the top surface, each under a traction of one shape.
-
-    A uniform one sums up to a unit force.  Others are P_a(xi) P_b(eta) times the uniform one, with
-    Legendre's polynomials of the orders (a, b) and xi, eta from -1 to 1 over the square: they sum
-    up to nothing, and say how a traction of the same sum is spread.
-    """
+    """Rectangles on the top surface, each under a uniform traction that sums up to a unit force."""
 
     places: Array  # (n, 2): centres along x and y [m]
-    size: float = 0.0  # side of a square [m]; zero is a point
-    orders: tuple[int, int] = (0, 0)  # along x and along y
+    size: float | Array = 0.0  # side of a square, or sides (n, 2) along x and y [m]; 0 is a point
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Any traction, even or odd along x and along y about its place."""
+
+    odd: tuple[int, int]  # 1 along an axis where it is odd, else 0
+    spectrum: Array  # (m, n): its mean with cosines, or sines where it is odd, at all wave numbers
 
 
 @dataclass(frozen=True)

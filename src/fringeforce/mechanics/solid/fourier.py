@@ -18,12 +18,11 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import spherical_jn
 
 from fringeforce.base.arrays import Array
 from fringeforce.mechanics.fourier import harmonic_displacement
 from fringeforce.mechanics.moduli import lame_parameters
-from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+from fringeforce.mechanics.solid.block import Block, Patches, Shape, SolidInfluence
 
 
 def stress_influence(
@@ -50,7 +49,13 @@ def stress_influence(
 
 
 def stress_combinations(
-    block: Block, patches: Patches, x: Array, y: Array, combined: Array, digits: float = 6.0
+    block: Block,
+    patches: Patches,
+    x: Array,
+    y: Array,
+    combined: Array,
+    digits: float = 6.0,
+    shape: Shape | None = None,
 ) -> tuple[Array, Array]:
     """Sums of `stress_influence` over the depth, added up before the series is.
 
@@ -60,6 +65,8 @@ def stress_combinations(
         As of `stress_influence`.
     combined : ndarray, shape (k, slices)
         Weights of each sum.
+    shape : Shape, optional
+        Of the tractions, in the place of that of the patches.
 
     Returns
     -------
@@ -68,9 +75,9 @@ def stress_combinations(
     """
     alpha, beta = _wave_numbers_of(block, digits)
     # every tactel's stresses side by side in memory, as they are found
-    shape = 3, len(patches.places), len(combined), len(y), len(x)
-    difference, shear = np.empty(shape), np.empty(shape)
-    loads = load_harmonics(block, patches, alpha, beta)
+    size = 3, len(patches.places), len(combined), len(y), len(x)
+    difference, shear = np.empty(size), np.empty(size)
+    loads = load_harmonics(block, patches, alpha, beta, None if shape is None else shape.odd)
     across = patches.places[:, 1]
     rows = [np.flatnonzero(across == place) for place in np.unique(across)]
     synthesis = zip(loads, _known_waves(block, digits, combined.shape[1]), strict=True)
@@ -80,7 +87,10 @@ def stress_combinations(
             (difference, waves_d, np.cos(at_x), np.cos(at_y)),
             (shear, waves_s, np.sin(at_x), np.sin(at_y)),
         ):
-            summed = np.tensordot(combined, waves, axes=1).swapaxes(1, 2)
+            summed = np.tensordot(combined, waves, axes=1)
+            if shape is not None:
+                summed *= shape.spectrum
+            summed = summed.swapaxes(1, 2)
             for row in rows:  # tactels beside each other share half of the sum
                 half = (wave_y * load_y[:, row[0]]) @ summed
                 for tactel in row:
@@ -236,7 +246,11 @@ def _shear_displacement(block: Block, kappa: Array, heights: Array) -> Array:
 
 
 def load_harmonics(
-    block: Block, patches: Patches, alpha: Array, beta: Array
+    block: Block,
+    patches: Patches,
+    alpha: Array,
+    beta: Array,
+    odd: tuple[int, int] | None = None,
 ) -> list[tuple[Array, Array]]:
     """Harmonics of unit forces on patches.
 
@@ -248,21 +262,25 @@ def load_harmonics(
         Where the forces act.
     alpha, beta : ndarray, shape (m,), (n,)
         Wave numbers along x and y [1/m].
+    odd : (int, int), optional
+        Mirror signs, as of `Shape`, of point loads in the place of the patches.
 
     Returns
     -------
     list of (ndarray, ndarray)
         For N, T_x and T_y those along x, shape (m, tactels), and along y, shape (n, tactels).
     """
-    x, y = patches.places.T + np.array([[block.length / 2], [block.width / 2]])
+    ends = np.array([block.length, block.width])
+    sides = np.broadcast_to(patches.size, patches.places.shape)
     waves = []
-    for side, wave, place, order in (
-        (block.length, alpha, x, patches.orders[0]),
-        (block.width, beta, y, patches.orders[1]),
-    ):
-        # the mean of P_n(t) exp(i k t) is i^n j_n(k) (NIST Handbook, 10.54.2)
-        share = np.where(wave > 0, 2.0, 1.0) / side * spherical_jn(order, wave * patches.size / 2)
-        turned = share[:, None] * 1j**order * np.exp(1j * np.outer(wave, place))
+    for axis, wave in enumerate((alpha, beta)):
+        share = np.where(wave > 0, 2.0, 1.0)[:, None] / ends[axis]
+        if odd is None:
+            share = share * np.sinc(np.outer(wave, sides[:, axis]) / (2 * np.pi))
+        elif odd[axis]:
+            share = 1j * share
+        place = patches.places[:, axis] + ends[axis] / 2
+        turned = share * np.exp(1j * np.outer(wave, place))
         waves.append((turned.real, turned.imag))
     (cos_x, sin_x), (cos_y, sin_y) = waves
     return [(cos_x, cos_y), (sin_x, cos_y), (cos_x, sin_y)]

@@ -58,7 +58,7 @@ def pad_influence(
     """
     loads = patch_loads(patches)
     if not isinstance(mesh, BoxMesh):
-        borders = loads.places[..., None] + np.array([-0.5, 0.5]) * patches.size
+        borders = loads.places[..., None] + np.array([-0.5, 0.5]) * loads.size[0]
         mesh = box_mesh(block, borders[:, 0], borders[:, 1], mesh)
     places = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     parts = symmetric_parts(block, loads, mesh, progress=progress)
@@ -66,8 +66,9 @@ def pad_influence(
 
 
 def patch_loads(patches: Patches) -> Loads:
-    """The squares of a pad as loads of three components."""
-    return Loads(np.asarray(patches.places, dtype=float), (patches.size, patches.size))
+    """The squares of a pad, all of one size, as loads of three components."""
+    side = float(patches.size)
+    return Loads(np.asarray(patches.places, dtype=float), (side, side))
 
 
 def stresses_of(

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
-from fringeforce.models.pad_as_built import CENTRE_SHARE, WIDTH_SHARE, spreads
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty
@@ -153,13 +152,16 @@ class Candidate:
             modes = known.model.retarding.spread(known.residual(extra))
             whole = 2 * np.einsum("k,fkrc->frc", known.model.profile.sum(axis=0), modes)
             return float(np.sqrt(np.mean(np.square(whole))))
-        side, stds = known.model.sensor.tactels.side, spreads(known.model.sensor)
+        # the strongest function that is odd along an axis moves a traction, even ones widen it
         first = departure.path == PLACEMENT
-        wanted = [std for std in (stds[:2] if first else stds[2:4]) if std]
-        chosen = [one for one in known.contacts if one[0] in wanted]
-        share = CENTRE_SHARE if first else WIDTH_SHARE
-        moved = [share * side * std * extra[place][self.shown[place]] for std, place, _ in chosen]
-        return float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
+        odd = [one.shape.odd for one in known.tractions]
+        moved = []
+        for sign in ((1, 0), (0, 1)) if first else ((0, 0),):
+            for number in [k for k, own in enumerate(odd) if own == sign][: 1 if first else 2]:
+                place = known.contacts[number][1]
+                moved.append(departure.deviation * extra[place][self.shown[place]])
+        each = np.concatenate([*moved, np.zeros(0)])
+        return float(np.sqrt(np.mean(np.square(each)))) if each.size else 0.0
 
 
 class PadDiagnosis(ABC):
