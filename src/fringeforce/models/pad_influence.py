@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.base.linear_map import LinearMap
 from fringeforce.mechanics.solid.block import SolidInfluence
@@ -115,13 +116,15 @@ class PadInfluence(LinearMap):
             total += patterns.T @ part.adjoint(quarter.ravel())
         return total
 
-    def matrix(self, x: Array, y: Array) -> Single:
+    def matrix(self, x: Array, y: Array, tactels: Index | None = None) -> Single:
         """The whole influence at all pairs of places along x and along y.
 
         Parameters
         ----------
         x, y : ndarray, shape (c,), (r,)
             Places [m].
+        tactels : ndarray of int, shape (n,), optional
+            Those whose forces act; all if not given.
 
         Returns
         -------
@@ -129,19 +132,24 @@ class PadInfluence(LinearMap):
             Row by row [rad/N].
         """
         along, across = splines.basis(self.x, x), splines.basis(self.y, y)
-        n = self._bases[0].shape[1]
+        chosen = self._bases
+        if tactels is not None:
+            forces = (3 * tactels[:, None] + np.arange(3)).ravel()
+            chosen = tuple(patterns[:, forces] for patterns in self._bases)
+        n = chosen[0].shape[1]
         half = len(self.y) // 2, len(self.x) // 2
         result = np.zeros((2, self.modes, len(y) * len(x), n), dtype=np.float32)
-        for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
-            shaped = part.reshape(2, self.modes, *half, part.shape[1])
+        for parity, part, patterns in zip(PARITIES, self.quarters, chosen, strict=True):
+            few = n < part.shape[1]
+            shaped = (part @ patterns if few else part).reshape(2, self.modes, *half, -1)
             for field, own in enumerate(FIELDS):
                 signs = _signs(parity, own, self.flips)
                 columns = folded_weights(along, signs[0]).astype(np.float32)
                 rows = folded_weights(across, signs[1]).astype(np.float32)
                 for mode in range(self.modes):
                     lines = np.tensordot(columns, shaped[field, mode], (1, 1))
-                    values = np.tensordot(rows, lines, (1, 1))
-                    result[field, mode] += values.reshape(len(y) * len(x), part.shape[1]) @ patterns
+                    values = np.tensordot(rows, lines, (1, 1)).reshape(len(y) * len(x), -1)
+                    result[field, mode] += values if few else values @ patterns
         return result
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Index
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import PadInfluence
@@ -185,7 +186,7 @@ class Sampling(Lattice):
                     columns[..., :loads] += np.float32(unknown**power) * change
                 slope = np.float32(power * unknown ** (power - 1))
                 columns[..., place[group.begin]] += slope * (change @ single)
-        for (std, where, _), matrix in zip(uncertain.contacts, self._contacts, strict=True):
+        for number, (std, where, _) in enumerate(uncertain.contacts):
             own = np.flatnonzero(shown[where])
             if not own.size:
                 continue
@@ -195,7 +196,8 @@ class Sampling(Lattice):
                 spread[:] = 0
             rows = columns.reshape(-1, size)
             first = int(place[where.start + own[0]])
-            _spread_contacts(matrix.reshape(len(rows), -1), own, shares, spread, first, rows)
+            matrix = self._contact(number, own).reshape(len(rows), -1)
+            _spread_contacts(matrix, own, shares, spread, first, rows)
         for number, moved in uncertain.moved(state.modes, self.rows, self.columns):
             columns[..., place[number]] = moved.reshape(*moved.shape[:2], -1)
         if group := uncertain.group(RESIDUAL):
@@ -213,10 +215,20 @@ class Sampling(Lattice):
         return [[self._matrix(one) for one in powers] for _, powers in self.uncertain.values]
 
     @cached_property
-    def _contacts(self) -> list[Single]:
-        """Influence of the polynomials of tractions, each as `influence`."""
+    def _contacts(self) -> dict[tuple[int, int], Single]:
+        """Those of `_contact` that are known, by the function and the tactel."""
+        return {}
+
+    def _contact(self, number: int, own: Index) -> Single:
+        """Influence of a function of the tractions of tactels, shape (2, modes, r * c, 3 l)."""
         assert self.uncertain is not None
-        return [self._matrix(influence) for _, _, influence in self.uncertain.contacts]
+        missing = [tactel for tactel in own.tolist() if (number, tactel) not in self._contacts]
+        if missing:
+            influence = self.uncertain.contacts[number][2]
+            found = influence.matrix(*self.places, np.array(missing))
+            for k, tactel in enumerate(missing):
+                self._contacts[number, tactel] = found[..., 3 * k : 3 * k + 3]
+        return np.concatenate([self._contacts[number, k] for k in own.tolist()], axis=-1)
 
     def _matrix(self, influence: PadInfluence) -> Single:
         return influence.matrix(*self.places)
@@ -242,12 +254,12 @@ def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None)
 def _spread_contacts(matrix, own, shares, spread, first, rows) -> None:
     """Derivatives by what spreads contacts, shape (l,), from the column `first` on.
 
-    The influence changes by so much of the matrix, shape (p, 3 n), as they are spread already.
+    The influence changes by so much of the matrix, shape (p, 3 l), as they are spread already.
     """
     for i in range(len(rows)):
         for k in range(len(own)):
             j = 3 * own[k]
-            x, y, z = matrix[i, j], matrix[i, j + 1], matrix[i, j + 2]
+            x, y, z = matrix[i, 3 * k], matrix[i, 3 * k + 1], matrix[i, 3 * k + 2]
             rows[i, first + k] = shares[k, 0] * x + shares[k, 1] * y + shares[k, 2] * z
             rows[i, j] += spread[k] * x
             rows[i, j + 1] += spread[k] * y
