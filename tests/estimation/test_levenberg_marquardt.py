@@ -39,7 +39,7 @@ def expansion(frame: Array, influence: Array, response: Response, seen: list[Arr
         return Expansion(
             left.loss,
             tangent.T @ left.slope,
-            lambda: (tangent.T * left.weight) @ tangent + 1e-12 * np.eye(len(loads)),
+            lambda: Curvature((tangent.T * left.weight) @ tangent + 1e-12 * np.eye(len(loads))),
             lambda step: (loads + step, loss(loads + step)),
         )
 
@@ -131,7 +131,7 @@ def test_no_step_of_a_curved_valley_loses_and_its_end_is_found() -> None:
         return Expansion(
             rosen(at),
             slope.T @ left,
-            lambda: slope.T @ slope,
+            lambda: Curvature(slope.T @ slope),
             lambda step: (at + step, rosen(at + step)),
         )
 
@@ -149,6 +149,23 @@ def test_a_step_solves_the_stated_equation(damping: float) -> None:
     expected = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), -gradient)
     np.testing.assert_allclose(step, expected, rtol=1e-6)
     assert promised == pytest.approx(-expected @ gradient, rel=1e-6)
+
+
+def test_unknowns_that_a_curvature_does_not_hold_step_by_themselves() -> None:
+    rng = np.random.default_rng(6)
+    half, gradient, held = rng.normal(size=(9, 4)), rng.normal(size=6), np.arange(6) % 3 > 0
+    whole = np.eye(6)
+    whole[np.ix_(held, held)] = half.T @ half
+    few = Curvature(half.T @ half, held)
+    for damping in (0.0, 1e-3):
+        step, promised = few.step(gradient, damping)
+        expected, gain = Curvature(whole).step(gradient, damping)
+        np.testing.assert_allclose(step, expected)
+        assert promised == pytest.approx(gain)
+    own = np.array([2, 5])
+    np.testing.assert_array_equal(
+        few.information[np.ix_(few.at(own), few.at(own))], whole[np.ix_(own, own)]
+    )
 
 
 def test_phases_of_unknown_pixels_are_left_out_and_too_few_are_refused(influence) -> None:

@@ -8,6 +8,7 @@ from scipy import stats
 
 import fringeforce as ff
 from fringeforce.design.pad import Pad
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_departures import pad_departures
@@ -49,8 +50,8 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[Score]:
     """What is told of every frame that is tested."""
     found, real = list[Score](), SquaresDepartureTest.told
 
-    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, information: np.ndarray) -> Score:
-        found.append(real(self, fit, one, information))
+    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, curvature: Curvature) -> Score:
+        found.append(real(self, fit, one, curvature))
         return found[-1]
 
     monkeypatch.setattr(SquaresDepartureTest, "told", kept)

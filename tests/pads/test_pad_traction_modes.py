@@ -6,11 +6,19 @@ from scipy import stats
 
 import fringeforce as ff
 from fringeforce.design.pad import Pad
-from fringeforce.mechanics.solid.block import Patches
+from fringeforce.mechanics.solid.block import Patches, Shape
+from fringeforce.models import splines
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_slices import slice_retardance
-from fringeforce.models.pad_traction_modes import HIGHEST, MOST_FUNCTIONS, traction_modes
+from fringeforce.models.pad_slices import block_of, profile_waves, slice_retardance
+from fringeforce.models.pad_traction_influence import TractionInfluence
+from fringeforce.models.pad_traction_modes import (
+    DIGITS,
+    HIGHEST,
+    MOST_FUNCTIONS,
+    TractionMode,
+    traction_modes,
+)
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics import camera as camera_optics
 from fringeforce.reading.reading import Status
@@ -40,10 +48,12 @@ def test_few_functions_are_like_any_rectangle_beside_its_tactel(beside: PadModel
     def seen(load: tuple[Patches, Array]) -> Array:
         return 2 * slice_retardance(pad, [load], x, y, 16).sum(axis=0).ravel()
 
+    assert known.contacts is not None
+    under = known.contacts.matrix(x, y, tactel, slice(None))
     columns = np.concatenate(
         [
-            np.einsum("k,fkpn->fpn", whole, influence.matrix(x, y)) @ force.ravel()
-            for influence in (beside.influence, *(one for _, _, one in known.contacts))
+            np.einsum("k,fkpn,n->fp", whole, beside.influence.matrix(x, y), force.ravel())[None],
+            np.einsum("k,cfkpl,c->lfp", whole, under, force[tactel]),
         ]
     ).reshape(len(known.tractions) + 1, -1)
     response = camera_response(pad.camera)
@@ -59,6 +69,50 @@ def test_few_functions_are_like_any_rectangle_beside_its_tactel(beside: PadModel
     # a function counts that adds as much as noise in one number, of which thousands are seen
     assert np.mean(left) < 3
     assert max(left) < 20
+
+
+@pytest.mark.parametrize("odd", [(0, 0), (1, 0), (0, 1), (1, 1)])
+def test_light_of_a_function_is_the_sum_of_the_points_in_it(
+    beside: PadModel, odd: tuple[int, int]
+) -> None:
+    pad, base = beside.sensor, beside.influence
+    points, weights = np.polynomial.legendre.leggauss(16)
+    nodes = 1e-3 * np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
+    share = np.outer(weights * points ** odd[0], weights * points ** odd[1]).ravel() / 4
+    depths = block_of(pad).depths(len(base.profile))[1]
+    waves = profile_waves(pad, base.profile, depths, DIGITS)[:2]
+    along, across = (
+        (np.sin if n else np.cos)(np.outer(wave, place))
+        for n, wave, place in zip(odd, waves, nodes.T, strict=True)
+    )
+    function = TractionMode(Shape(odd, (along * share) @ across.T), 1.0)
+    influence = TractionInfluence(pad, base, (function,))
+    (x, y), force, tactel = (places[::8] for places in pad.pixel_positions), [1.0, 0.3, -0.2], 6
+    found = influence.matrix(x, y, tactel, slice(None))[..., 0]
+    light = np.einsum("k,cfkp,c->fp", 2 * base.profile.sum(axis=0), found, force)
+    loads = [(Patches(pad.tactels.places[tactel] + nodes), share[:, None] * force)]
+    exact = 2 * slice_retardance(pad, loads, x, y, len(base.profile)).sum(axis=0)
+    # profiles leave out 2e-3
+    np.testing.assert_allclose(light, exact.reshape(2, -1), atol=5e-3 * np.abs(exact).max())
+
+
+def test_light_of_functions_goes_forward_and_back(beside: PadModel) -> None:
+    rng, known = np.random.default_rng(3), PadUncertainty.of(beside)
+    influence, base, tactels = known.contacts, beside.influence, np.array([2, 7])
+    assert influence is not None
+    shares, forces = np.zeros((2, len(known.tractions), 20)), rng.normal(size=(20, 3))
+    shares[..., tactels] = rng.normal(size=(2, len(known.tractions), 2))
+    grid, other = (influence.forward(one, forces) for one in shares)
+    back = np.einsum("tlc,lc->tl", influence.adjoint(other, tactels), forces[tactels])
+    assert np.vdot(back, shares[0][:, tactels]) == pytest.approx(np.vdot(grid, other), rel=1e-4)
+    x, y = (places[::16] for places in beside.sensor.pixel_positions)
+    along, across = splines.basis(base.x, x), splines.basis(base.y, y)
+    summed = np.zeros((*grid.shape[:2], len(y) * len(x)))
+    for k in tactels:
+        parts = influence.matrix(x, y, int(k), slice(None))
+        summed += np.einsum("cfkpt,c,t->fkp", parts, forces[k], shares[0, :, k])
+    expected = (across @ grid @ along.T).reshape(summed.shape)
+    np.testing.assert_allclose(summed, expected, atol=1e-4 * np.abs(expected).max())
 
 
 def test_readings_allow_for_rectangles_beside_their_tactels(beside: PadModel) -> None:

@@ -23,7 +23,7 @@ from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.estimation.bad_pixels import stuck_pixels
-from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
+from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
 from fringeforce.estimation.shared_fit import Eliminated
 
@@ -369,7 +369,7 @@ class BenchSearch(ABC):
 
             known = last and last[0][0] is state
             loss = last[0][1] if known else posterior.loss(state, models)[0]
-            return Expansion(loss, gradient, lambda: information, ahead)
+            return Expansion(loss, gradient, lambda: Curvature(information), ahead)
 
         found = minimise(self.state, expand, self.steps, Stop(close=CLOSE, near=NEAR))
         moved = posterior.within(found.place.moved(found.step, self.told))

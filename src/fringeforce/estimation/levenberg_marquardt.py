@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from fringeforce.base.arrays import Index
 from fringeforce.estimation.covariance import covariance_of
 
 Array = NDArray[np.float64]
@@ -42,9 +43,27 @@ class Curvature:
     ----------
     information : ndarray, shape (m, m)
         The matrix H.
+    held : ndarray of bool, shape (q,), optional
+        Unknowns that it holds; all if not given.  The others are apart from all, and have an
+        information of one.
     """
 
     information: Array
+    held: NDArray[np.bool_] | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.information) if self.held is None else len(self.held)
+
+    def at(self, unknowns: Index) -> Index:
+        """Where some of the unknowns that it holds stand in the matrix."""
+        return unknowns if self.held is None else np.cumsum(self.held)[unknowns] - 1
+
+    def behind(self, count: int) -> Curvature:
+        """That of the unknowns behind the first ones, all of which it holds."""
+        held = None if self.held is None else self.held[count:]
+        return Curvature(self.information[count:, count:], held)
 
     @cached_property
     def _factor(self) -> Array | None:
@@ -63,7 +82,9 @@ class Curvature:
             factor = _factor(self.information + np.diag(diagonal))
         if factor is None:
             return np.full_like(gradient, np.nan), np.nan
-        step = -cho_solve((factor, False), gradient, check_finite=False)
+        held = slice(None) if self.held is None else self.held
+        step = -gradient / (1 + damping)
+        step[held] = -cho_solve((factor, False), gradient[held], check_finite=False)
         return step, float(-(step @ gradient))
 
 
@@ -78,14 +99,14 @@ class Expansion(Generic[Place]):
     gradient : ndarray, shape (m,)
         Half its derivative.
     curvature : callable
-        Computes half its expected second derivative, shape (m, m).
+        Computes half its expected second derivative.
     ahead : callable
         The place a step (m,) away, and its loss.
     """
 
     loss: float
     gradient: Array
-    curvature: Callable[[], Array]
+    curvature: Callable[[], Curvature]
     ahead: Callable[[Array], tuple[Place, float]]
 
 
@@ -169,11 +190,11 @@ def minimise(
     for _ in range(steps):
         about, before, fresh = expand(here), promised, curvature is None or not reuse
         if curvature is None or fresh:
-            curvature = Curvature(about.curvature())
+            curvature = about.curvature()
         step, promised = curvature.step(about.gradient)
         last = promised < stop.close
         if not fresh and promised > (stale if last and given else SLOW) * before:
-            curvature, fresh, given = Curvature(about.curvature()), True, False
+            curvature, fresh, given = about.curvature(), True, False
             step, promised = curvature.step(about.gradient)
             last = promised < stop.close
         if last:

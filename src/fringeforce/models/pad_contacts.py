@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gamma, jv, spherical_jn
 
-from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
@@ -65,7 +64,7 @@ class ContactInfluence(PadInfluence):
         found = (self.quarters[0].T @ values.ravel()).astype(float)
         return found if self.directions is None else found @ self.directions
 
-    def matrix(self, x: Array, y: Array, tactels: Index | None = None) -> Single:
+    def matrix(self, x: Array, y: Array) -> Single:
         """The whole influence at all pairs of places, as of `PadInfluence`."""
         along, across = (
             splines.basis(samples, places).astype(np.float32)
@@ -76,8 +75,6 @@ class ContactInfluence(PadInfluence):
         found = np.moveaxis(values, 0, -1)
         if self.directions is not None:
             found = found @ self.directions
-        if tactels is not None:
-            found = found[..., (3 * tactels[:, None] + np.arange(3)).ravel()]
         return np.ascontiguousarray(found, dtype=np.float32)
 
 

@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.base.linear_map import LinearMap
 from fringeforce.mechanics.solid.block import SolidInfluence
@@ -53,9 +52,6 @@ class PadInfluence(LinearMap):
         For each of the four parities of `PARITIES`, from loads in the basis of that parity to
         coefficients of splines, single-pass retardance (A, then B) of every mode on a quarter of
         the samples, those of negative x and y [rad/N].
-    flips : (int, int)
-        Signs that the loads take in the mirrors x = 0 and y = 0 beyond those of forces: -1 along
-        an axis for those that are odd within their tactels.
     """
 
     count: tuple[int, int]
@@ -63,7 +59,6 @@ class PadInfluence(LinearMap):
     y: Array
     profile: Array
     quarters: tuple[Single, ...]
-    flips: tuple[int, int] = (1, 1)
 
     @property
     def modes(self) -> int:
@@ -103,7 +98,7 @@ class PadInfluence(LinearMap):
         for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
             quarter = part.forward(patterns @ loads).reshape(2, self.modes, ny // 2, nx // 2)
             for field, own in enumerate(FIELDS):
-                unfold(quarter[field], _signs(parity, own, self.flips), whole[field])
+                unfold(quarter[field], _signs(parity, own), whole[field])
         return whole
 
     def adjoint(self, values: Single) -> Array:
@@ -111,20 +106,18 @@ class PadInfluence(LinearMap):
         total = np.zeros(self._bases[0].shape[1])
         for parity, part, patterns in zip(PARITIES, self._packed, self._bases, strict=True):
             quarter = np.stack(
-                [fold(values[f], _signs(parity, own, self.flips)) for f, own in enumerate(FIELDS)]
+                [fold(values[f], _signs(parity, own)) for f, own in enumerate(FIELDS)]
             )
             total += patterns.T @ part.adjoint(quarter.ravel())
         return total
 
-    def matrix(self, x: Array, y: Array, tactels: Index | None = None) -> Single:
+    def matrix(self, x: Array, y: Array) -> Single:
         """The whole influence at all pairs of places along x and along y.
 
         Parameters
         ----------
         x, y : ndarray, shape (c,), (r,)
             Places [m].
-        tactels : ndarray of int, shape (n,), optional
-            Those whose forces act; all if not given.
 
         Returns
         -------
@@ -132,24 +125,19 @@ class PadInfluence(LinearMap):
             Row by row [rad/N].
         """
         along, across = splines.basis(self.x, x), splines.basis(self.y, y)
-        chosen = self._bases
-        if tactels is not None:
-            forces = (3 * tactels[:, None] + np.arange(3)).ravel()
-            chosen = tuple(patterns[:, forces] for patterns in self._bases)
-        n = chosen[0].shape[1]
+        n = self._bases[0].shape[1]
         half = len(self.y) // 2, len(self.x) // 2
         result = np.zeros((2, self.modes, len(y) * len(x), n), dtype=np.float32)
-        for parity, part, patterns in zip(PARITIES, self.quarters, chosen, strict=True):
-            few = n < part.shape[1]
-            shaped = (part @ patterns if few else part).reshape(2, self.modes, *half, -1)
+        for parity, part, patterns in zip(PARITIES, self.quarters, self._bases, strict=True):
+            shaped = part.reshape(2, self.modes, *half, part.shape[1])
             for field, own in enumerate(FIELDS):
-                signs = _signs(parity, own, self.flips)
+                signs = _signs(parity, own)
                 columns = folded_weights(along, signs[0]).astype(np.float32)
                 rows = folded_weights(across, signs[1]).astype(np.float32)
                 for mode in range(self.modes):
                     lines = np.tensordot(columns, shaped[field, mode], (1, 1))
-                    values = np.tensordot(rows, lines, (1, 1)).reshape(len(y) * len(x), -1)
-                    result[field, mode] += values if few else values @ patterns
+                    values = np.tensordot(rows, lines, (1, 1))
+                    result[field, mode] += values.reshape(len(y) * len(x), part.shape[1]) @ patterns
         return result
 
 
@@ -205,10 +193,8 @@ class Retardance(LinearMap):
         return grid.reshape(self.influence.shapes[1])
 
 
-def _signs(
-    parity: tuple[int, int], own: tuple[int, int], flips: tuple[int, int] = (1, 1)
-) -> tuple[int, int]:
-    return parity[0] * own[0] * flips[0], parity[1] * own[1] * flips[1]
+def _signs(parity: tuple[int, int], own: tuple[int, int]) -> tuple[int, int]:
+    return parity[0] * own[0], parity[1] * own[1]
 
 
 def compressed(
@@ -274,9 +260,7 @@ def compressed(
     return influence, left_out, float(np.sqrt(max(1 - kept / total, 0.0)))
 
 
-def further(
-    base: PadInfluence, fields: tuple[Array, Array], flips: tuple[int, int] = (1, 1)
-) -> PadInfluence:
+def further(base: PadInfluence, fields: tuple[Array, Array]) -> PadInfluence:
     """Another influence of the same pad, in the depth profiles of one that is known.
 
     Parameters
@@ -286,8 +270,6 @@ def further(
     fields : (ndarray, ndarray), shape (nx / 2, ny / 2, modes, n, 3)
         Single-pass retardance A and B of every mode at the samples of negative x and y of the
         base, which are a quarter of the pad [rad/N].
-    flips : (int, int)
-        Mirror signs of the loads.
     """
     nx, ny = len(base.x) // 2, len(base.y) // 2
     shape = 2, base.modes, ny, nx
@@ -298,10 +280,10 @@ def further(
             flat = samples[:, :, mode].reshape(nx, ny, -1)
             for parity, basis, part in zip(PARITIES, patterns, parts, strict=True):
                 quarter = (flat @ basis.T).transpose(2, 1, 0)
-                signs = _signs(parity, FIELDS[field], flips)
+                signs = _signs(parity, FIELDS[field])
                 part[field, mode] = np.moveaxis(spline.through(quarter, signs), 0, -1)
     quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
-    return PadInfluence(base.count, base.x, base.y, base.profile, quarters, flips)
+    return PadInfluence(base.count, base.x, base.y, base.profile, quarters)
 
 
 def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
@@ -325,7 +307,7 @@ def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
         shaped = quarter.reshape(2, base.modes, -1)
         wider = np.concatenate([shaped, np.zeros_like(shaped[:, :1])], axis=1)
         quarters.append(np.ascontiguousarray(wider.reshape(-1, quarter.shape[1])))
-    return PadInfluence(base.count, base.x, base.y, profile, tuple(quarters), base.flips)
+    return PadInfluence(base.count, base.x, base.y, profile, tuple(quarters))
 
 
 class _QuarterSpline:

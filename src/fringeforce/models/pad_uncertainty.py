@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,15 @@ from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
-from fringeforce.mechanics.solid.block import Patches, Shape
+from fringeforce.mechanics.solid.block import Patches
 from fringeforce.mechanics.solid.fourier import stress_combinations
 from fringeforce.models import splines
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
 from fringeforce.models.pad_slices import block_of
-from fringeforce.models.pad_traction_modes import DIGITS, UNSEEN, TractionMode, traction_modes
+from fringeforce.models.pad_traction_influence import TractionInfluence
+from fringeforce.models.pad_traction_modes import UNSEEN, TractionMode, traction_modes
 from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
 from fringeforce.optics.area_camera import Lens, Picture, pictures
 from fringeforce.optics.photoelasticity import stress_optic_constant
@@ -42,6 +44,7 @@ from fringeforce.optics.photoelasticity import stress_optic_constant
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
+Number = TypeVar("Number", bound=np.generic)
 
 SMALLEST = 2e-6
 """Variance of a mode of the residual, relative to the largest, below which it is left out."""
@@ -63,6 +66,22 @@ NEGLIGIBLE_ENTRY = 1e-7
 away."""
 STD_STEP = 0.1
 """Step of numerical derivatives of the lens, in standard deviations."""
+
+
+class ContactLight(Protocol):
+    """Retardance of t functions of the tractions of n tactels; `TractionInfluence` is one."""
+
+    def forward(self, shares: Array, forces: Array) -> Single:
+        """Spline coefficients under shares (t, n) of forces (n, 3)."""
+        ...
+
+    def adjoint(self, grid: Single, tactels: Index) -> Array:
+        """From derivatives by the coefficients to those by shares times forces, (t, l, 3)."""
+        ...
+
+    def matrix(self, x: Array, y: Array, tactel: int, chosen: slice) -> Single:
+        """Retardance of functions at pairs of places, shape (3, 2, modes, r * c, l)."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +196,10 @@ class PadUncertainty:
         pad, square = self.model.sensor, 0.0
         for group in self.groups:
             if group.path == RESIDUAL:
-                covariance = np.linalg.inv(self.expected[1])
-                square += self.residual_square(np.asarray(np.diag(covariance)[group.place], float))
+                squares, lasting = np.ones(self.size), self.lasting
+                precision = self.expected[1][np.ix_(lasting, lasting)]
+                squares[lasting] = np.diag(np.linalg.inv(precision))
+                square += self.residual_square(squares[group.place])
             elif group.path in ("camera.amplitude", "polariscope.visibility"):
                 square += (group.std / (2 * value_of(pad, group.path))) ** 2
             elif group.path == "camera.offset":
@@ -392,7 +413,7 @@ class PadUncertainty:
             )
         return self._known[key]
 
-    def _solved(self, pad: Pad, shape: Shape | None = None) -> PadInfluence:
+    def _solved(self, pad: Pad) -> PadInfluence:
         """Influence of a pad with roller sides, in the depth profiles of the model."""
         base = self.model.influence
         patches = Patches(pad.tactels.places, pad.tactels.side)
@@ -402,12 +423,8 @@ class PadUncertainty:
         own = block_of(self.model.sensor).depths(slices)[1]
         combined = (base.profile / own[:, None] * block.depths(slices)[1][:, None]).T
         combined *= stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-        if shape is None:
-            difference, shear = stress_combinations(block, patches, x, y, combined)
-            return further(base, (difference, 2 * shear))
-        difference, shear = stress_combinations(block, patches, x, y, combined, DIGITS, shape)
-        flips = 1 - 2 * shape.odd[0], 1 - 2 * shape.odd[1]
-        return further(base, (difference, 2 * shear), flips)
+        difference, shear = stress_combinations(block, patches, x, y, combined)
+        return further(base, (difference, 2 * shear))
 
     @cached_property
     def tractions(self) -> tuple[TractionMode, ...]:
@@ -415,21 +432,17 @@ class PadUncertainty:
         return tuple(traction_modes(self.model.sensor, self.model.influence.profile))
 
     @cached_property
-    def contacts(self) -> tuple[tuple[float, slice, PadInfluence], ...]:
-        """Unit, unknowns and influence of every function of the tractions."""
+    def contacts(self) -> ContactLight | None:
+        """Light of these functions, if there are any."""
+        if not self.tractions:
+            return None
+        return TractionInfluence(self.model.sensor, self.model.influence, self.tractions)
+
+    def deviations(self, extra: NDArray[Number]) -> NDArray[Number]:
+        """Of what is told of all unknowns, shape (size,), that of the tractions, (functions, n)."""
         group = self.group(PLACEMENT)
-        if group is None:
-            return ()
-        count, found = self.model.sensor.tactels.total, []
-        stated = tuple(self.model.sensor.tolerances.get(path, 0.0) for path in (PLACEMENT, SIZE))
-        plain = self.model.sensor.model_copy(update={"tolerances": Tolerances()})
-        for number, one in enumerate(self.tractions):
-            key = number, stated, self.model.influence.modes
-            if key not in self._known:
-                self._known[key] = (self._solved(plain, one.shape),)
-            begin = group.begin + number * count
-            found.append((1.0, slice(begin, begin + count), self._known[key][0]))
-        return tuple(found)
+        assert group is not None
+        return extra[group.place].reshape(-1, int(np.prod(self.model.influence.count)))
 
     @cached_property
     def _fields(self) -> tuple[Array, Array, NDArray[np.intp], Array]:
@@ -469,10 +482,9 @@ class PadUncertainty:
         for group, powers in self.values:
             for power, change in enumerate(powers, 1):
                 grid += np.float32(extra[group.begin] ** power) * change.forward(forces)
-        for std, place, influence in self.contacts:
-            share = std * extra[place]
-            if share.any():
-                grid += influence.forward((spread.reshape(-1, 3) * share[:, None]).ravel())
+        if self.contacts is not None:
+            own = self.deviations(self.shown(spread)).any(axis=0)
+            grid += self.contacts.forward(own * self.deviations(extra), spread.reshape(-1, 3))
         if self.group(RESIDUAL):
             grid += self.residual(extra)
         return grid
@@ -500,11 +512,13 @@ class PadUncertainty:
                 by_forces = by_forces + unknown**power * back
                 by_extra[group.begin] += power * unknown ** (power - 1) * float(back @ forces)
         loads = (forces if reference is None else reference).reshape(-1, 3)
-        for std, place, influence in self.contacts:
-            back = std * influence.adjoint(grid).reshape(-1, 3)
-            by_extra[place] = (back * loads).sum(axis=1)
+        if self.contacts is not None:
+            own = self.deviations(self.shown(loads)).any(axis=0)
+            back = self.contacts.adjoint(grid, np.flatnonzero(own))
+            self.deviations(by_extra)[:, own] = np.einsum("tlc,lc->tl", back, loads[own])
             if reference is None:
-                by_forces = by_forces + (extra[place, None] * back).ravel()
+                pulled = np.einsum("tlc,tl->lc", back, self.deviations(extra)[:, own])
+                by_forces.reshape(-1, 3)[own] += pulled
         if group := self.group(RESIDUAL):
             by_extra[group.place] = self.residual_adjoint(grid)
         return by_forces, by_extra

@@ -7,13 +7,8 @@ from numpy.typing import NDArray
 import fringeforce as ff
 from fringeforce.design.strip import PhotoelasticLayer
 from fringeforce.mechanics.fourier import stress_field
-from fringeforce.mechanics.solid.block import Block, Patches, Shape
-from fringeforce.mechanics.solid.fourier import (
-    retardance_waves,
-    stress_combinations,
-    stress_influence,
-    stress_of_loads,
-)
+from fringeforce.mechanics.solid.block import Block, Patches
+from fringeforce.mechanics.solid.fourier import stress_influence, stress_of_loads
 
 Array = NDArray[np.float64]
 NU = 0.3
@@ -116,27 +111,6 @@ def test_a_large_patch_is_the_mean_of_the_points_in_it(pad: Block) -> None:
     spread = stress_influence(pad, Patches(nodes * 1e-3, 0.0), x, x, slices=3)
     for whole, parts in ((patch.difference, spread.difference), (patch.shear, spread.shear)):
         np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-5 * abs(whole).max())
-
-
-@pytest.mark.parametrize("odd", [(0, 0), (1, 0), (0, 1), (1, 1)])
-def test_a_traction_of_any_shape_is_the_sum_of_the_points_in_it(
-    pad: Block, odd: tuple[int, int]
-) -> None:
-    x = np.array([-2e-3, 0.0, 3e-3])
-    points, weights = np.polynomial.legendre.leggauss(16)
-    nodes = 1e-3 * np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
-    share = np.outer(weights * points ** odd[0], weights * points ** odd[1]).ravel() / 4
-    alpha, beta, _ = retardance_waves(pad, 3, 6.0)
-    along, across = (
-        (np.sin if n else np.cos)(np.outer(wave, place))
-        for n, wave, place in zip(odd, (alpha, beta), nodes.T, strict=True)
-    )
-    shape = Shape(odd, (along * share) @ across.T)
-    place = np.full((1, 2), 1e-3)
-    found = stress_combinations(pad, Patches(place), x, x, np.eye(3), shape=shape)
-    spread = stress_influence(pad, Patches(nodes + place, 0.0), x, x, slices=3)
-    for whole, parts in zip(found, (spread.difference, spread.shear), strict=True):
-        np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-9 * abs(whole).max())
 
 
 def test_rectangles_have_sides_of_their_own(pad: Block) -> None:

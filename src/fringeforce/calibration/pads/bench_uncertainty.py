@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import cast
 
 import numpy as np
@@ -18,6 +17,7 @@ from scipy.optimize import brentq
 from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtr
 
+from fringeforce.base.arrays import Index, Single
 from fringeforce.calibration.bench_expectation import BLUR as POINT_SPREAD
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS, LAMP
 from fringeforce.calibration.design_entries import DEVIATION, design_value
@@ -27,7 +27,6 @@ from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_contacts import ContactChanges, ContactInfluence
 from fringeforce.models.pad_influence import PadInfluence, Retardance
-from fringeforce.models.pad_traction_modes import TractionMode
 from fringeforce.models.pad_uncertainty import (
     BLUR,
     EFFECTS,
@@ -100,6 +99,46 @@ def is_layer(path: str) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
+class ContactShapes:
+    """What places, widths and exponents of contacts change of the light, as `ContactLight`.
+
+    Attributes
+    ----------
+    units : tuple of float, length t
+        Of each of them.
+    shapes : tuple of ContactInfluence, length t
+        Derivatives by them.
+    """
+
+    units: tuple[float, ...]
+    shapes: tuple[ContactInfluence, ...]
+
+    def forward(self, shares: Array, forces: Array) -> Single:
+        """Spline coefficients, shape (2, modes, ny, nx) [rad]."""
+        found = np.zeros(self.shapes[0].shapes[1], dtype=np.float32)
+        for unit, influence, share in zip(self.units, self.shapes, shares, strict=True):
+            if share.any():
+                found += influence.forward((forces * (unit * share)[:, None]).ravel())
+        return found
+
+    def adjoint(self, grid: Single, tactels: Index) -> Array:
+        """From derivatives by the coefficients to those by shares times forces, (t, l, 3)."""
+        found = [
+            unit * influence.adjoint(grid).reshape(-1, 3)[tactels]
+            for unit, influence in zip(self.units, self.shapes, strict=True)
+        ]
+        return np.array(found)
+
+    def matrix(self, x: Array, y: Array, tactel: int, chosen: slice) -> Single:
+        """Retardance at all pairs of places, shape (3, 2, modes, r * c, l)."""
+        found = [
+            np.float32(unit) * influence.matrix(x, y)[..., 3 * tactel : 3 * tactel + 3]
+            for unit, influence in zip(self.units[chosen], self.shapes[chosen], strict=True)
+        ]
+        return np.ascontiguousarray(np.moveaxis(np.array(found), (0, -1), (-1, 0)))
+
+
+@dataclass(frozen=True, eq=False)
 class BenchUncertainty(PadUncertainty):
     """A pad on a bench and the contacts of one frame, with all that is uncertain about them.
 
@@ -135,11 +174,6 @@ class BenchUncertainty(PadUncertainty):
         return (*shared, own) if self.count else shared
 
     @cached_property
-    def tractions(self) -> tuple[TractionMode, ...]:
-        """None: contacts are anywhere."""
-        return ()
-
-    @cached_property
     def layers(self) -> tuple[str, ...]:
         """Paths of the values that enter by their logarithms and change more than the size."""
         return tuple(
@@ -172,15 +206,11 @@ class BenchUncertainty(PadUncertainty):
         return group.std / design_value((self.shared or self).model.sensor, group.path)
 
     @cached_property
-    def contacts(self) -> tuple[tuple[float, slice, PadInfluence], ...]:
-        """Unit, unknowns and influence of places along x and along y, widths, and exponents."""
+    def contacts(self) -> ContactShapes | None:
+        """Light of places along x and along y, widths, and exponents."""
         if self.changes is None or not self.count:
-            return ()
-        begin = self.groups[-1].begin
-        units = self.units[0], *self.units, 1.0
-        ends = (begin + n * self.count for n in range(SHAPES + 1))
-        places = (slice(*both) for both in pairwise(ends))
-        return tuple(zip(units, places, self.changes.shapes, strict=True))
+            return None
+        return ContactShapes((self.units[0], *self.units, 1.0), self.changes.shapes)
 
     def shown(self, forces: Array) -> Mask:
         """All unknowns show: forces and places are known beforehand."""

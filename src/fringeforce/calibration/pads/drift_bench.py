@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
-from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
+from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
@@ -225,7 +225,7 @@ class DriftBench(ABC):
                 there = at(state.shared + step, own)
                 return there, there.loss
 
-            return Expansion(state.loss, gradient, lambda: information, ahead)
+            return Expansion(state.loss, gradient, lambda: Curvature(information), ahead)
 
         own = [frame.start[frame.mine] for frame in frames]
         first = at(mean if start is None else start, own)

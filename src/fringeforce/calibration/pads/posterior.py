@@ -18,7 +18,7 @@ from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import BenchContacts, BenchPosterior, State, stated_or
 from fringeforce.calibration.pads.bench_uncertainty import SHAPES, BenchUncertainty, is_layer
-from fringeforce.estimation.levenberg_marquardt import Expansion, Stop, minimise
+from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.estimation.shared_fit import FrameTerms
 from fringeforce.models.pad_contacts import NARROWEST, Contact, ContactSeries
@@ -348,7 +348,10 @@ class PadPosterior(BenchPosterior):
                 return there, loss(there)
 
             return Expansion(
-                loss(own), gradient[:count], lambda: information[:count, :count], ahead
+                loss(own),
+                gradient[:count],
+                lambda: Curvature(information[:count, :count]),
+                ahead,
             )
 
         best = minimise(self._within(f, first, shared), expand, steps, Stop(close=0.1, near=1.0))

@@ -22,7 +22,7 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.mechanics.fourier import harmonic_displacement
 from fringeforce.mechanics.moduli import lame_parameters
-from fringeforce.mechanics.solid.block import Block, Patches, Shape, SolidInfluence
+from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 
 
 def stress_influence(
@@ -55,7 +55,6 @@ def stress_combinations(
     y: Array,
     combined: Array,
     digits: float = 6.0,
-    shape: Shape | None = None,
 ) -> tuple[Array, Array]:
     """Sums of `stress_influence` over the depth, added up before the series is.
 
@@ -65,8 +64,6 @@ def stress_combinations(
         As of `stress_influence`.
     combined : ndarray, shape (k, slices)
         Weights of each sum.
-    shape : Shape, optional
-        Of the tractions, in the place of that of the patches.
 
     Returns
     -------
@@ -75,9 +72,9 @@ def stress_combinations(
     """
     alpha, beta = _wave_numbers_of(block, digits)
     # every tactel's stresses side by side in memory, as they are found
-    size = 3, len(patches.places), len(combined), len(y), len(x)
-    difference, shear = np.empty(size), np.empty(size)
-    loads = load_harmonics(block, patches, alpha, beta, None if shape is None else shape.odd)
+    shape = 3, len(patches.places), len(combined), len(y), len(x)
+    difference, shear = np.empty(shape), np.empty(shape)
+    loads = load_harmonics(block, patches, alpha, beta)
     across = patches.places[:, 1]
     rows = [np.flatnonzero(across == place) for place in np.unique(across)]
     synthesis = zip(loads, _known_waves(block, digits, combined.shape[1]), strict=True)
@@ -87,10 +84,7 @@ def stress_combinations(
             (difference, waves_d, np.cos(at_x), np.cos(at_y)),
             (shear, waves_s, np.sin(at_x), np.sin(at_y)),
         ):
-            summed = np.tensordot(combined, waves, axes=1)
-            if shape is not None:
-                summed *= shape.spectrum
-            summed = summed.swapaxes(1, 2)
+            summed = np.tensordot(combined, waves, axes=1).swapaxes(1, 2)
             for row in rows:  # tactels beside each other share half of the sum
                 half = (wave_y * load_y[:, row[0]]) @ summed
                 for tactel in row:

@@ -14,6 +14,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.design.tolerances import Tolerances
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.departures import LAYERS
@@ -174,7 +175,7 @@ class SquaresDepartureTest(DepartureTest):
     def _layers(self) -> LayerChanges:
         return LayerChanges(self._model, self.tested[len(self._optics) :])
 
-    def shown(self, fit: Fit, one: Optimum, information: Array) -> list[Sized]:
+    def shown(self, fit: Fit, one: Optimum, curvature: Curvature) -> list[Sized]:
         """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
 
         Parameters
@@ -183,18 +184,18 @@ class SquaresDepartureTest(DepartureTest):
             The posterior of the frame.
         one : Optimum
             Where it is largest.
-        information : ndarray, shape (m, m)
+        curvature : Curvature
             That of the fit where the optimum was evaluated.
         """
-        found = self._plain(self.told(fit, one, information)) if self.tested else []
+        found = self._plain(self.told(fit, one, curvature)) if self.tested else []
         return [each for first in found for each in (first, *self._equal(first))]
 
-    def deviations(self, fit: Fit, one: Optimum, information: Array) -> dict[str, float]:
+    def deviations(self, fit: Fit, one: Optimum, curvature: Curvature) -> dict[str, float]:
         """Smallest deviations that each departure can be told with beside forces, by its path.
 
         They are relative for layers and the amplitude, else in the unit of the value.
         """
-        known = self.told(fit, one, information).information.diagonal()
+        known = self.told(fit, one, curvature).information.diagonal()
         return {
             departure.path: departure.deviation / float(np.sqrt(max(each, np.finfo(float).tiny)))
             for departure, each in zip(self.tested, known, strict=True)
@@ -207,7 +208,7 @@ class SquaresDepartureTest(DepartureTest):
         others = (one for one in pad_departures(self._model) if one.path == SOFTNESS[1])
         return [Sized(one, -found.size / (1 + found.size), found.significance) for one in others]
 
-    def told(self, fit: Fit, one: Optimum, information: Array) -> Score:
+    def told(self, fit: Fit, one: Optimum, curvature: Curvature) -> Score:
         """What the frame tells of each that is tested, by itself, beside forces and tolerances."""
         known, sampling, place = self._known, fit.sampling, one.place
         numbers = _numbers(known, self._optics)
@@ -237,8 +238,10 @@ class SquaresDepartureTest(DepartureTest):
             fitted = fit.gathered(place, by_modes, np.zeros(0))
         else:
             fitted = replace(fit, reference=place.reference).gradient(place, one.misfit)
+        if (held := curvature.held) is not None:
+            fitted, across = fitted[held], across[held]
         pulls = np.concatenate([by_light[numbers], by_layers])
-        return Score.beside((fitted, information), across, (pulls, np.diag(own)))
+        return Score.beside((fitted, curvature.information), across, (pulls, np.diag(own)))
 
 
 def begun(known: PadUncertainty, departures: Sequence[PadDeparture]) -> Array:

@@ -130,13 +130,13 @@ class Candidate:
         return sorted(found, key=lambda one: -one.significance)
 
     def _sized(self, departure: PadDeparture) -> Sized:
-        extra, covariance = self.optimum.extra, self.optimum.curvature.covariance
+        extra, curvature = self.optimum.extra, self.optimum.curvature
         group = self.known.group(PLACEMENT if departure.path == SIZE else departure.path)
         assert group is not None
         own = np.arange(group.begin, group.end)
         own = own[self.shown[own]]
-        begin = len(covariance) - len(extra)
-        part = covariance[np.ix_(begin + own, begin + own)]
+        at = curvature.at(curvature.size - len(extra) + own)
+        part = curvature.covariance[np.ix_(at, at)]
         if departure.one:
             size = float(extra[own[0]]) * group.std / departure.unit
             return Sized(departure, size, float(abs(extra[own[0]]) / np.sqrt(part[0, 0])))
@@ -158,8 +158,8 @@ class Candidate:
         moved = []
         for sign in ((1, 0), (0, 1)) if first else ((0, 0),):
             for number in [k for k, own in enumerate(odd) if own == sign][: 1 if first else 2]:
-                place = known.contacts[number][1]
-                moved.append(departure.deviation * extra[place][self.shown[place]])
+                own = known.deviations(self.shown)[number]
+                moved.append(departure.deviation * known.deviations(extra)[number, own])
         each = np.concatenate([*moved, np.zeros(0)])
         return float(np.sqrt(np.mean(np.square(each)))) if each.size else 0.0
 
@@ -319,7 +319,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
             known.shown(optimum.forces),
             optimum.misfit.slope,
             len(optimum.forces),
-            lambda: fit.information(optimum.place),
+            lambda: fit.curvature(optimum.place).information,
             followed,
         )
 

@@ -176,27 +176,35 @@ class Fit:
         by_extra += by_light + self._prior.slope(place.extra)
         return np.concatenate([by_forces, by_extra])
 
-    def information(self, place: Place) -> Array:
+    def curvature(self, place: Place) -> Curvature:
         """Half the expected second derivative of the loss, from some pixels.
 
-        Shape (3 n + q, 3 n + q).
+        It holds forces, and the unknowns that show, which are 3 n + q at most.
         """
         pixels, scale = len(self.frame) // len(place.lights), self._scale(place)
         loads, known = len(place.forces), self.uncertain
-        total = np.zeros((loads, loads))
+        ridge = RIDGE if self.used is None else MASKED
+        own = np.diag_indices(loads)
         if known is None:
+            total, held = np.zeros((loads, loads)), None
             for k, (picture, light) in enumerate(zip(place.pictures, place.lights, strict=True)):
                 used = None if self.used is None else self.used[k * pixels : (k + 1) * pixels]
                 total += scale * self.sampling.information(place.modes, picture, light, used)
         else:
             few, held = self.sampling.joint_information(place, self.used)
-            total = np.zeros((loads + known.size,) * 2)
-            total[loads:, loads:] = self._prior.precision
-            total[np.ix_(held, held)] += scale * few
-        ridge = RIDGE if self.used is None else MASKED
-        own = np.diag_indices(loads)
+            total, shown = scale * few, np.flatnonzero(held[loads:])
+            total[loads:, loads:] += self._prior.precision[np.ix_(shown, shown)]
         total[own] += ridge * total[own].sum() / max(loads, 1)
-        return total
+        return Curvature(total, held)
+
+    def information(self, place: Place) -> Array:
+        """The matrix of `curvature` of all unknowns, shape (3 n + q, 3 n + q)."""
+        found = self.curvature(place)
+        if found.held is None:
+            return found.information
+        whole = np.eye(found.size)
+        whole[np.ix_(found.held, found.held)] = found.information
+        return whole
 
     def _scale(self, place: Place) -> float:
         """Of information, over the mean over the pixels of squared derivatives of the intensity."""
@@ -231,7 +239,8 @@ class Fit:
             Of a place near by; computed if not given.
         """
         here = self.place(start) if isinstance(start, Start) else self.at(start)
-        if self.reference is None and self.uncertain is not None and self.uncertain.contacts:
+        known = self.uncertain
+        if self.reference is None and known is not None and known.contacts is not None:
             return self._settled(here, steps)
         loads = len(here.forces)
         stop = Stop(NEGLIGIBLE_GAIN * loads, LAST_GAIN * loads)
@@ -245,7 +254,7 @@ class Fit:
             curvature=curvature,
         )
         place, left = found.place
-        matrix = found.curvature or Curvature(self.information(place))
+        matrix = found.curvature or self.curvature(place)
         gained = replace(left, loss=left.loss - found.gain)
         return Optimum(
             place.forces + found.step[:loads],
@@ -281,7 +290,7 @@ class Fit:
             return Expansion(
                 whole.loss,
                 whole.gradient[loads:],
-                lambda: whole.curvature()[loads:, loads:],
+                lambda: whole.curvature().behind(loads),
                 ahead,
             )
 
@@ -303,5 +312,5 @@ class Fit:
             return (there, beyond), beyond.loss
 
         return Expansion(
-            left.loss, self.gradient(place, left), lambda: self.information(place), ahead
+            left.loss, self.gradient(place, left), lambda: self.curvature(place), ahead
         )

@@ -80,9 +80,10 @@ class Prior:
         stated = first.precision[here]
         told = stated + (self.precision[here] - stated) / REMEMBERED
         if curvature is not None:
-            count = len(curvature.information) - len(extra)
-            order = np.concatenate([np.flatnonzero(lasting), np.flatnonzero(~lasting)]) + count
-            order = np.concatenate([order, np.arange(count)])
+            count = curvature.size - len(extra)
+            own = curvature.at(np.flatnonzero(lasting) + count)
+            others = np.setdiff1d(np.arange(len(curvature.information)), own)
+            order = np.concatenate([own, others])
             whole = curvature.information[np.ix_(order, order)]
             told = marginal_information(whole, int(lasting.sum()))
         mean, precision = np.zeros(uncertain.size), np.eye(uncertain.size)

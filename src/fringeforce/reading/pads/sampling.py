@@ -15,7 +15,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fringeforce.base.arrays import Index
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import PadInfluence
@@ -186,18 +185,17 @@ class Sampling(Lattice):
                     columns[..., :loads] += np.float32(unknown**power) * change
                 slope = np.float32(power * unknown ** (power - 1))
                 columns[..., place[group.begin]] += slope * (change @ single)
-        for number, (std, where, _) in enumerate(uncertain.contacts):
-            own = np.flatnonzero(shown[where])
-            if not own.size:
-                continue
-            shares = (std * loaded.reshape(-1, 3)[own]).astype(np.float32)
-            spread = (std * extra[where][own]).astype(np.float32)
-            if state.reference is not None:
-                spread[:] = 0
-            rows = columns.reshape(-1, size)
-            first = int(place[where.start + own[0]])
-            matrix = self._contact(number, own).reshape(len(rows), -1)
-            _spread_contacts(matrix, own, shares, spread, first, rows)
+        if uncertain.contacts is not None:
+            rows, forces_on = columns.reshape(-1, size), loaded.reshape(-1, 3)
+            counts = uncertain.deviations(shown).sum(axis=0)  # the strongest functions
+            numbers, deviations = uncertain.deviations(place), uncertain.deviations(extra)
+            for tactel in np.flatnonzero(counts).tolist():
+                own = slice(counts[tactel])
+                parts = self._contact(tactel, int(counts[tactel])).reshape(3, len(rows), -1)
+                rows[:, numbers[own, tactel]] = np.tensordot(forces_on[tactel], parts, 1)
+                if state.reference is None:
+                    spread = deviations[own, tactel].astype(np.float32)
+                    rows[:, 3 * tactel : 3 * tactel + 3] += (parts @ spread).T
         for number, moved in uncertain.moved(state.modes, self.rows, self.columns):
             columns[..., place[number]] = moved.reshape(*moved.shape[:2], -1)
         if group := uncertain.group(RESIDUAL):
@@ -215,20 +213,22 @@ class Sampling(Lattice):
         return [[self._matrix(one) for one in powers] for _, powers in self.uncertain.values]
 
     @cached_property
-    def _contacts(self) -> dict[tuple[int, int], Single]:
-        """Those of `_contact` that are known, by the function and the tactel."""
+    def _contacts(self) -> dict[int, Single]:
+        """Those of `_contact` that are known, by the tactel."""
         return {}
 
-    def _contact(self, number: int, own: Index) -> Single:
-        """Influence of a function of the tractions of tactels, shape (2, modes, r * c, 3 l)."""
+    def _contact(self, tactel: int, count: int) -> Single:
+        """Influence of the first functions of a tactel's traction, (3, 2, modes, r * c, count)."""
         assert self.uncertain is not None
-        missing = [tactel for tactel in own.tolist() if (number, tactel) not in self._contacts]
-        if missing:
-            influence = self.uncertain.contacts[number][2]
-            found = influence.matrix(*self.places, np.array(missing))
-            for k, tactel in enumerate(missing):
-                self._contacts[number, tactel] = found[..., 3 * k : 3 * k + 3]
-        return np.concatenate([self._contacts[number, k] for k in own.tolist()], axis=-1)
+        assert self.uncertain.contacts is not None
+        influence, known = self.uncertain.contacts, self._contacts.get(tactel)
+        first = 0 if known is None else known.shape[-1]
+        if first < count:
+            added = influence.matrix(*self.places, tactel, slice(first, count))
+            known = added if known is None else np.concatenate([known, added], axis=-1)
+            self._contacts[tactel] = known
+        assert known is not None
+        return known[..., :count]
 
     def _matrix(self, influence: PadInfluence) -> Single:
         return influence.matrix(*self.places)
@@ -248,22 +248,6 @@ def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None)
     )
     influence = model.influence.matrix(*Lattice(model, rows, columns).places)
     return Sampling(model, rows, columns, influence, uncertain)
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
-def _spread_contacts(matrix, own, shares, spread, first, rows) -> None:
-    """Derivatives by what spreads contacts, shape (l,), from the column `first` on.
-
-    The influence changes by so much of the matrix, shape (p, 3 l), as they are spread already.
-    """
-    for i in range(len(rows)):
-        for k in range(len(own)):
-            j = 3 * own[k]
-            x, y, z = matrix[i, 3 * k], matrix[i, 3 * k + 1], matrix[i, 3 * k + 2]
-            rows[i, first + k] = shares[k, 0] * x + shares[k, 1] * y + shares[k, 2] * z
-            rows[i, j] += spread[k] * x
-            rows[i, j + 1] += spread[k] * y
-            rows[i, j + 2] += spread[k] * z
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)

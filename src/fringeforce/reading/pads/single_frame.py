@@ -162,8 +162,8 @@ class PadFrameReader(PadFrames):
             optima, sure = self._explanations(fit, classifier, silence)
         best = optima[0]
         stating = self._fit(levels, self._stating, classifier)
-        whole = stating.information(best.place)
-        fine = marginal_information(whole, len(best.forces))
+        whole = stating.curvature(best.place)
+        fine = marginal_information(whole.information, len(best.forces))
         if not classifier.explained(best):
             return classifier.unexplained(levels, best, partial(covariance_of, fine)), best
         if start is None:
@@ -190,11 +190,13 @@ class PadFrameReader(PadFrames):
         classifier = self.classifier(used)
         fit = self._fit(classifier.filled(levels), self._stating, classifier)
         fit = replace(fit, prior=known.prior)
-        return self._tested(reading, fit, optimum, fit.information(optimum.place))
+        return self._tested(reading, fit, optimum, fit.curvature(optimum.place))
 
-    def _tested(self, reading: Reading, fit: Fit, optimum: Optimum, information: Array) -> Reading:
+    def _tested(
+        self, reading: Reading, fit: Fit, optimum: Optimum, curvature: Curvature
+    ) -> Reading:
         """A reading, or its refusal if the frame shows a departure beside the forces."""
-        shown = self._departures.shown(fit, optimum, information)
+        shown = self._departures.shown(fit, optimum, curvature)
         return reading.departing(self._departures.finding(shown)) if shown else reading
 
     def _explanations(
@@ -257,7 +259,8 @@ class PadFrameReader(PadFrames):
         """Smallest deviations that an unbiased reading can have, shape (n, 3) [N]."""
         loads = self.model.checked(forces, single=True)
         fit = self._bare
-        information = marginal_information(fit.information(fit.at(loads.ravel())), loads.size)
+        whole = fit.curvature(fit.at(loads.ravel())).information
+        information = marginal_information(whole, loads.size)
         return np.sqrt(np.diag(covariance_of(information))).reshape(loads.shape)
 
     @property
@@ -281,8 +284,8 @@ class PadFrameReader(PadFrames):
         """
         loads, fit = self.model.checked(forces, single=True).ravel(), self._bare
         place = fit.at(loads)
-        whole = fit.information(place)
-        here = Optimum(loads, Curvature(whole), place, fit.misfit(place), extra=place.extra)
+        whole = fit.curvature(place)
+        here = Optimum(loads, whole, place, fit.misfit(place), extra=place.extra)
         return self._departures.deviations(fit, here, whole)
 
     @property

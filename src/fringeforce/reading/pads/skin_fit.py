@@ -353,7 +353,7 @@ class SkinFit:
             return Expansion(
                 place.left.loss,
                 self.gradient(place, free),
-                lambda: self.information(place, free),
+                lambda: Curvature(self.information(place, free)),
                 ahead,
             )
 
