@@ -54,8 +54,8 @@ UNSEEN = 1.0
 """Chi-square number of a frame, expected of functions under the force of a tactel, that is left
 out: that of noise in one number."""
 MOST_FUNCTIONS = 64
-"""Functions of a tactel at most: what is known of those of 11 x 11 tactels before a frame takes half
-a gigabyte.  Wider tolerances would need more, and allow for uneven tractions on the squares only."""
+"""Functions of a tactel at most: what is known of those of 11 x 11 tactels takes half a gigabyte.
+Wider tolerances would need more, and allow for uneven tractions on the squares only."""
 
 Function = tuple[float, tuple[int, int], Array]
 """Chi-square number that is expected of it, mirror signs and spectrum."""
