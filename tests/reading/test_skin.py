@@ -241,7 +241,9 @@ def test_a_faint_contact_is_ambiguous_or_right(model: ff.SensorModel, reader: ff
         for _ in range(15):
             reading = reader.search(model.expose([press], rng))
             if reading.ok:
-                off = (np.array(reading.total.force) - [normal, 0.0]) / reading.total.force_std
+                total = reading.total
+                assert total is not None
+                off = (np.array(total.force) - [normal, 0.0]) / total.force_std
                 assert np.abs(off).max() < FAR
                 sure += 1
     assert sure > 10
