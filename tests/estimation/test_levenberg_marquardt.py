@@ -157,6 +157,7 @@ def test_unknowns_that_a_curvature_does_not_hold_step_by_themselves() -> None:
     whole = np.eye(6)
     whole[np.ix_(held, held)] = half.T @ half
     few = Curvature(half.T @ half, held)
+    np.testing.assert_array_equal(few.holds(np.arange(6)), held)
     for damping in (0.0, 1e-3):
         step, promised = few.step(gradient, damping)
         expected, gain = Curvature(whole).step(gradient, damping)

@@ -111,10 +111,10 @@ class StrainPhases:
         added[0] = self.added_at(design)
         effect = np.array([path in EFFECTS for path in paths], dtype=bool)
         made = varied(sensor, paths, design)
-        beside = {
-            i: varied(sensor, paths, design + STEP * np.eye(len(paths))[i])
-            for i in np.flatnonzero(~effect).tolist()
-        }
+        beside = [
+            None if own else varied(sensor, paths, design + step)
+            for own, step in zip(effect, STEP * np.eye(len(paths)), strict=True)
+        ]
         # slopes took care of the first order
         bent = float(np.square(off[~effect]).sum())
         for f, own in enumerate(contacts):
@@ -124,20 +124,36 @@ class StrainPhases:
                 share = before.moved(own, sensor.transducer.compliant.thickness) + bent
                 if share * size < near:
                     continue
-            solved[f] = None
-            try:
-                if len(own.widths):
-                    here = _added(made, grid, own)
-                    if not known:  # slopes are carried: they change little
-                        added[1:, f] = here  # the phase is proportional to the effect
-                        for i, other in beside.items():
-                            added[1 + i, f] = (_added(other, grid, own) - here) / STEP
-                    added[0, f], solved[f] = here, own
-            except InputError:  # the surface folds; the frame will contradict the others
-                pass
-            if solved[f] is None:
-                added[:, f] = 0.0
+            # slopes are carried: they change little
+            slopes = added[1:, f] if known else None
+            found = _solved(made, beside, grid, own, slopes)
+            solved[f] = own if found is not None else None
+            added[:, f] = 0.0 if found is None else found
         return StrainPhases(design, tuple(solved), added)
+
+
+def _solved(
+    made: Sensor,
+    beside: Sequence[Sensor | None],
+    grid: Array,
+    own: FrameContacts,
+    slopes: Array | None,
+) -> Array | None:
+    """What strain adds in a frame, and its slopes, shape (1 + d, G) [rad].
+
+    Slopes are found, from designs beside, if not given.  None without contacts, and where the
+    surface folds: then the frame will contradict the others.
+    """
+    if not len(own.widths):
+        return None
+    try:
+        here = _added(made, grid, own)
+        if slopes is None:  # the phase is proportional to the effect
+            rises = [here if d is None else (_added(d, grid, own) - here) / STEP for d in beside]
+            slopes = np.reshape(rises, (len(beside), len(grid)))
+    except InputError:
+        return None
+    return np.concatenate([here[None], slopes])
 
 
 def _added(made: Sensor, grid: Array, own: FrameContacts) -> Array:

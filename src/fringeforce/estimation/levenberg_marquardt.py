@@ -60,6 +60,10 @@ class Curvature:
         """Where some of the unknowns that it holds stand in the matrix."""
         return unknowns if self.held is None else np.cumsum(self.held)[unknowns] - 1
 
+    def holds(self, unknowns: Index) -> NDArray[np.bool_]:
+        """Whether the matrix holds each of some unknowns."""
+        return np.ones(len(unknowns), bool) if self.held is None else self.held[unknowns]
+
     def behind(self, count: int) -> Curvature:
         """That of the unknowns behind the first ones, all of which it holds."""
         held = None if self.held is None else self.held[count:]

@@ -134,8 +134,9 @@ class Candidate:
         group = self.known.group(PLACEMENT if departure.path == SIZE else departure.path)
         assert group is not None
         own = np.arange(group.begin, group.end)
-        own = own[self.shown[own]]
-        at = curvature.at(curvature.size - len(extra) + own)
+        behind = curvature.size - len(extra)
+        own = own[self.shown[own] & curvature.holds(behind + own)]
+        at = curvature.at(behind + own)
         part = curvature.covariance[np.ix_(at, at)]
         if departure.one:
             size = float(extra[own[0]]) * group.std / departure.unit
