@@ -78,9 +78,9 @@ def pixel_loss(model, frame, level, sigma):
     return -2 * np.log(good + bad), share * left, share
 
 
-@sums
+@sums_entry
 def prior_loss(prior, loads, unknowns, heat):
-    """What the prior adds to the loss."""
+    """What the prior adds to the loss of unknowns, of which the first are so many loads."""
     total = 0.0
     for k in range(len(unknowns)):
         total += prior.precision[k] * (unknowns[k] - prior.mean[k]) ** 2

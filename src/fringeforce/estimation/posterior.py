@@ -27,7 +27,7 @@ from fringeforce.estimation.frame_exposure import (
     node_phase,
 )
 from fringeforce.estimation.frame_information import information
-from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_loss import Prior, prior_loss
 from fringeforce.estimation.frame_model import (
     FrameModel,
 )
@@ -256,6 +256,10 @@ class Posterior:
     def linearised(self, top: Top) -> Linearised:
         """The loss about a top."""
         return Linearised(*linearise(self.model, self.prior, self.frame, top.unknowns))
+
+    def data_loss(self, top: Top) -> float:
+        """What the frame alone adds to the loss of a top."""
+        return top.loss - prior_loss(self.prior, self.model.at.loads, top.unknowns, 1.0)
 
     def under(self, prior: Prior) -> Posterior:
         """The posterior of the same frame under another prior."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.followed_frames import JUMP
-from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.linearised_frame import Linearised
+from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.reading.posterior_search import BINS
 from fringeforce.reading.strip_frames import FITS, MISSED
@@ -23,11 +24,11 @@ FAINT_SHARE = 0.1
 """Share of the largest phase below which two phases are alike, where that is less than
 `SAME_PHASE`: the light of a faint touch hardly tells a phase from its mirror image, which is near.
 """
-MOST_KNOWN = 0.9999
-"""Probability that earlier frames give an explanation at most: one in ten thousand is wrong for
-reasons that no frame shows."""
-Before = tuple[Array, float]
-"""Unknowns of an explanation that was followed, and its probability."""
+MOST_TOLD = float(-2 * np.log(1e-4))
+"""Most loss that earlier frames add to an explanation: one that they speak for is wrong once in ten
+thousand for reasons that no frame shows."""
+TRACED = 12
+"""Steps in which an earlier frame must be reached from the one after it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,13 +134,15 @@ class Explanations:
             return False
         return self.chance(top) > chance
 
-    def weighed(self, before: Before | None = None) -> list[Weighed]:
+    def weighed(self, earlier: Sequence[Array] = (), hidden: float = 0.0) -> list[Weighed]:
         """Explanations with their weights, the heaviest first.
 
         Parameters
         ----------
-        before : tuple of ndarray and float, optional
-            Unknowns of an explanation that was followed to the last frame, and its probability.
+        earlier : sequence of ndarray, shape (P,)
+            Frames before this one, the last one last, as of `Posterior`.
+        hidden : float
+            Difference of two phases about a multiple of pi that noise hides [rad].
         """
         found = list[tuple[Top, Linearised]]()
         posterior = self.posterior
@@ -152,29 +155,60 @@ class Explanations:
         masses = np.zeros(1)
         if len(found) > 1:
             masses = np.array([posterior.mass(top) for top, _ in found])
+            masses -= told_before(posterior, [top for top, _ in found], earlier, hidden) / 2
         weighed = [
             Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
             for (top, about), share in zip(found, posterior_weights(masses), strict=True)
         ]
-        if before is not None:
-            weighed = self._after(weighed, before)
         return sorted(weighed, key=lambda one: -one.weight)
 
-    def _after(self, weighed: list[Weighed], before: Before) -> list[Weighed]:
-        """Explanations with the weights of what earlier frames said of them as well.
 
-        The noise of frames is independent, so that likelihoods multiply: what goes on from an
-        explanation that was followed had its probability, all others together the rest.
-        """
-        phase, known = node_phase(self.posterior.model, before[0]), min(before[1], MOST_KNOWN)
-        factors = [
-            known if np.abs(one.phase - phase).max() < JUMP else 1 - known for one in weighed
-        ]
-        shares = np.array([one.weight for one in weighed]) * factors
-        return [
-            replace(one, weight=float(share))
-            for one, share in zip(weighed, shares / shares.sum(), strict=True)
-        ]
+def told_before(
+    posterior: Posterior, tops: list[Top], earlier: Sequence[Array], hidden: float
+) -> Array:
+    """Loss by which earlier frames speak against explanations of a frame, shape (k,).
+
+    The noise of frames is independent, so that likelihoods multiply.  Each explanation is followed
+    back, from frame to frame, for as long as it is another than the first one: where noise hides
+    the difference of their phases, or as much as the phase moves from frame to frame, what happened
+    may have gone over from one to the other, and what was before then tells nothing.
+
+    Parameters
+    ----------
+    posterior : Posterior
+        Of the frame.
+    tops : list of Top
+        Explanations of it.
+    earlier, hidden
+        As of `Explanations.weighed`.
+    """
+    told, apart = np.zeros(len(tops)), np.arange(1, len(tops))
+    at = [top.unknowns for top in tops]
+    phases = [posterior.phase(top) for top in tops]
+    for frame in reversed(earlier):
+        own = replace(posterior, frame=frame, sound=None)
+        met = {k: own.climbed(at[k], heats=(), steps=(0, TRACED)) for k in (0, *apart)}
+        now = {k: own.phase(top) for k, top in met.items()}
+        moved = motion(now[0], phases[0])
+        if moved > JUMP or met[0].chance < FITS:
+            break
+        apart = np.array(
+            [
+                k
+                for k in apart
+                if np.abs(now[k] - phases[k]).max() < JUMP
+                and np.abs(now[k] - now[0]).max() > hidden + 2 * moved
+            ],
+            dtype=int,
+        )
+        for k in apart:
+            told[k] += own.data_loss(met[k]) - own.data_loss(met[0])
+        for k, top in met.items():
+            at[k], phases[k] = top.unknowns, now[k]
+        apart = apart[np.abs(told[apart]) < MOST_TOLD]
+        if not len(apart):
+            break
+    return np.clip(told, -MOST_TOLD, MOST_TOLD)
 
 
 def _same(top: Top, other: Top, about: Linearised) -> bool:

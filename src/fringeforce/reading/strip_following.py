@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +23,6 @@ from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_reader import (
     FAINT_PHASE,
     TOLERATED,
-    Before,
     Located,
     StripFrameReader,
 )
@@ -34,6 +34,8 @@ BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
 INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
+EARLIER = 16
+"""Frames that are asked of explanations of the next one."""
 ALIKE_FRAMES = 16
 """Frames in a row to which the model's own errors do the same."""
 MORE = 4
@@ -111,7 +113,7 @@ class StripFollower(Follower):
         self._posterior: Posterior | None = None
         self._shift: StrainShift | None = None
         self._seen_with_it = 0
-        self._trail: Before | None = None
+        self._earlier = deque[NDArray[Any]](maxlen=EARLIER)
         self._several: Located | None = None
         self._total = np.empty(0)
         self._retests = Retests()
@@ -197,12 +199,14 @@ class StripFollower(Follower):
         return self._held is not None and self._count <= MORE
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
-        last = self._last if self._several is None else None
-        reading, located = self._single.followed(levels, used, last, self._trail)
-        before, self._trail = self._begun, None
+        last = self._last
+        reading, located = self._single.followed(levels, used, last, self._earlier)
+        before = self._begun
         self._filter = self._begun = self._last = self._held = self._several = None
         if located is None:
+            self._earlier.clear()
             return reading
+        self._earlier.append(levels.copy())
         posterior, top = located.posterior, located.top
         self._several = located if located.several else None
         self._used, self._begun, self._last = used, reading, top.unknowns.copy()
@@ -244,10 +248,9 @@ class StripFollower(Follower):
             return None
         if used is not self._used and not np.array_equal(used, self._used):
             self._filter = None
+            self._earlier.clear()
             return None
         if self._left == 0 and self._held is None:
-            assert self._begun is not None
-            self._trail = self._filter.unknowns.copy(), self._begun.probability
             self._filter = self._last = None
             return None
         if self._left == 0 and self._held is not None:
@@ -277,6 +280,7 @@ class StripFollower(Follower):
             levels = levels[:ALIKE_FRAMES]
         done = self._explained(own, levels, room)
         self._seen_with_it += done
+        self._earlier.extend(levels[max(done - EARLIER, 0) : done].copy())
         bent = self._single.higher_orders is not None and self._bent(own)
         if bent or done < len(levels):
             self._filter = None

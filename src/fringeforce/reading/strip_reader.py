@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import islice
@@ -41,7 +42,6 @@ from fringeforce.reading.posterior_search import (
 )
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_explanations import (
-    Before,
     Explanations,
     Weighed,
     alike_within,
@@ -215,7 +215,7 @@ class StripFrameReader(StripFrames):
         levels: NDArray[Any],
         used: Mask,
         last: Array | None,
-        before: Before | None = None,
+        earlier: Sequence[NDArray[Any]] = (),
     ) -> tuple[Reading, Located | None]:
         """Read a frame that was checked, from the unknowns of the last one if it is known.
 
@@ -225,8 +225,8 @@ class StripFrameReader(StripFrames):
             As of `search`.
         last : ndarray, shape (size,), or None
             Unknowns of the last frame.
-        before : tuple of ndarray and float, optional
-            Unknowns of an explanation that was followed to the last frame, and its probability.
+        earlier : sequence of ndarray, shape (P,)
+            Grey levels of frames that were read before it, of the same pixels, the last one last.
 
         Returns
         -------
@@ -236,6 +236,7 @@ class StripFrameReader(StripFrames):
             From where the next one can be followed, if this one is explained.
         """
         frame = np.where(used, levels.astype(float), np.nan)
+        past = [np.where(used, one.astype(float), np.nan) for one in earlier]
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
         sound = np.where(alone, np.nan, frame)
@@ -245,7 +246,7 @@ class StripFrameReader(StripFrames):
             posterior = self._centred(posterior, last)
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
             if (met := self._onward(posterior, top, last)) is not None:
-                return self._stated(met, tracked=True, before=(last, 1.0))
+                return self._stated(met, tracked=True, earlier=past)
         silent = self._silent(posterior)
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
@@ -274,7 +275,7 @@ class StripFrameReader(StripFrames):
             model = self.uncertain.under(loads)._replace(fixed=posterior.model.fixed)
             posterior = replace(posterior, model=model)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
-        reading, located = self._stated(met, before=before)
+        reading, located = self._stated(met, earlier=past)
         if reading.ok and (said := self._departing(located.posterior, located.top)):
             return reading.departing(said), None
         return reading, located
@@ -561,10 +562,10 @@ class StripFrameReader(StripFrames):
         met: Explanations,
         status: Status | None = None,
         tracked: bool = False,
-        before: Before | None = None,
+        earlier: Sequence[Array] = (),
     ) -> tuple[Reading, Located]:
         """The reading of explanations, and from where the next frame can be followed."""
-        weighed = met.weighed(before)
+        weighed = met.weighed(earlier, self.hidden)
         if status is None and not self.beside and met.posterior.prior.friction > 0:
             met, weighed = _freed(met, weighed)
         posterior = met.posterior
