@@ -33,7 +33,7 @@ from fringeforce.estimation.frame_exposure import (
 )
 from fringeforce.estimation.frame_loss import SOUND, pixel_loss
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.phase_stretches import Hidden, emerged, motion
+from fringeforce.estimation.phase_stretches import Hidden, Stretches, emerged, motion
 from fringeforce.estimation.vector_loops import add_products, combine, factorise, invert, waves
 
 Array = NDArray[np.float64]
@@ -58,10 +58,11 @@ before a frame is drawn up anew."""
 JUMP = 0.5
 """Change of the phase from frame to frame beyond which a mirror image may be nearer [rad]."""
 
-DONE, AGEING, STALE, ALARM, FAINT, GROWN = range(6)
+DONE, AGEING, STALE, ALARM, EMERGED, FAINT, GROWN = range(7)
 """Why the loop ended: no frame is left; the linearisation has aged, after a frame that was read; it
-does not lead to the top of the next one; noise does not explain the next one; its phase is so small
-that loads are hardly told from others; loads have grown or shrunk, after a frame that was read."""
+does not lead to the top of the next one; noise does not explain the next one; in it a stretch of
+the phase came out of what noise hides; its phase is so small that loads are hardly told from
+others; loads have grown or shrunk, after a frame that was read."""
 
 
 class Pixels(NamedTuple):
@@ -126,8 +127,8 @@ class Reference(NamedTuple):
         Of the loads of a frame; the loops renew it if nothing lasts [N^2].
     spread : ndarray, shape (size, size)
         Of all unknowns; that of the loads where nothing lasts.
-    sides : ndarray of int, shape (m,)
-        On which side of multiples of pi the phase is known to be; see `emerged`.
+    stretches : Stretches
+        On which sides of multiples of pi the phase is known to be.
     precision, mean : ndarray, shape (a,)
         What is known of what is new before a frame.
     through : ndarray, shape (a, b)
@@ -165,7 +166,7 @@ class Reference(NamedTuple):
     gain: Array
     covariance: Array
     spread: Array
-    sides: NDArray[np.int64]
+    stretches: Stretches
     precision: Array
     mean: Array
     through: Array
@@ -791,7 +792,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     done : int
         Frames that were read.
     why : int
-        DONE, AGEING, STALE, ALARM, FAINT or GROWN.
+        DONE, AGEING, STALE, ALARM, EMERGED, FAINT or GROWN.
     """
     many, lasting, state, x = (
         len(reference.fresh), len(reference.lasting), standing.state, standing.unknowns,
@@ -836,13 +837,12 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             return i, FAINT
         if length > reference.longest or way > JUMP:
             return i, ALARM
-        hidden = reference.hidden.difference
-        if way > hidden and motion(standing.nodes, before) > hidden:
-            return i, ALARM
-        if way > 0 and emerged(
-            standing.nodes, reference.sides, reference.hidden, reference.columns, reference.spread
-        ):
-            return i, ALARM
+        if way > 0:
+            hidden, nodes = reference.hidden, standing.nodes
+            if motion(nodes, before) > hidden.difference:
+                return i, ALARM
+            if emerged(nodes, reference.stretches, hidden, reference.columns, reference.spread):
+                return i, EMERGED
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)
         # by the last step the loss falls by its squared length

@@ -15,7 +15,7 @@ deviations become a third of the true ones.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from scipy.special import chdtri, pdtrik
 from fringeforce.estimation.followed_frames import (
     AGEING,
     DONE,
+    EMERGED,
     JUMP,
     Reference,
     Single,
@@ -43,7 +44,14 @@ from fringeforce.estimation.linearised_frame import (
     linearise,
     shared_information,
 )
-from fringeforce.estimation.phase_stretches import Hidden, emerged, motion, sides_of
+from fringeforce.estimation.phase_stretches import (
+    OPEN,
+    Hidden,
+    Stretches,
+    emerged,
+    motion,
+    stretches_of,
+)
 from fringeforce.estimation.posterior import Top, products
 from fringeforce.estimation.residual_test import FALSE_ALARM
 
@@ -86,6 +94,9 @@ class InformationFilter:
         What noise hides of a phase beside multiples of pi.
     unknowns : ndarray, shape (size,)
         Of the last frame.
+    open : ndarray of bool, shape (m,), or None
+        Where the phase of a frame that was not read may be on either side of a multiple of pi, if
+        it was not read because a stretch of it came out of what noise hides.
     """
 
     model: FrameModel
@@ -95,6 +106,7 @@ class InformationFilter:
     faint: float
     hidden: Hidden
     unknowns: Array
+    open: NDArray[np.bool_] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         self._pixels, self._age = pixels_of(self.model, self.used), 0
@@ -117,8 +129,8 @@ class InformationFilter:
         spread : ndarray, shape (size, size)
             Covariance of its unknowns.
         """
-        sides = sides_of(node_phase(self.model, self.unknowns), self.hidden)
-        self._refer(about.hessian - np.diag(self.prior.precision), spread, sides)
+        stretches = stretches_of(node_phase(self.model, self.unknowns), self.hidden)
+        self._refer(about.hessian - np.diag(self.prior.precision), spread, stretches)
 
     def hold(self, about: Linearised, spread: Array, still: bool, sums: float) -> None:
         """Begin after a frame that was read alone, and stay there: each frame takes one step.
@@ -160,6 +172,8 @@ class InformationFilter:
             self.unknowns, loads, std, covariances, squares,
         )  # fmt: skip
         self._age += done
+        if why == EMERGED:
+            self.open = self._reference.stretches.sides == OPEN
         aged = why == DONE and done < len(frames)
         return done, AGEING if aged else why
 
@@ -194,7 +208,8 @@ class InformationFilter:
             return None
         known = self._reference
         assert known is not None
-        if emerged(nodes, known.sides, self.hidden, known.columns, known.spread):
+        if emerged(nodes, known.stretches, self.hidden, known.columns, known.spread):
+            self.open = known.stretches.sides == OPEN
             return None
         self.unknowns[:] = top.unknowns
         self._linearised(about, prior)
@@ -213,7 +228,7 @@ class InformationFilter:
         if self.model.at.fields > self.model.at.place:
             hessian = hessian - self._second_order(about, np.sqrt(np.diag(self._spread)))
         assert self._reference is not None
-        self._refer(about.hessian - prior.joint, _inverse(hessian), self._reference.sides)
+        self._refer(about.hessian - prior.joint, _inverse(hessian), self._reference.stretches)
 
     def _before(self) -> tuple[Array, Array]:
         """Mean of all unknowns before the next frame, and covariance of what lasts."""
@@ -232,8 +247,8 @@ class InformationFilter:
         mean[self._fresh] = self.prior.mean[self._fresh]
         return mean, known[np.ix_(self._lasting, self._lasting)]
 
-    def _refer(self, data: Array, spread: Array, sides: NDArray[np.int64]) -> None:
-        """Take a linearisation: information of the frame, covariance of its unknowns, and sides."""
+    def _refer(self, data: Array, spread: Array, stretches: Stretches) -> None:
+        """Take a linearisation: information, covariance of all unknowns, sides of the phase."""
         fresh, lasting, loads = self._fresh, self._lasting, self.model.at.loads
         own = data[np.ix_(fresh, fresh)] + np.diag(self.prior.precision[fresh])
         gain = _inverse(own)
@@ -265,7 +280,7 @@ class InformationFilter:
             gain=gain,
             covariance=covariance,
             spread=np.ascontiguousarray(spread) if len(lasting) else covariance,
-            sides=sides,
+            stretches=stretches,
             precision=self.prior.precision[fresh],
             mean=self.prior.mean[fresh],
             through=np.ascontiguousarray(through),

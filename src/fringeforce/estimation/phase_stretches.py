@@ -10,10 +10,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import part, sums, sums_entry
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
+from fringeforce.estimation.hypotheses import CONFIDENCE, NEGLIGIBLE_LOSS
+from fringeforce.estimation.residual_test import square_limit
 
 
 class Hidden(NamedTuple):
@@ -26,13 +28,15 @@ class Hidden(NamedTuple):
     light : float
         Squared half difference of a bright and a dark fringe over the variance of the noise, summed
         over the pixels of a node.
-    least : float
-        Squared light of a stretch over the noise from which its mirror image is another reading.
+    least, once : float
+        Squared light of a stretch over the noise, in the mean of frames and in a single one, from
+        which its mirror image is another reading.
     """
 
     difference: float
     light: float
     least: float
+    once: float
 
     @classmethod
     def beside(cls, model: FrameModel, smooth: float) -> Hidden:
@@ -41,23 +45,54 @@ class Hidden(NamedTuple):
         The light A V p^2 / 4 of a phase p beside a multiple of pi, over these pixels, is as large
         as its noise at half the difference.  Its slope is A V p / 2, and the mirror image is 2 p
         away: in deviations that is four times the light.  Loads that differ by less than one
-        deviation each, root mean square, are one reading.  Where fields of phase are uncertain,
-        deviations are larger; there the light must be so strong that the phase is not that of the
-        multiple itself.
+        deviation each, root mean square, are one reading; in one frame among others, those that are
+        as far apart as forces are from their reading once in a thousand.  Where fields of phase are
+        uncertain, deviations are larger; there the light must be so strong that the phase is not
+        that of the multiple itself.
         """
         light = model.amplitude.mean() * model.visibility
         noise = np.sqrt(model.variance / max(smooth, 1.0))
         pixels = len(model.amplitude) / len(model.fixed)
+        loads, uncertain = model.at.loads, model.at.modes > model.at.fields
+        least, once = loads / 16, square_limit(loads, 1 - CONFIDENCE) / 16
         return cls(
             float(4 * np.sqrt(noise / light)),
             float(pixels * light**2 / (4 * model.variance)),
-            NEGLIGIBLE_LOSS if model.at.modes > model.at.fields else model.at.loads / 16,
+            NEGLIGIBLE_LOSS if uncertain else least,
+            max(NEGLIGIBLE_LOSS, once) if uncertain else once,
         )
 
 
+class Stretches(NamedTuple):
+    """On which sides of multiples of pi a phase is known to be at m nodes.
+
+    Attributes
+    ----------
+    sides : ndarray of int, shape (m,)
+        Between which multiples it is, floor(p / pi); `OPEN` where noise hides it.
+    mean : ndarray, shape (m,)
+        Running mean of the phase [rad].
+    square : ndarray, shape (m,)
+        Running mean of its squared distance to the multiple that is next [rad^2].
+    frames : ndarray, shape (1,)
+        Frames of these means.
+    """
+
+    sides: NDArray[np.int64]
+    mean: NDArray[np.float64]
+    square: NDArray[np.float64]
+    frames: NDArray[np.float64]
+
+
+LONGEST = 16.0
+"""Most frames of these means."""
+DARK, DARK_ONCE = 0.7, 0.25
+"""Squared distance to a multiple, over that which noise hides, up to which a phase may cross it:
+for the mean of many frames, and for one.  Noise alone leaves a mean of 0.40 and a deviation of
+0.58 / sqrt(n)."""
 OPEN = -(2**31)
 """Side of a phase that noise hides."""
-NOTHING = Hidden(np.inf, 0.0, np.inf)
+NOTHING = Hidden(np.inf, 0.0, np.inf, np.inf)
 """Where light tells a phase from its mirror images."""
 
 
@@ -73,27 +108,25 @@ def _off(phase):
 
 
 @sums
-def _open_stretch(nodes, sides, begin, hidden):
-    """End of the stretch of open nodes that show and are of one order, and its light.
+def _open_stretch(nodes, sides, square, begin, hidden):
+    """End of the stretch of open nodes that show and are of one order, and whether it is certain.
 
-    The light is squared, over the noise, beside that of the multiple of pi that is next.
+    That is, whether its mirror image is another reading.  The light is squared, over the noise, beside that of the multiple of pi that is next.
     """
-    end, light, order = begin, 0.0, _order(nodes[begin])
-    while (
-        end < len(nodes)
-        and sides[end] == OPEN
-        and 2 * abs(_off(nodes[end])) > hidden.difference
-        and _order(nodes[end]) == order
-    ):
-        share = 1 - abs(np.cos(nodes[end]))
-        light += hidden.light * share * share
+    end, light, now, order = begin, 0.0, 0.0, _order(nodes[begin])
+    while end < len(nodes) and sides[end] == OPEN and _order(nodes[end]) == order:
+        off = _off(nodes[end]) ** 2
+        if 4 * max(square[end], off) < hidden.difference**2:
+            break
+        light += hidden.light * (1 - np.cos(np.sqrt(square[end]))) ** 2
+        now += hidden.light * (1 - np.cos(np.sqrt(off))) ** 2
         end += 1
-    return end, light
+    return end, light > hidden.least or now > hidden.once
 
 
 @sums_entry
-def sides_of(nodes, hidden):
-    """Between which multiples of pi a phase is, floor(p / pi); `OPEN` where noise hides its side.
+def stretches_of(nodes, hidden):
+    """On which sides of multiples of pi a phase is as one frame tells it.
 
     Parameters
     ----------
@@ -104,16 +137,64 @@ def sides_of(nodes, hidden):
 
     Returns
     -------
-    ndarray of int, shape (m,)
+    Stretches
     """
-    sides = np.full(len(nodes), OPEN, np.int64)
+    sides, square = np.full(len(nodes), OPEN, np.int64), np.empty(len(nodes))
+    for k in range(len(nodes)):
+        square[k] = _off(nodes[k]) ** 2
     begin = 0
     while begin < len(nodes):
-        end, light = _open_stretch(nodes, sides, begin, hidden)
-        if light > hidden.least:
+        end, another = _open_stretch(nodes, sides, square, begin, hidden)
+        if another:
             sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)
-    return sides
+    return Stretches(sides, nodes.copy(), square, np.ones(1))
+
+
+@sums_entry
+def motion(nodes, before):
+    """How far a phase moved where its light changes with it, |sin| > 1/2 [rad].
+
+    Beside multiples of pi noise moves it as well.
+
+    Parameters
+    ----------
+    nodes, before : ndarray, shape (m,)
+        The phase, now and before [rad].
+
+    Returns
+    -------
+    float
+    """
+    way = 0.0
+    for k in range(len(nodes)):
+        sine = np.sin(nodes[k])
+        if sine * sine > 0.25:
+            way = max(way, abs(nodes[k] - before[k]))
+    return way
+
+
+@sums
+def _renewed(nodes, stretches, hidden):
+    """Take a phase into what is known of its sides; they are open where it may have crossed.
+
+    The means are over frames in which it moved by a quarter of what noise hides at most: what
+    crosses a multiple is hidden for longer.
+    """
+    sides, mean, square, frames = (
+        stretches.sides,
+        stretches.mean,
+        stretches.square,
+        stretches.frames,
+    )
+    still = 4 * motion(nodes, mean) < hidden.difference
+    frames[0] = min(frames[0] + 1, LONGEST) if still else 1.0
+    dark = (DARK + (DARK_ONCE - DARK) / frames[0]) * (hidden.difference / 2) ** 2
+    for k in range(len(nodes)):
+        mean[k] += (nodes[k] - mean[k]) / frames[0]
+        square[k] += (_off(nodes[k]) ** 2 - square[k]) / frames[0]
+        if square[k] < dark or sides[k] != _order(nodes[k]):
+            sides[k] = OPEN
 
 
 @sums
@@ -152,7 +233,7 @@ def _misfit(nodes, begin, end, hidden, columns, spread):
 
 
 @sums_entry
-def emerged(nodes, sides, hidden, columns, spread):
+def emerged(nodes, stretches, hidden, columns, spread):
     """Whether a stretch of a phase came out of what noise hides on a side that it may have missed.
 
     Then its mirror image is another reading, and the unknowns can make it so nearly that it has
@@ -162,8 +243,8 @@ def emerged(nodes, sides, hidden, columns, spread):
     ----------
     nodes : ndarray, shape (m,)
         The phase [rad].
-    sides : ndarray of int, shape (m,)
-        On which side it is known to be, `OPEN` if on none; brought up to date.
+    stretches : Stretches
+        On which sides it is known to be; brought up to date.
     hidden : Hidden
         What noise hides of the phase.
     columns : ndarray, shape (R, m)
@@ -177,41 +258,14 @@ def emerged(nodes, sides, hidden, columns, spread):
     """
     if not np.isfinite(hidden.difference):
         return False
-    size = len(nodes)
-    for k in range(size):
-        # noise that hides it for a moment does not open it
-        dark = 4 * abs(_off(nodes[k])) < hidden.difference
-        if dark or sides[k] != _order(nodes[k]):
-            sides[k] = OPEN
+    sides, square = stretches.sides, stretches.square
+    _renewed(nodes, stretches, hidden)
     begin = 0
-    while begin < size:
-        end, light = _open_stretch(nodes, sides, begin, hidden)
-        if light > hidden.least:
+    while begin < len(nodes):
+        end, another = _open_stretch(nodes, sides, square, begin, hidden)
+        if another:
             if _misfit(nodes, begin, end, hidden, columns, spread) < NEGLIGIBLE_LOSS:
                 return True
             sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)
     return False
-
-
-@sums_entry
-def motion(nodes, before):
-    """How far a phase moved where its light changes with it, |sin| > 1/2 [rad].
-
-    Beside multiples of pi noise moves it as well.
-
-    Parameters
-    ----------
-    nodes, before : ndarray, shape (m,)
-        The phase, now and before [rad].
-
-    Returns
-    -------
-    float
-    """
-    way = 0.0
-    for k in range(len(nodes)):
-        sine = np.sin(nodes[k])
-        if sine * sine > 0.25:
-            way = max(way, abs(nodes[k] - before[k]))
-    return way

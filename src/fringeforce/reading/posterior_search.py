@@ -23,7 +23,7 @@ from fringeforce.estimation.frame_model import (
 )
 from fringeforce.estimation.phase.branches import branches
 from fringeforce.estimation.phase.folding import block_edges, block_means, phase_pace
-from fringeforce.estimation.phase.reflections import mirror_images
+from fringeforce.estimation.phase.reflections import TOUCH, mirror_images
 from fringeforce.estimation.posterior import Posterior, Top
 
 Array = NDArray[np.float64]
@@ -466,7 +466,9 @@ class PosteriorSearch:
         found[:, at.fields : at.modes] += parts["fields"]
         return found
 
-    def images(self, posterior: Posterior, top: Top, push: float) -> Array:
+    def images(
+        self, posterior: Posterior, top: Top, push: float, within: Mask | None = None
+    ) -> Array:
         """Starts in which a stretch of a top's phase is mirrored, the likeliest first.
 
         The changes that follow mirrored stretches best are found in the state of the search, in
@@ -481,6 +483,8 @@ class PosteriorSearch:
             The explanation.
         push : float
             Size of the loads [N].
+        within : ndarray of bool, shape (m,), optional
+            Nodes of the phase that may be mirrored; all if not given.
 
         Returns
         -------
@@ -488,6 +492,9 @@ class PosteriorSearch:
             Unknowns to climb from.
         """
         changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH)
+        if within is not None:
+            near = np.abs(turned[:, ~within]).max(axis=1, initial=0.0) < TOUCH
+            changes, turned = changes[near], turned[near]
         scale = self._scale(push, 0.0)
         starts = self._unknowns(changes[:IMAGES_FITTED], scale, top.unknowns, 0.0)
         found, growths = posterior.changed(top, turned[:IMAGES_FITTED], starts, BINS, IMAGE_STEPS)

@@ -23,6 +23,7 @@ from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_reader import (
     FAINT_PHASE,
     TOLERATED,
+    Before,
     Located,
     StripFrameReader,
 )
@@ -114,6 +115,7 @@ class StripFollower(Follower):
         self._shift: StrainShift | None = None
         self._seen_with_it = 0
         self._earlier = deque[NDArray[Any]](maxlen=EARLIER)
+        self._within: Mask | None = None
         self._several: Located | None = None
         self._total = np.empty(0)
         self._retests = Retests()
@@ -199,8 +201,8 @@ class StripFollower(Follower):
         return self._held is not None and self._count <= MORE
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
-        last = self._last
-        reading, located = self._single.followed(levels, used, last, self._earlier)
+        known = Before(self._last, self._earlier, self._within)
+        reading, located = self._single.followed(levels, used, known)
         before = self._begun
         self._filter = self._begun = self._last = self._held = self._several = None
         if located is None:
@@ -256,7 +258,7 @@ class StripFollower(Follower):
         if self._left == 0 and self._held is not None:
             quiet = self._single.quieter(1 / self._count)
             mean = self._total / self._count
-            reading, located = quiet.followed(mean, used, None)
+            reading, located = quiet.followed(mean, used)
             if located is None or reading.status is Status.NO_CONTACT:
                 self._filter = self._last = None
                 return None
@@ -281,6 +283,9 @@ class StripFollower(Follower):
         done = self._explained(own, levels, room)
         self._seen_with_it += done
         self._earlier.extend(levels[max(done - EARLIER, 0) : done].copy())
+        # of an ambiguous phase any stretch may be on either side
+        sure = self._begun is not None and self._begun.ok
+        self._within = own.open if sure else None
         bent = self._single.higher_orders is not None and self._bent(own)
         if bent or done < len(levels):
             self._filter = None

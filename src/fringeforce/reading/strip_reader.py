@@ -128,6 +128,25 @@ class Located:
 
 
 @dataclass(frozen=True, eq=False)
+class Before:
+    """What is known before a frame.
+
+    Attributes
+    ----------
+    unknowns : ndarray, shape (size,), or None
+        Of the last frame, if it is to be followed.
+    frames : sequence of ndarray, shape (P,)
+        Grey levels of the last frames that were read, of the same pixels, the last one last.
+    within : ndarray of bool, shape (m,), or None
+        Where the phase may be another than what goes on from the last frame; None if anywhere.
+    """
+
+    unknowns: Array | None = None
+    frames: Sequence[NDArray[Any]] = ()
+    within: Mask | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class StripFrameReader(StripFrames):
     """Reads frames of one strip, each for itself."""
 
@@ -207,26 +226,23 @@ class StripFrameReader(StripFrames):
 
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame that was checked, without any earlier state."""
-        return self.followed(levels, used, None)[0]
+        return self.followed(levels, used)[0]
 
     @one_blas_thread()
     def followed(
         self,
         levels: NDArray[Any],
         used: Mask,
-        last: Array | None,
-        earlier: Sequence[NDArray[Any]] = (),
+        before: Before = Before(),
     ) -> tuple[Reading, Located | None]:
-        """Read a frame that was checked, from the unknowns of the last one if it is known.
+        """Read a frame that was checked, from the last one if it is to be followed.
 
         Parameters
         ----------
         levels, used
             As of `search`.
-        last : ndarray, shape (size,), or None
-            Unknowns of the last frame.
-        earlier : sequence of ndarray, shape (P,)
-            Grey levels of frames that were read before it, of the same pixels, the last one last.
+        before : Before, optional
+            What is known before it; nothing if not given.
 
         Returns
         -------
@@ -236,16 +252,16 @@ class StripFrameReader(StripFrames):
             From where the next one can be followed, if this one is explained.
         """
         frame = np.where(used, levels.astype(float), np.nan)
-        past = [np.where(used, one.astype(float), np.nan) for one in earlier]
+        past = [np.where(used, one.astype(float), np.nan) for one in before.frames]
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
         sound = np.where(alone, np.nan, frame)
         lines = self._search.lines(sound)
         posterior = self._own(frame, lines, sound)
-        if last is not None:
+        if (last := before.unknowns) is not None:
             posterior = self._centred(posterior, last)
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
-            if (met := self._onward(posterior, top, last)) is not None:
+            if (met := self._onward(posterior, top, last, before.within)) is not None:
                 return self._stated(met, tracked=True, earlier=past)
         silent = self._silent(posterior)
         if silent is not None and self._plainly_nothing(posterior, silent):
@@ -280,7 +296,9 @@ class StripFrameReader(StripFrames):
             return reading.departing(said), None
         return reading, located
 
-    def _onward(self, posterior: Posterior, top: Top, last: Array) -> Explanations | None:
+    def _onward(
+        self, posterior: Posterior, top: Top, last: Array, within: Mask | None
+    ) -> Explanations | None:
         """A top that goes on from the unknowns of the last frame, with its rivals; or none.
 
         Mirror images of its phase may be likelier than what went on from the last frame.
@@ -293,7 +311,7 @@ class StripFrameReader(StripFrames):
             return None
         if np.isfinite(self.mirrored.difference):
             met.keep(posterior.settled(top.unknowns, BINS))
-            self._improved(met, met.rough[0], stop=False)
+            self._improved(met, met.rough[0], stop=False, within=within)
             met.settle()
         near = np.abs(posterior.phase(met.tops[0]) - before).max() <= JUMP
         return met if near and met.explains(met.tops[0], FITS) else None
@@ -511,7 +529,9 @@ class StripFrameReader(StripFrames):
                         return True
         return False
 
-    def _improved(self, met: Explanations, top: Top, stop: bool) -> None:
+    def _improved(
+        self, met: Explanations, top: Top, stop: bool, within: Mask | None = None
+    ) -> None:
         """Look among mirror images of stretches of the phase, those of the best ones first.
 
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
@@ -530,7 +550,7 @@ class StripFrameReader(StripFrames):
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             here, count, better = posterior.phase(top), 0, False
             known.add(here, self.hidden)
-            for start in self._search.images(posterior, top, push_of(posterior.prior)):
+            for start in self._search.images(posterior, top, push_of(posterior.prior), within):
                 phase = node_phase(posterior.model, start)
                 if seen.holds(phase):
                     continue
