@@ -125,8 +125,6 @@ class Reference(NamedTuple):
         Its inverse C.
     covariance : ndarray, shape (2n, 2n)
         Of the loads of a frame; the loops renew it if nothing lasts [N^2].
-    spread : ndarray, shape (size, size)
-        Of all unknowns; that of the loads where nothing lasts.
     stretches : Stretches
         On which sides of multiples of pi the phase is known to be.
     precision, mean : ndarray, shape (a,)
@@ -165,7 +163,6 @@ class Reference(NamedTuple):
     information: Array
     gain: Array
     covariance: Array
-    spread: Array
     stretches: Stretches
     precision: Array
     mean: Array
@@ -734,6 +731,23 @@ def _renew_gain(model, pixels, reference, standing):
 
 
 @sums
+def _renew_here(model, pixels, reference, standing, moved):
+    """Compute the inverse anew; where nothing lasts, all is linearised where the loops stand.
+
+    Returns how far the phase is from where everything was linearised, squared.
+    """
+    state, alone = standing.state, len(reference.lasting) == 0
+    if alone and len(model.curvature) > 0:
+        _relinearise(model, reference, standing.unknowns)
+    _renew_gain(model, pixels, reference, standing)
+    state[0], state[1], state[2] = AGED * AGED / 2, LOOKED, 1.0
+    if not alone:
+        return moved
+    reference.anchor[:] = standing.nodes
+    return 0.0
+
+
+@sums
 def _step(reference, standing, step, own):
     """Fill in the step and the score of what is new; returns the step's squared length."""
     many, length = len(reference.fresh), 0.0
@@ -810,14 +824,22 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
         shown, moved = _stand(model, pixels, reference, standing)
     for i in range(len(frames)):
         _load(pixels, standing, frames[i], nothing)
-        turn, ratio, way = 0, state[0], np.float32(0)
+        turn, ratio, way, renewed = 0, state[0], np.float32(0), False
         before[:] = standing.nodes
         squared, known, grouped = _compare(model, pixels, reference, standing, lasting == 0)
         length = _step(reference, standing, step, own)
         state[3] = 0.0
         while not (length * ratio < reached and (turn > 0 or (state[1] < LOOKED and not whole))):
-            if turn == EVALUATIONS or shown == 0:
-                return i, STALE if shown else FAINT
+            if shown == 0:
+                return i, FAINT
+            if turn == EVALUATIONS or (
+                turn > 0 and ratio > DIVERGED * DIVERGED and length > reached
+            ):
+                if renewed or lasting > 0:
+                    return i, STALE
+                moved = _renew_here(model, pixels, reference, standing, moved)
+                length = _step(reference, standing, step, own)
+                turn, ratio, renewed = 0, state[0], True
             for a in range(many):
                 x[reference.fresh[a]] -= step[a]
             shown, moved = _stand(model, pixels, reference, standing)
@@ -827,8 +849,6 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if turn == 0 and last > many:
                 state[0] += (1.0 if state[2] > 0 else AVERAGING) * (ratio - state[0])
                 state[1], state[2] = 0.0, 0.0
-            if ratio > DIVERGED * DIVERGED and length > reached:
-                return i, STALE
             turn += 1
             way = np.float32(0)
             for k in range(len(before)):
@@ -841,7 +861,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             hidden, nodes = reference.hidden, standing.nodes
             if motion(nodes, before) > hidden.difference:
                 return i, ALARM
-            if emerged(nodes, reference.stretches, hidden, reference.columns, reference.spread):
+            if emerged(nodes, reference.stretches, hidden):
                 return i, EMERGED
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)
@@ -873,12 +893,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             size = np.sqrt(2 * size / count)
             if not reference.size / LOAD_GROWTH < size < reference.size * LOAD_GROWTH:
                 return i + 1, GROWN
-            if lasting == 0 and len(model.curvature) > 0:
-                _relinearise(model, reference, unknowns)
-            _renew_gain(model, pixels, reference, standing)
-            if lasting == 0:
-                reference.anchor[:], moved = standing.nodes, 0.0
-            state[0], state[1], state[2] = AGED * AGED / 2, LOOKED, 1.0
+            moved = _renew_here(model, pixels, reference, standing, moved)
         if moved > reference.far * reference.far:
             return i + 1, AGEING
     return len(frames), DONE

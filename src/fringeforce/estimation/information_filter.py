@@ -208,7 +208,7 @@ class InformationFilter:
             return None
         known = self._reference
         assert known is not None
-        if emerged(nodes, known.stretches, self.hidden, known.columns, known.spread):
+        if emerged(nodes, known.stretches, self.hidden):
             self.open = known.stretches.sides == OPEN
             return None
         self.unknowns[:] = top.unknowns
@@ -268,7 +268,6 @@ class InformationFilter:
         )
         fixed = anchor - self.unknowns[:loads] @ columns[:loads]
         columns = np.pad(columns, ((0, -len(rest) % 4), (0, 0)))
-        covariance = np.ascontiguousarray(spread[:loads, :loads])
         self._reference = Reference(
             columns=columns.astype(np.float32),
             fixed=fixed.astype(np.float32),
@@ -278,8 +277,7 @@ class InformationFilter:
             lasting=lasting,
             information=own,
             gain=gain,
-            covariance=covariance,
-            spread=np.ascontiguousarray(spread) if len(lasting) else covariance,
+            covariance=np.ascontiguousarray(spread[:loads, :loads]),
             stretches=stretches,
             precision=self.prior.precision[fresh],
             mean=self.prior.mean[fresh],

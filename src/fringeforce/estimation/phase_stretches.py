@@ -87,9 +87,8 @@ class Stretches(NamedTuple):
 LONGEST = 16.0
 """Most frames of these means."""
 DARK, DARK_ONCE = 0.7, 0.25
-"""Squared distance to a multiple, over that which noise hides, up to which a phase may cross it:
-for the mean of many frames, and for one.  Noise alone leaves a mean of 0.40 and a deviation of
-0.58 / sqrt(n)."""
+"""Light of a phase over its noise up to which it may cross a multiple: for the mean of many frames,
+and for one.  Noise alone leaves a mean of 0.40 and a deviation of 0.58 / sqrt(n)."""
 OPEN = -(2**31)
 """Side of a phase that noise hides."""
 NOTHING = Hidden(np.inf, 0.0, np.inf, np.inf)
@@ -108,20 +107,23 @@ def _off(phase):
 
 
 @sums
-def _open_stretch(nodes, sides, square, begin, hidden):
-    """End of the stretch of open nodes that show and are of one order, and whether it is certain.
+def _light(square, hidden):
+    """Squared light of a node over the noise, beside that of the multiple of pi that is next."""
+    return hidden.light * (1 - np.cos(np.sqrt(square))) ** 2
 
-    That is, whether its mirror image is another reading.  The light is squared, over the noise, beside that of the multiple of pi that is next.
+
+@sums
+def _open_stretch(nodes, stretches, begin, hidden):
+    """End of a stretch of open nodes of one order, and whether its mirror image is another reading.
+
+    The stretch begins at a node; it is empty if that is not open.
     """
-    end, light, now, order = begin, 0.0, 0.0, _order(nodes[begin])
-    while end < len(nodes) and sides[end] == OPEN and _order(nodes[end]) == order:
-        off = _off(nodes[end]) ** 2
-        if 4 * max(square[end], off) < hidden.difference**2:
-            break
-        light += hidden.light * (1 - np.cos(np.sqrt(square[end]))) ** 2
-        now += hidden.light * (1 - np.cos(np.sqrt(off))) ** 2
+    end, light, once, order = begin, 0.0, 0.0, _order(nodes[begin])
+    while end < len(nodes) and stretches.sides[end] == OPEN and _order(nodes[end]) == order:
+        light += _light(stretches.square[end], hidden)
+        once += _light(_off(nodes[end]) ** 2, hidden)
         end += 1
-    return end, light > hidden.least or now > hidden.once
+    return end, light > hidden.least or once > hidden.once
 
 
 @sums_entry
@@ -142,13 +144,14 @@ def stretches_of(nodes, hidden):
     sides, square = np.full(len(nodes), OPEN, np.int64), np.empty(len(nodes))
     for k in range(len(nodes)):
         square[k] = _off(nodes[k]) ** 2
+    stretches = Stretches(sides, nodes.copy(), square, np.ones(1))
     begin = 0
     while begin < len(nodes):
-        end, another = _open_stretch(nodes, sides, square, begin, hidden)
+        end, another = _open_stretch(nodes, stretches, begin, hidden)
         if another:
             sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)
-    return Stretches(sides, nodes.copy(), square, np.ones(1))
+    return stretches
 
 
 @sums_entry
@@ -189,55 +192,28 @@ def _renewed(nodes, stretches, hidden):
     )
     still = 4 * motion(nodes, mean) < hidden.difference
     frames[0] = min(frames[0] + 1, LONGEST) if still else 1.0
-    dark = (DARK + (DARK_ONCE - DARK) / frames[0]) * (hidden.difference / 2) ** 2
+    dark = DARK + (DARK_ONCE - DARK) / frames[0]
     for k in range(len(nodes)):
         mean[k] += (nodes[k] - mean[k]) / frames[0]
         square[k] += (_off(nodes[k]) ** 2 - square[k]) / frames[0]
-        if square[k] < dark or sides[k] != _order(nodes[k]):
+        if square[k] < dark * (hidden.difference / 2) ** 2 or sides[k] != _order(nodes[k]):
             sides[k] = OPEN
-
-
-@sums
-def _misfit(nodes, begin, end, hidden, columns, spread):
-    """Least growth of the loss where a stretch has the phase of its mirror image, if it is linear.
-
-    The stretch reaches on over hidden nodes to where its phase is least.
-    """
-    first, last, order = begin, end - 1, _order(nodes[begin])
-    while (
-        first > 0
-        and _order(nodes[first - 1]) == order
-        and abs(_off(nodes[first - 1])) < abs(_off(nodes[first]))
-    ):
-        first -= 1
-    while (
-        last < len(nodes) - 1
-        and _order(nodes[last + 1]) == order
-        and abs(_off(nodes[last + 1])) < abs(_off(nodes[last]))
-    ):
-        last += 1
-    size = len(spread)
-    pull, whole = np.zeros(size), 0.0
-    for k in range(first, last + 1):
-        sine, way = np.sin(nodes[k]), 2 * _off(nodes[k])
-        known = hidden.light * sine * sine * way
-        whole += known * way
-        for a in range(size):
-            pull[a] += columns[a, k] * known
-    for a in range(size):
-        row, part = spread[a], 0.0
-        for b in range(size):
-            part += row[b] * pull[b]
-        whole -= part * pull[a]
-    return whole
+    begin = 0
+    while begin < len(nodes):
+        end, light = begin + 1, _light(square[begin], hidden)
+        while end < len(nodes) and sides[end] == sides[begin]:
+            light += _light(square[end], hidden)
+            end += 1
+        if light < dark**2:
+            sides[begin:end] = OPEN
+        begin = end
 
 
 @sums_entry
-def emerged(nodes, stretches, hidden, columns, spread):
+def emerged(nodes, stretches, hidden):
     """Whether a stretch of a phase came out of what noise hides on a side that it may have missed.
 
-    Then its mirror image is another reading, and the unknowns can make it so nearly that it has
-    weight.  A stretch of which they cannot is known to be on its side.
+    Then its mirror image is another reading.
 
     Parameters
     ----------
@@ -247,10 +223,6 @@ def emerged(nodes, stretches, hidden, columns, spread):
         On which sides it is known to be; brought up to date.
     hidden : Hidden
         What noise hides of the phase.
-    columns : ndarray, shape (R, m)
-        Change of the phase with every unknown.
-    spread : ndarray, shape (r, r)
-        Covariance of the first r unknowns.
 
     Returns
     -------
@@ -258,14 +230,11 @@ def emerged(nodes, stretches, hidden, columns, spread):
     """
     if not np.isfinite(hidden.difference):
         return False
-    sides, square = stretches.sides, stretches.square
     _renewed(nodes, stretches, hidden)
     begin = 0
     while begin < len(nodes):
-        end, another = _open_stretch(nodes, sides, square, begin, hidden)
+        end, another = _open_stretch(nodes, stretches, begin, hidden)
         if another:
-            if _misfit(nodes, begin, end, hidden, columns, spread) < NEGLIGIBLE_LOSS:
-                return True
-            sides[begin:end] = _order(nodes[begin])
+            return True
         begin = max(end, begin + 1)
     return False
