@@ -45,21 +45,22 @@ class Hidden(NamedTuple):
         The light A V p^2 / 4 of a phase p beside a multiple of pi, over these pixels, is as large
         as its noise at half the difference.  Its slope is A V p / 2, and the mirror image is 2 p
         away: in deviations that is four times the light.  Loads that differ by less than one
-        deviation each, root mean square, are one reading; in one frame among others, those that are
-        as far apart as forces are from their reading once in a thousand.  Where fields of phase are
-        uncertain, deviations are larger; there the light must be so strong that the phase is not
-        that of the multiple itself.
+        deviation each, root mean square, are one reading; in one frame among others, those that
+        noise and light together take no farther off than noise does once in a thousand.  Where
+        fields of phase are uncertain, deviations are larger; there the light must be so strong that
+        the phase is not that of the multiple itself.
         """
         light = model.amplitude.mean() * model.visibility
         noise = np.sqrt(model.variance / max(smooth, 1.0))
         pixels = len(model.amplitude) / len(model.fixed)
         loads, uncertain = model.at.loads, model.at.modes > model.at.fields
-        least, once = loads / 16, square_limit(loads, 1 - CONFIDENCE) / 16
+        least = NEGLIGIBLE_LOSS if uncertain else loads / 16
+        once = (square_limit(loads, 1 - CONFIDENCE) - loads) / 16
         return cls(
             float(4 * np.sqrt(noise / light)),
             float(pixels * light**2 / (4 * model.variance)),
-            NEGLIGIBLE_LOSS if uncertain else least,
-            max(NEGLIGIBLE_LOSS, once) if uncertain else once,
+            least,
+            max(least, once),
         )
 
 
@@ -84,7 +85,7 @@ class Stretches(NamedTuple):
     frames: NDArray[np.float64]
 
 
-LONGEST = 16.0
+LONGEST = 4.0
 """Most frames of these means."""
 DARK, DARK_ONCE = 0.7, 0.25
 """Light of a phase over its noise up to which it may cross a multiple: for the mean of many frames,
@@ -196,7 +197,9 @@ def _renewed(nodes, stretches, hidden):
     for k in range(len(nodes)):
         mean[k] += (nodes[k] - mean[k]) / frames[0]
         square[k] += (_off(nodes[k]) ** 2 - square[k]) / frames[0]
-        if square[k] < dark * (hidden.difference / 2) ** 2 or sides[k] != _order(nodes[k]):
+        if sides[k] != OPEN and sides[k] != _order(nodes[k]):
+            sides[k], square[k] = OPEN, _off(nodes[k]) ** 2
+        if square[k] < DARK_ONCE * (hidden.difference / 2) ** 2:
             sides[k] = OPEN
     begin = 0
     while begin < len(nodes):

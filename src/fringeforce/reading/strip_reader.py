@@ -233,7 +233,7 @@ class StripFrameReader(StripFrames):
         self,
         levels: NDArray[Any],
         used: Mask,
-        before: Before = Before(),
+        before: Before | None = None,
     ) -> tuple[Reading, Located | None]:
         """Read a frame that was checked, from the last one if it is to be followed.
 
@@ -252,6 +252,7 @@ class StripFrameReader(StripFrames):
             From where the next one can be followed, if this one is explained.
         """
         frame = np.where(used, levels.astype(float), np.nan)
+        before = before or Before()
         past = [np.where(used, one.astype(float), np.nan) for one in before.frames]
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
