@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.linearised_frame import Linearised
-from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.residual_test import square_limit
 from fringeforce.reading.posterior_search import BINS
 from fringeforce.reading.strip_frames import FITS, MISSED
 
@@ -27,8 +26,10 @@ FAINT_SHARE = 0.1
 MOST_TOLD = float(-2 * np.log(1e-4))
 """Most loss that earlier frames add to an explanation: one that they speak for is wrong once in ten
 thousand for reasons that no frame shows."""
+ALIKE_PIXELS = 16
+"""Pixels whose sums tell whether frames are alike: fringes are wider."""
 TRACED = 12
-"""Steps in which an earlier frame must be reached from the one after it."""
+"""Steps in which an explanation of the mean of frames must be reached from that of one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,15 +135,13 @@ class Explanations:
             return False
         return self.chance(top) > chance
 
-    def weighed(self, earlier: Sequence[Array] = (), hidden: float = 0.0) -> list[Weighed]:
+    def weighed(self, earlier: Sequence[Array] = ()) -> list[Weighed]:
         """Explanations with their weights, the heaviest first.
 
         Parameters
         ----------
         earlier : sequence of ndarray, shape (P,)
             Frames before this one, the last one last, as of `Posterior`.
-        hidden : float
-            Difference of two phases about a multiple of pi that noise hides [rad].
         """
         found = list[tuple[Top, Linearised]]()
         posterior = self.posterior
@@ -155,7 +154,7 @@ class Explanations:
         masses = np.zeros(1)
         if len(found) > 1:
             masses = np.array([posterior.mass(top) for top, _ in found])
-            masses -= told_before(posterior, [top for top, _ in found], earlier, hidden) / 2
+            masses -= told_before(posterior, [top for top, _ in found], earlier) / 2
         weighed = [
             Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
             for (top, about), share in zip(found, posterior_weights(masses), strict=True)
@@ -163,15 +162,12 @@ class Explanations:
         return sorted(weighed, key=lambda one: -one.weight)
 
 
-def told_before(
-    posterior: Posterior, tops: list[Top], earlier: Sequence[Array], hidden: float
-) -> Array:
+def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[Array]) -> Array:
     """Loss by which earlier frames speak against explanations of a frame, shape (k,).
 
-    The noise of frames is independent, so that likelihoods multiply.  Each explanation is followed
-    back, from frame to frame, for as long as it is another than the first one: where noise hides
-    the difference of their phases, or as much as the phase moves from frame to frame, what happened
-    may have gone over from one to the other, and what was before then tells nothing.
+    They count as far back as all are alike but for noise, as frames of the same loads: the mean
+    has less of it.  What climbs to the same explanation of the mean is told by one frame alone, and
+    so are all if none explains the mean.
 
     Parameters
     ----------
@@ -179,36 +175,40 @@ def told_before(
         Of the frame.
     tops : list of Top
         Explanations of it.
-    earlier, hidden
+    earlier : sequence of ndarray, shape (P,)
         As of `Explanations.weighed`.
     """
-    told, apart = np.zeros(len(tops)), np.arange(1, len(tops))
-    at = [top.unknowns for top in tops]
-    phases = [posterior.phase(top) for top in tops]
-    for frame in reversed(earlier):
-        own = replace(posterior, frame=frame, sound=None)
-        met = {k: own.climbed(at[k], heats=(), steps=(0, TRACED)) for k in (0, *apart)}
-        now = {k: own.phase(top) for k, top in met.items()}
-        moved = motion(now[0], phases[0])
-        if moved > JUMP or met[0].chance < FITS:
-            break
-        apart = np.array(
-            [
-                k
-                for k in apart
-                if np.abs(now[k] - phases[k]).max() < JUMP
-                and np.abs(now[k] - now[0]).max() > hidden + 2 * moved
-            ],
-            dtype=int,
-        )
-        for k in apart:
-            told[k] += own.data_loss(met[k]) - own.data_loss(met[0])
-        for k, top in met.items():
-            at[k], phases[k] = top.unknowns, now[k]
-        apart = apart[np.abs(told[apart]) < MOST_TOLD]
-        if not len(apart):
-            break
+    told, model = np.zeros(len(tops)), posterior.model
+    frames = np.array([*earlier, posterior.frame])
+    while len(frames) > 1 and not alike(frames, model.variance):
+        frames = frames[len(frames) // 2 :]
+    if len(frames) == 1:
+        return told
+    quiet = model._replace(variance=model.variance / len(frames))
+    mean = replace(posterior, model=quiet, frame=frames.mean(axis=0), sound=None, shared=None)
+    met = [mean.climbed(top.unknowns, heats=(), steps=(0, TRACED)) for top in tops]
+    about, best = mean.linearised(met[0]), min(met, key=lambda top: top.loss)
+    if mean.waves_chance(best, mean.linearised(best)) < MISSED:
+        return told
+    for k in range(1, len(tops)):
+        if not _same(met[k], met[0], about):
+            told[k] = mean.data_loss(met[k]) - mean.data_loss(met[0])
+            told[k] -= posterior.data_loss(tops[k]) - posterior.data_loss(tops[0])
     return np.clip(told, -MOST_TOLD, MOST_TOLD)
+
+
+def alike(frames: Array, variance: float) -> bool:
+    """Whether the first and the second half of some frames, shape (k, P), differ by noise alone.
+
+    By sums over some pixels, which noise changes less than motion does.
+    """
+    half = len(frames) // 2
+    change = frames[half:].mean(axis=0) - frames[:half].mean(axis=0)
+    starts = np.arange(0, len(change), ALIKE_PIXELS)
+    number = np.add.reduceat(np.isfinite(change), starts)
+    sums = np.add.reduceat(np.nan_to_num(change), starts)[number > 0]
+    noise = variance * (1 / half + 1 / (len(frames) - half)) * number[number > 0]
+    return float((np.square(sums) / noise).sum()) < square_limit(len(sums), MISSED)
 
 
 def _same(top: Top, other: Top, about: Linearised) -> bool:

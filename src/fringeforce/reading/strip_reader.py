@@ -586,7 +586,7 @@ class StripFrameReader(StripFrames):
         earlier: Sequence[Array] = (),
     ) -> tuple[Reading, Located]:
         """The reading of explanations, and from where the next frame can be followed."""
-        weighed = met.weighed(earlier, self.hidden)
+        weighed = met.weighed(earlier)
         if status is None and not self.beside and met.posterior.prior.friction > 0:
             met, weighed = _freed(met, weighed)
         posterior = met.posterior
