@@ -21,14 +21,14 @@ pytestmark = pytest.mark.slow
 
 TRUE = np.array([1.06, 0.9, 1.04])
 """Values of `PARAMETERS` over those of the drawing."""
-COUNT, LARGEST, PIXELS, FRAMES = 5, 2.0, 384, 26
+COUNT, LARGEST, PIXELS, FRAMES = 3, 2.0, 256, 18
 IMPROBABLE = 1e-4
 
 
 def drawing(strain: str) -> ff.Sensor:
     return ff.load_sensor("saad").replace(
         **{
-            "transducer.length": "13 mm",
+            "transducer.length": "9 mm",
             "transducer.strain": strain,
             "tactels.count": COUNT,
             "tactels.contact_width": "0.5 mm",
@@ -87,7 +87,9 @@ def calibrated(bench) -> ff.SensorModel:
     return ff.calibrate(drawing("finite"), frames[KEPT], forces[KEPT], aside=0)
 
 
-def test_moduli_are_found_where_small_strain_is_far_off(calibrated, bench) -> None:
+def test_moduli_are_found_where_small_strain_is_far_off(
+    calibrated, bench, cause_not_asked
+) -> None:
     _, forces, _, frames = bench
     plain = ff.calibrate(drawing("linear"), frames[KEPT], forces[KEPT], aside=0)
     squares = []
@@ -127,11 +129,11 @@ def test_new_frames_are_read_within_their_deviations(calibrated, bench, tmp_path
 def test_contacts_at_any_place_are_taken_from_their_own_elements(bench) -> None:
     """Loads by place, beside tactels."""
     model, rng = bench[0], np.random.default_rng(6)
-    half = 4.5e-3
+    half = 2.5e-3
     presses = [
         [ff.Press(x=x, normal=n, tangential=t * n, width=0.5e-3, profile="flat")]
         for x, n, t in zip(
-            rng.uniform(-half, half, 16), rng.uniform(1, 3, 16), rng.uniform(-0.3, 0.3, 16),
+            rng.uniform(-half, half, 10), rng.uniform(1, 3, 10), rng.uniform(-0.3, 0.3, 10),
             strict=True,
         )
     ]  # fmt: skip
