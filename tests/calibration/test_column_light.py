@@ -33,7 +33,7 @@ def true() -> ff.SensorModel:
 
 def calibrated(true: ff.SensorModel, gain: float, dark: float, columns: bool) -> ff.SensorModel:
     rng = np.random.default_rng(62)
-    forces = presses(rng, 26)
+    forces = presses(rng, 16)
     gains, darks = gain * rng.standard_normal(len(forces)), dark * rng.standard_normal(len(forces))
     still = np.zeros((40, *forces.shape[1:]))
     references = ff.References(unloaded=shots(true, still, rng))

@@ -80,13 +80,14 @@ def test_loads_are_those_of_a_dense_gaussian_solution(monkeypatch: pytest.Monkey
 
 def test_deviations_cover_forces_of_sensors_drawn_from_the_tolerances() -> None:
     model, forces = ff.characterize(soft(CLOSE)), held(2.0)
-    before = (TIMES > 15) & (TIMES < 32)
+    times = TIMES[TIMES < 45]
+    before, forces = (times > 15) & (times < 32), forces[: len(times)]
     pulls, ratios, inside, false = [], [], [], []
-    for seed in range(8):
-        frames = model.as_built(seed).expose(forces, seed, times=TIMES)
+    for seed in range(6):
+        frames = model.as_built(seed).expose(forces, seed, times=times)
         reader = ff.Reader(model)
-        forward = reader.read_on(frames, covariance=True, times=TIMES)
-        batch = reader.read_batch(frames, times=TIMES)
+        forward = reader.read_on(frames, covariance=True, times=times)
+        batch = reader.read_batch(frames, times=times)
         assert batch.covariance is not None
         error = (batch.forces - forces)[before]
         inside.append(np.mean(np.abs(error) < 1.96 * batch.std[before]))
@@ -95,12 +96,12 @@ def test_deviations_cover_forces_of_sensors_drawn_from_the_tolerances() -> None:
         assert forward.covariance is not None
         wide = np.sqrt(forward.covariance[before][:, ::2, ::2].sum(axis=(1, 2)).mean())
         ratios.append(own / wide)
-        false.append(np.mean([status is ff.Status.OK for status in batch.status[TIMES > 34]]))
+        false.append(np.mean([status is ff.Status.OK for status in batch.status[times > 34]]))
     assert 0.93 < np.mean(inside) < 0.97
     assert np.max(ratios) < 0.25
     assert np.mean(false) < 0.005
-    # eight squares of unit normal numbers exceed 26.1 once in a thousand (chi-square)
-    assert np.square(pulls).sum() < 26.1
+    # six squares of unit normal numbers exceed 22.5 once in a thousand (chi-square)
+    assert np.square(pulls).sum() < 22.5
 
 
 @pytest.mark.parametrize("wrong", [0.8, 1.2])
