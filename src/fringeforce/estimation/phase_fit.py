@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import part, sums, sums_entry
 from fringeforce.estimation.frame_climb import factorised, substituted
 from fringeforce.estimation.frame_exposure import (
     bend,
@@ -190,12 +190,13 @@ def _rooted(square, least, root, order):
 
 
 @sums
-def _shown(model, reduced, unknowns, bent, columns, point):
-    """Coordinates of the contacts' phase, and where `bent` their change with every unknown.
+def _shown(model, reduced, unknowns, columns, point):
+    """Coordinates of the contacts' phase, and their change with every unknown.
 
-    Rows of `columns` are those of the loads, places and widths, and of the modes of the influence.
+    Rows of `columns` are those of the loads, places and widths, and of the modes of the influence;
+    without rows the change is left out.
     """
-    profiles, turned = reduced.profiles, reduced.turning
+    profiles, turned, bent = reduced.profiles, reduced.turning, len(columns) > 0
     order, at, rank = profiles.shape[2], model.at, len(point)
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
     point[:] = 0.0
@@ -380,7 +381,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     """
     at, count = contacts.at, len(told)
     origin, apart = np.empty(count), np.empty(count)
-    _shown(contacts, reduced, about, False, np.empty((0, 0)), origin)
+    none = np.empty((0, count))
+    _shown(contacts, reduced, about, none, origin)
     moving = at.fields + len(contacts.influence)
     columns, point = np.empty((moving, count)), np.empty(count)
     beside, there = np.empty((moving, count)), np.empty(count)
@@ -389,7 +391,7 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     # without products of unknowns the loss is quadratic, but for the cone
     bent = at.fields > at.place or len(contacts.influence) > 0 or len(contacts.curvature) > 0
     unknowns, trial, damping = start.copy(), start.copy(), 1e-2 if bent else 1e-8
-    _shown(contacts, reduced, unknowns, True, columns, point)
+    _shown(contacts, reduced, unknowns, columns, point)
     value = _value(contacts, prior, told, held, origin, point, unknowns, heat)
     for turn in range(steps):
         fill_products(columns, columns, moving, hessian)
@@ -410,7 +412,7 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
-                _shown(contacts, reduced, trial, turn + 1 < steps, beside, there)
+                _shown(contacts, reduced, trial, beside if turn + 1 < steps else none, there)
                 reached = _value(contacts, prior, told, held, origin, there, trial, heat)
                 if reached <= value:
                     better = True
@@ -454,7 +456,7 @@ def _follow(contacts, reduced, before, pulled, start, unknowns):
             unknowns[contacts.at.fields + x] = start[contacts.at.fields + x] - pulled[x]
 
 
-@sums
+@part
 def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance):
     """The unknowns that fit best to a frame that is quadratic in the state about one.
 
