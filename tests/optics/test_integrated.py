@@ -19,6 +19,9 @@ from fringeforce.optics.integrated import (
 )
 from fringeforce.optics.jones import retarder
 
+# one worker compiles the loops for double precision, which only tests of these take
+pytestmark = pytest.mark.xdist_group("integrated")
+
 Array = NDArray[np.float64]
 
 STATED = 2.5e-4
@@ -194,7 +197,7 @@ def test_light_of_sums_of_modes_is_that_of_the_slices_they_add_up_to(pixels: int
 def test_places_of_little_retardance_take_fewer_slices_as_exactly_as_stated() -> None:
     rng, slices = np.random.default_rng(8), 32
     depth = np.linspace(-1, 1, slices)
-    profile = np.polynomial.legendre.legvander(depth, 2) / slices
+    profile = np.ascontiguousarray(np.polynomial.legendre.legvander(depth, 2)) / slices
     sizes = np.repeat([0.05, 0.18, 0.35, 0.65, 2.0], 128)
     # half as much turns over the depth as is the same at all depths
     modes = rng.normal(size=(2, 3, len(sizes))) * np.array([1.0, 0.5, 0.25])[:, None]

@@ -134,6 +134,8 @@ def _seen(form: Array, light: Single) -> Single:
 
 def _back(modes: Single, profile: Single, light: Single, pull: Single) -> Single:
     gradient = np.empty_like(modes)
+    # other orders in memory would each be compiled
+    light, pull = np.ascontiguousarray(light), np.ascontiguousarray(pull)
     turn_modes_back(modes, profile, light, pull, gradient)
     return gradient
 
