@@ -5,7 +5,7 @@ from scipy.stats import chi2
 
 import fringeforce as ff
 
-FRAMES = 300
+FRAMES = 200
 
 
 def test_what_is_read_as_ok_under_faint_loads_lies_within_its_covariance() -> None:
@@ -32,7 +32,7 @@ def test_faint_touches_that_are_followed_lie_within_their_covariance() -> None:
     model = ff.characterize(ff.load_sensor("saad").replace(**light))
     reader, rng, squares = ff.Reader(model), np.random.default_rng(7), []
     shares = np.exp(-np.arange(24) / 60)[:, None, None]
-    for peak in np.repeat([0.07, 0.1, 0.15], 10):
+    for peak in np.repeat([0.07, 0.1, 0.15], 6):
         normal = peak * np.exp(-np.square((np.arange(11) - 5) / 1.5))
         forces = shares * np.stack([normal, np.zeros(11)], axis=1)
         reader.reset()
