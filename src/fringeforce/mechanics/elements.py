@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 from scipy.sparse import csr_array
-from skfem import ElementLineP1, ElementLineP2, ElementLinePp
+from skfem import ElementLineP2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
@@ -39,12 +39,16 @@ def shape_functions(order: int, s: Array) -> tuple[Array, Array]:
     values, derivatives : ndarray, shape (order + 1, m)
         Ordered from left to right: the left vertex, the order - 1 bubbles, the right vertex.
     """
-    element = {1: ElementLineP1, 2: ElementLineP2}.get(order, lambda: ElementLinePp(order))()
-    pairs = [element.lbasis(s[None], i) for i in (0, *range(2, order + 1), 1)]
-    values, derivatives = zip(*pairs, strict=True)
-    return np.array([np.broadcast_to(v, s.shape) for v in values]), np.array(
-        [np.broadcast_to(d[0], s.shape) for d in derivatives]
-    )
+    if order == 2:
+        element = ElementLineP2()
+        values, derivatives = zip(*(element.lbasis(s[None], i) for i in (0, 2, 1)), strict=True)
+        return np.array(values), np.array([slope[0] for slope in derivatives])
+    # integrals of Legendre's polynomials, whose squared derivatives integrate to 2
+    legendre, n = legvander(2 * s - 1, order).T, np.arange(2, order + 1)[:, None]
+    bubbles = (legendre[2:] - legendre[:-2]) / np.sqrt(2 * (2 * n - 1))
+    slopes = np.sqrt(2 * (2 * n - 1)) * legendre[1:-1]
+    one = np.ones_like(s)
+    return np.concatenate([[1 - s], bubbles, [s]]), np.concatenate([[-one], slopes, [one]])
 
 
 @dataclass(frozen=True)
