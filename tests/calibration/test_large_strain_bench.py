@@ -87,9 +87,7 @@ def calibrated(bench) -> ff.SensorModel:
     return ff.calibrate(drawing("finite"), frames[KEPT], forces[KEPT], aside=0)
 
 
-def test_moduli_are_found_where_small_strain_is_far_off(
-    calibrated, bench, cause_not_asked
-) -> None:
+def test_moduli_are_found_where_small_strain_is_far_off(calibrated, bench, cause_not_asked) -> None:
     _, forces, _, frames = bench
     plain = ff.calibrate(drawing("linear"), frames[KEPT], forces[KEPT], aside=0)
     squares = []

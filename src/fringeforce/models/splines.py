@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, make_interp_spline
+from scipy.interpolate import BSpline
 
 from fringeforce.base.linear_map import LinearMap
 
@@ -24,14 +24,24 @@ def coefficients(samples: Array) -> Array:
 
 def basis(samples: Array, points: Array) -> Array:
     """From coefficients to values at points between the samples, shape (len(points), n)."""
-    knots = make_interp_spline(samples, np.zeros(len(samples)), DEGREE).t
+    knots = _knots(samples)
     inside = np.clip(points, samples[0], samples[-1])
     return BSpline.design_matrix(inside, knots, DEGREE).toarray()
 
 
+def _knots(samples: Array) -> Array:
+    """Knots of the spline through values at samples, as SciPy's `make_interp_spline` has them.
+
+    The samples next to the ends are none; SciPy says so only together with coefficients.
+    """
+    first, last = np.repeat(samples[[0, -1], None], DEGREE + 1, axis=1)
+    beside = (DEGREE + 1) // 2
+    return np.concatenate([first, samples[beside:-beside], last])
+
+
 def slopes(samples: Array) -> Array:
     """From values at the samples to the spline's derivatives there, shape (n, n)."""
-    knots = make_interp_spline(samples, np.zeros(len(samples)), DEGREE).t
+    knots = _knots(samples)
     derivatives = BSpline(knots, np.eye(len(samples)), DEGREE).derivative()(samples)
     return np.asarray(derivatives @ coefficients(samples), dtype=np.float64)
 
