@@ -174,7 +174,7 @@ def spheres(rng: np.random.Generator, count: int) -> list[list[ff.Press]]:
 @pytest.mark.slow
 def test_a_skin_is_brought_up_to_date_under_contacts_that_nobody_knows() -> None:
     rng, skin = np.random.default_rng(8), known_pad_of(**WIDE).as_skin()
-    found = ff.update(skin, skin_shots([[], *spheres(rng, 4)], rng))
+    found = ff.update(skin, skin_shots([[], *spheres(rng, 3)], rng))
     told, before = found.calibration, skin.calibration
     assert told is not None
     assert before is not None
@@ -184,7 +184,7 @@ def test_a_skin_is_brought_up_to_date_under_contacts_that_nobody_knows() -> None
         off = abs(told.values[place] - value)
         assert off < 4 * told.std[place], name
         assert off < 0.2 * abs(before.values[place] - value), name
-    presses = spheres(rng, 3)
+    presses = spheres(rng, 2)
     frames = skin_shots(presses, rng)
     assert not ff.Reader(skin).search(frames[0]).ok
     fresh = [ff.Reader(found).search(frame) for frame in frames]
