@@ -40,15 +40,15 @@ def shape_functions(order: int, s: Array) -> tuple[Array, Array]:
         Ordered from left to right: the left vertex, the order - 1 bubbles, the right vertex.
     """
     if order == 2:
-        element = ElementLineP2()
-        values, derivatives = zip(*(element.lbasis(s[None], i) for i in (0, 2, 1)), strict=True)
-        return np.array(values), np.array([slope[0] for slope in derivatives])
+        pairs = [ElementLineP2().lbasis(s[None], i) for i in (0, 2, 1)]
+        return np.array([value for value, _ in pairs]), np.array([slope[0] for _, slope in pairs])
+    values, slopes = np.empty((2, order + 1, len(s)))
+    values[0], values[-1], slopes[0], slopes[-1] = 1 - s, s, -1.0, 1.0
     # integrals of Legendre's polynomials, whose squared derivatives integrate to 2
     legendre, n = legvander(2 * s - 1, order).T, np.arange(2, order + 1)[:, None]
-    bubbles = (legendre[2:] - legendre[:-2]) / np.sqrt(2 * (2 * n - 1))
-    slopes = np.sqrt(2 * (2 * n - 1)) * legendre[1:-1]
-    one = np.ones_like(s)
-    return np.concatenate([[1 - s], bubbles, [s]]), np.concatenate([[-one], slopes, [one]])
+    values[1:-1] = (legendre[2:] - legendre[:-2]) / np.sqrt(2 * (2 * n - 1))
+    slopes[1:-1] = np.sqrt(2 * (2 * n - 1)) * legendre[1:-1]
+    return values, slopes
 
 
 @dataclass(frozen=True)
